@@ -34,6 +34,7 @@ def write_first_simulation(options: argparse.Namespace, output: str, write: Call
         write: Takes the simulator.
     """
     from sheldrake.cli import _run
+    from sheldrake.cli._output import say_written
     from sheldrake.cli._report import log_states, status_of
     from sheldrake.systems.analysis import Simulator
     from sheldrake.systems.framework import DiagramBuilder
@@ -53,7 +54,7 @@ def write_first_simulation(options: argparse.Namespace, output: str, write: Call
     try:
         status = _run.run(options)
     except _Written:
-        print(f"wrote {output}")
+        say_written(output)
         return 0
     except SystemExit as end:
         status = status_of(end.code)

@@ -10,25 +10,25 @@ logged; writes the page of that simulation, and ends there. What is Python in th
 from __future__ import annotations
 
 import argparse
-import os
 
 from sheldrake.cli._first_simulation import add_script, script_name, write_first_simulation
+from sheldrake.cli._output import add_output, output_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake page` takes."""
-    parser.add_argument("-o", "--output", metavar="FILE", help="file to write (default: beside, ending with .html)")
+    add_output(parser, "beside, ending with .html")
     add_script(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the page; the exit status is 0, or the script's, or 1 when it simulates nothing."""
     output = options.output or f"{script_name(options)}.html"
-    path = os.path.abspath(output)  # the script may go elsewhere
+    with output_file(output, ".html") as path:
 
-    def write(simulator: object) -> None:
-        from sheldrake.export import SavePage
+        def write(simulator: object) -> None:
+            from sheldrake.export import SavePage
 
-        SavePage(simulator, path, title=script_name(options))
+            SavePage(simulator, path, title=script_name(options))
 
-    return write_first_simulation(options, output, write)
+        return write_first_simulation(options, output, write)

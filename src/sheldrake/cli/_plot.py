@@ -10,20 +10,24 @@ was killed. Without -o the plot is shown, or, where there is no display, written
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import sys
 from typing import Any
 
+from sheldrake.cli._output import add_output, output_file, say_written
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake plot` takes."""
     parser.add_argument("log", metavar="LOG", help="file of a log")
-    parser.add_argument("-o", "--output", metavar="FILE", help="picture to write: .png, .svg, .pdf")
+    add_output(parser, "beside, or shown; .png, .svg, .pdf")
     parser.add_argument("--rpy", action="store_true", help="quaternions as roll, pitch, yaw")
     parser.add_argument("--degrees", action="store_true", help="angles in degrees")
     parser.add_argument("--only", metavar="PATTERN", default="", help="logs whose name contains this pattern")
     parser.add_argument("--list", action="store_true", help="only say what is in the file")
+    parser.add_argument("--json", action="store_true", help="with --list, for programs")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -44,6 +48,9 @@ def run(options: argparse.Namespace) -> int:
     if not chosen:
         print(f"sheldrake plot: no log matches '{options.only}'; there are {', '.join(logs)}", file=sys.stderr)
         return 1
+    if options.list and options.json:
+        print(json.dumps([_facts(title, log) for title, log in chosen.items()], indent=2))
+        return 0
     if options.list:
         for title, log in chosen.items():
             times = log.sample_times()
@@ -51,6 +58,18 @@ def run(options: argparse.Namespace) -> int:
             print(f"{title}: {log.num_samples()} samples of {log.get_input_size()}, {span}")
         return 0
     return _plot(chosen, options)
+
+
+def _facts(title: str, log: Any) -> dict[str, Any]:
+    times = log.sample_times()
+    return {
+        "log": title,
+        "samples": log.num_samples(),
+        "elements": log.names(),
+        "units": log.units(),
+        "begin": float(times[0]) if len(times) else None,
+        "end": float(times[-1]) if len(times) else None,
+    }
 
 
 def _plot(logs: Any, options: argparse.Namespace) -> int:
@@ -69,11 +88,12 @@ def _plot(logs: Any, options: argparse.Namespace) -> int:
         return 0
     output = options.output or os.path.splitext(options.log)[0] + ".png"
     try:
-        figure.savefig(output, dpi=120)
+        with output_file(output, ".png") as path:
+            figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:
         print(f"sheldrake plot: {error}", file=sys.stderr)
         return 1
-    print(f"wrote {output}")
+    say_written(output)
     return 0
 
 

@@ -15,10 +15,12 @@ import os
 import sys
 from typing import Any
 
+from sheldrake.cli._output import add_output, output_file, say_written
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake report` takes."""
-    parser.add_argument("-o", "--output", metavar="FILE", help="file to write (default: beside, ending with .html)")
+    add_output(parser, "beside, ending with .html")
     parser.add_argument("-m", dest="is_module", action="store_true", help="RUN is the name of a module")
     parser.add_argument("script", metavar="RUN", help="a script, or a file of logs")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
@@ -28,6 +30,16 @@ def run(options: argparse.Namespace) -> int:
     """Writes the report; returns the script's exit status, or 1 when there is nothing to report."""
     name = os.path.splitext(os.path.basename(options.script))[0]
     output = options.output or f"{name}.html"
+    with output_file(output, ".html") as path:
+        status = _report(options, path)
+        is_written = os.path.exists(path)
+    if is_written:
+        say_written(output)
+    return status
+
+
+def _report(options: argparse.Namespace, output: str) -> int:
+    """Writes the report to a path."""
     if options.is_module or options.script.endswith(".py"):
         return _of_script(options, output)
     from sheldrake.report import SaveLogReport
@@ -38,14 +50,12 @@ def run(options: argparse.Namespace) -> int:
     except (OSError, ValueError, ImportError) as error:
         print(f"sheldrake report: {error}", file=sys.stderr)
         return 1
-    print(f"wrote {output}")
     return 0
 
 
 def _of_script(options: argparse.Namespace, output: str) -> int:
     from sheldrake.cli import _run
 
-    output = os.path.abspath(output)  # the script may go elsewhere
     simulators = _watch()
     try:
         status = _run.run(options)
@@ -65,7 +75,6 @@ def _of_script(options: argparse.Namespace, output: str) -> int:
     except OSError as error:
         print(f"sheldrake report: {error}", file=sys.stderr)
         return 1
-    print(f"wrote {output}")
     return status
 
 

@@ -97,6 +97,25 @@ class LogSet(Mapping):
         frame.attrs["units"] = dict(zip(self.columns(), self.units()))
         return frame
 
+    def ToXarray(self) -> Any:
+        """All logs as one xarray Dataset: a variable for each, on times and elements of its own.
+
+        The log k has the dimensions `time_k` [s] and `element_k`, with names and units; logs with the same times share
+        theirs.
+
+        Raises:
+            ImportError: xarray is not installed.
+        """
+        xarray = _need("xarray", "LogSet.ToXarray()", "pip install 'sheldrake[xarray]'")
+        variables, axes = {}, list[tuple[int, np.ndarray]]()
+        for k, (title, log) in enumerate(self._logs.items()):
+            times = log.sample_times()
+            j = next((j for j, other in axes if np.array_equal(other, times)), k)
+            axes.append((j, times))
+            names = {"time": f"time_{j}", "element": f"element_{k}", "unit": f"unit_{k}"}
+            variables[title] = log.ToXarray().rename(names)
+        return xarray.Dataset(variables)
+
     def ToCsv(self, path: str | os.PathLike) -> None:
         """Writes one CSV file with a column for each element, empty where a log has no sample."""
         times, values = self.table()

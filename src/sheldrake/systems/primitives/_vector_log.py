@@ -239,6 +239,17 @@ class VectorLog:
         index = pandas.Index(self.sample_times(), name="time")
         return pandas.DataFrame(self.data().T, columns=self.names(), index=index)
 
+    def ToXarray(self) -> Any:
+        """The log as an xarray DataArray with dimensions `time` [s] and `element`, whose names and units it has.
+
+        Raises:
+            ImportError: xarray is not installed.
+        """
+        xarray = _need("xarray", "VectorLog.ToXarray()", "pip install 'sheldrake[xarray]'")
+        coordinates = {"time": ("time", self.sample_times(), {"units": "s"}), "element": self.names()}
+        array = xarray.DataArray(self.data().T, coordinates, ("time", "element"))
+        return array.assign_coords(unit=("element", self.units()))
+
     def ToCsv(self, path: str | os.PathLike) -> None:
         """Writes a CSV file: a line of names, then one line a sample; numbers in full precision."""
         write_csv(path, self.sample_times(), self.data().T, self.names())

@@ -1,0 +1,49 @@
+"""`-o FILE` of commands that write one file; `-o -` is the standard output."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+
+STDOUT = "-"
+
+
+def add_output(parser: argparse.ArgumentParser, default: str) -> None:
+    """Declares `-o`."""
+    text = f"file to write, - for the standard output (default: {default})"
+    parser.add_argument("-o", "--output", metavar="FILE", help=text)
+
+
+@contextlib.contextmanager
+def output_file(name: str, ending: str) -> Iterator[str]:
+    """The absolute path to write to; what is written there for `-` goes to the standard output at the end.
+
+    For `-`, what is printed meanwhile, as by a script, goes to the standard error output: the other holds the file.
+
+    Args:
+        name: The file's name, or `-`.
+        ending: Of a file for `-`, such as ".html".
+    """
+    if name != STDOUT:
+        yield os.path.abspath(name)  # a script may go elsewhere
+        return
+    with tempfile.TemporaryDirectory(prefix="sheldrake-") as folder:
+        path = os.path.join(folder, f"output{ending}")
+        with contextlib.redirect_stdout(sys.stderr):
+            yield path
+        if os.path.exists(path):
+            sys.stdout.flush()
+            with open(path, "rb") as file:
+                shutil.copyfileobj(file, sys.stdout.buffer)
+            sys.stdout.flush()
+
+
+def say_written(name: str) -> None:
+    """Says which file was written, where it is not the standard output."""
+    if name != STDOUT:
+        print(f"wrote {name}")
