@@ -7,9 +7,11 @@ from sheldrake.multibody.inverse_kinematics._differential import (
     DifferentialInverseKinematicsStatus,
     DoDifferentialInverseKinematics,
 )
-from sheldrake.multibody.inverse_kinematics._differential_controller import DifferentialInverseKinematicsController
-from sheldrake.multibody.inverse_kinematics._differential_integrator import DifferentialInverseKinematicsIntegrator
-from sheldrake.multibody.inverse_kinematics._differential_system import DifferentialInverseKinematicsSystem
+from sheldrake.multibody.inverse_kinematics._differential_systems import (
+    DifferentialInverseKinematicsController,
+    DifferentialInverseKinematicsIntegrator,
+    DifferentialInverseKinematicsSystem,
+)
 from sheldrake.multibody.inverse_kinematics._distance import (
     DistanceConstraint,
     MinimumDistanceLowerBoundConstraint,
