@@ -13,7 +13,7 @@ import sheldrake
 
 ROOT = Path(__file__).parents[2]
 CHANGES = ROOT / "docs" / "changes"
-PLACES = {"joint_type": 5, "shape": 6, "block": 3}
+PLACES = {"joint_type": 5, "shape": 6, "approximation": 3, "block": 3}
 """Files that a change of each kind touches."""
 
 
@@ -42,7 +42,7 @@ def test_all_changes_are_counted():
 @pytest.mark.parametrize("name", PLACES)
 def test_a_change_applies_in_few_places_and_works(name, tmp_path):
     diff = CHANGES / f"{name}.diff"
-    files = files_of(diff.read_text())
+    files = files_of(diff.read_text(encoding="utf-8"))
     assert len(files) == PLACES[name], files
     applied = changed_copy(diff, tmp_path)
     assert applied.returncode == 0, (
@@ -62,12 +62,20 @@ def test_without_its_change_a_program_fails(name, tmp_path):
     assert failed.returncode != 0 and "cannot import name" in failed.stderr
 
 
-def test_a_change_with_a_fault_is_caught(tmp_path):
-    planted = tmp_path / "planted.diff"
-    right = (CHANGES / "joint_type.diff").read_text()
-    wrong = right.replace("work.dofs[dof + 1].S = (still, x_W)", "work.dofs[dof + 1].S = (still, z_W)")
-    wrong = wrong.replace("p_WM = add3(p_WF, scale3(x_W, q[at + 1]))", "p_WM = add3(p_WF, scale3(x_W, q[at]))")
+FAULTS = {
+    "joint_type": ("work.dofs[dof + 1].S = (still, x_W)", "work.dofs[dof + 1].S = (still, y_W)"),
+    "shape": ("depth_T = -height - rise", "depth_T = rise - height"),
+    "approximation": ("friction + 0.5 * G[5]", "friction + 0.4 * G[5]"),
+    "block": ("y[i] = u[0][i] - clip(", "y[i] = u[0][i] + clip("),
+}
+"""A line of each change and what is wrong instead."""
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_a_change_with_a_fault_is_caught(name, tmp_path):
+    planted, right = tmp_path / "planted.diff", (CHANGES / f"{name}.diff").read_text(encoding="utf-8")
+    wrong = right.replace(*FAULTS[name])
     assert wrong != right
-    planted.write_text(wrong)
+    planted.write_text(wrong, encoding="utf-8")
     assert changed_copy(planted, tmp_path).returncode == 0
-    assert "AssertionError" in run(CHANGES / "joint_type.py", tmp_path).stderr
+    assert "AssertionError" in run(CHANGES / f"{name}.py", tmp_path).stderr
