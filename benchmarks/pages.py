@@ -6,8 +6,7 @@ Each is an example of this repository, as `sheldrake page` takes it, or the arm 
 module that browsers run is run in Node. Times are of the processor, the best of several runs.
 Differences are of all states before the first contact, and after a second (a heap's: earlier, for native runs that
 begin a last bit apart part as well). With --browser each page is also opened in Chromium, from its file, without a
-network or a graphics card: when it can be used, how its states differ from Node's, and its memory before and after a
-minute.
+network or a graphics card: when it can be used, whether its bits are Node's, its memory before and after a minute.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Where the time of a step goes: the share of each of its stages, for the robots of `real_robots`.
 
-    python benchmarks/stages.py [name ...] [--seconds 0.3] [--write table.json]
+    python benchmarks/stages.py [name ...] [--seconds 0.3] [--write a.json] [--before a.json --figure stages.png]
 
 Needs `pip install "sheldrake[kernels,robots]"`.
 
@@ -167,11 +167,38 @@ def stages_of(path: pathlib.Path, seconds: float) -> dict[str, float]:
     return {**found, "loop": max(0.0, whole - sum(found.values())), "step": whole}
 
 
+def draw(table: dict, before: dict, path: pathlib.Path) -> None:
+    """A bar a robot, before above after, of the parts that its stages take."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8.0, 0.5 * len(table) + 1.2), dpi=100)
+    for k, name in enumerate(table):
+        for row, (found, height) in enumerate(((before.get(name), 0.2), (table[name], -0.2))):
+            left = 0.0
+            for n, stage in enumerate(NAMES if found else ()):
+                label = stage if k == 0 and row == 1 else None
+                place = k - height
+                axes.barh(place, found[stage], 0.36, left, color=f"C{n}", alpha=(0.5, 1.0)[row], label=label)
+                left += found[stage]
+    axes.set_yticks(range(len(table)), table)
+    axes.invert_yaxis()
+    axes.set_xlabel("µs a step, before (pale) and now")
+    axes.legend(ncol=len(NAMES), loc="lower right", fontsize=8)
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.tight_layout()
+    figure.savefig(path)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="parts of paths; all robots without any")
     parser.add_argument("--seconds", type=float, default=0.3)
     parser.add_argument("--write", type=pathlib.Path, metavar="FILE", help="{robot: {stage: us}}, as JSON")
+    parser.add_argument("--before", type=pathlib.Path, metavar="FILE", help="what was written before")
+    parser.add_argument("--figure", type=pathlib.Path, metavar="FILE", help="where a picture goes")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     print(machine())
@@ -191,6 +218,8 @@ def main() -> None:
             print(f"{name:44s}" + "".join(f"{found[column]:9.2f}" for column in columns), flush=True)
     if options.write:
         options.write.write_text(json.dumps(table, indent=1) + "\n")
+    if options.figure:
+        draw(table, json.loads(options.before.read_text()) if options.before else {}, options.figure)
 
 
 if __name__ == "__main__":

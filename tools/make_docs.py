@@ -11,7 +11,9 @@ import os
 import pathlib
 import re
 import shutil
+import subprocess
 import sys
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -22,6 +24,13 @@ PROJECT = {
     "CONTRIBUTING.md": "contributing",
 }
 """Pages from elsewhere in the repository, and their names in the site."""
+
+LIVE = ("bouncing_ball", "cart_pole_lqr", "clutter", "double_pendulum", "drop_the_block", "gyroscope", "pendulum",
+        "quadruped", "soft_ball", "stack")  # fmt: skip
+"""Examples that are simulated in their pages; the others have a system in Python."""
+TUTORIAL = "tutorial"
+MARK = "<!-- live: {} -->"
+"""Where a page has a simulation that runs in the browser."""
 
 FOR_PROGRAMS = """\
 # sheldrake
@@ -71,10 +80,11 @@ def write_llms(out: pathlib.Path) -> None:
 
 
 def example_page(path: pathlib.Path) -> str:
-    """Returns the page of an example: what it is about, its picture, its source."""
+    """Returns the page of an example: what it is about, the example as it runs or its picture, its source."""
     text = path.read_text(encoding="utf-8")
     about = ast.get_docstring(ast.parse(text)) or ""
-    title = f"# {path.name}\n\n{about}\n\n![{path.stem}](../gallery/{path.stem}.webp)\n\n"
+    shown = MARK.format(path.stem) if path.stem in LIVE else f"![{path.stem}](../gallery/{path.stem}.webp)"
+    title = f"# {path.name}\n\n{about}\n\n{shown}\n\n"
     return f"{title}{{download}}`{path.name}`\n\n```python\n{text}```\n"
 
 
@@ -94,7 +104,7 @@ def stage(source: pathlib.Path) -> None:
     (source / "examples").mkdir()
     for path in sorted((ROOT / "examples").glob("*.py")):
         shutil.copy(path, source / "examples")
-        (source / "examples" / f"{path.stem}.md").write_text(example_page(path), encoding="utf-8")
+        (source / "examples" / f"{path.stem}.md").write_text(with_live(example_page(path), "../"), encoding="utf-8")
     for name, page in PROJECT.items():
         shutil.copy(ROOT / name, source / f"{page}.md")
     coming = join_changelog.join(ROOT / "changelog", "Change by change")
@@ -103,6 +113,7 @@ def stage(source: pathlib.Path) -> None:
     for path in source.glob("*.md"):
         text = path.read_text(encoding="utf-8")
         text = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples/\1.md)", text)
+        text = with_live(text)
         path.write_text(whole_numbers(text), encoding="utf-8")
     with open(source / "gallery.md", "a", encoding="utf-8") as file:
         file.write("\n```{toctree}\n:hidden:\n:glob:\nexamples/*\n```\n")
@@ -114,6 +125,40 @@ def stage(source: pathlib.Path) -> None:
     title, _, rest = text.partition("\n")
     tutorial.write_text(f"{title}\n\n{{download}}`This page as a notebook <tutorial.ipynb>`\n{rest}", encoding="utf-8")
     api_pages.write(source / "api")
+
+
+def with_live(text: str, up: str = "") -> str:
+    """Returns a page with what runs in the browser where its marks are; `up` leads to the site's root."""
+
+    def framed(mark: re.Match) -> str:
+        name = mark[1]
+        frame = f'<iframe class="live" src="{up}live/{name}.html" title="Simulation: {name}" loading="lazy"></iframe>'
+        return f"```{{raw}} html\n{frame}\n```"
+
+    return re.sub(re.escape(MARK).replace(r"\{\}", r"(\w+)"), framed, text)
+
+
+def write_live(out: pathlib.Path) -> None:
+    """Writes the pages that simulate: of examples, and of the tutorial's code.
+
+    Raises:
+        RuntimeError: one cannot leave Python; it has the words of `sheldrake page`.
+    """
+    import make_notebook
+
+    out.mkdir()
+    scripts = {name: ROOT / "examples" / f"{name}.py" for name in LIVE}
+    with tempfile.TemporaryDirectory() as folder:
+        scripts[TUTORIAL] = pathlib.Path(folder) / f"{TUTORIAL}.py"
+        code = make_notebook.BLOCK.findall((DOCS / f"{TUTORIAL}.md").read_text(encoding="utf-8"))
+        scripts[TUTORIAL].write_text("\n".join(code), encoding="utf-8")
+        for name, script in scripts.items():
+            command = [sys.executable, "-m", "sheldrake", "page", "-o", str(out / f"{name}.html"), str(script)]
+            command += ["--headless"] if name in LIVE else []
+            environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+            if done.returncode != 0:
+                raise RuntimeError(f"{name} has no page that simulates: {done.stderr.strip()[-2000:]}")
 
 
 def serious(warning: str) -> bool:
@@ -132,6 +177,8 @@ def make(out: pathlib.Path) -> int:
     status = build_main([*options, str(out / "source"), str(out / "html")])
     if status == 0:
         write_llms(out / "html")
+        shutil.rmtree(out / "html" / "live", ignore_errors=True)
+        write_live(out / "html" / "live")
     return status or int(any(map(serious, warnings.read_text(encoding="utf-8").splitlines())))
 
 

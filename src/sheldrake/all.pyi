@@ -667,6 +667,8 @@ from sheldrake.solvers import (
     Cost as Cost,
     CsdpSolver as CsdpSolver,
     CsdpSolverDetails as CsdpSolverDetails,
+    DaqpSolver as DaqpSolver,
+    DaqpSolverDetails as DaqpSolverDetails,
     EvaluatorBase as EvaluatorBase,
     ExponentialConeConstraint as ExponentialConeConstraint,
     ExpressionConstraint as ExpressionConstraint,

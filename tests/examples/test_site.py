@@ -133,6 +133,27 @@ def test_programs_find_the_text_of_every_page(site):
     assert "Ten idioms" in (site / "llms-full.txt").read_text(encoding="utf-8")
 
 
+def test_scenes_run_in_the_pages_of_the_tutorial_and_the_examples(site):
+    from tools.make_docs import LIVE, TUTORIAL
+
+    for name, page in [(TUTORIAL, site / "tutorial.html"), *((n, site / "examples" / f"{n}.html") for n in LIVE)]:
+        (frame,) = re.findall(r'<iframe class="live" src="(.*?)"', page.read_text(encoding="utf-8"))
+        text = (page.parent / frame).resolve().read_text(encoding="utf-8")
+        assert frame.endswith(f"live/{name}.html") and 'id="play"' in text
+    shown = {path.stem for path in (site / "examples").glob("*.html") if "iframe" in path.read_text(encoding="utf-8")}
+    assert shown == set(LIVE)
+    assert "live:" not in (site / "tutorial.html").read_text(encoding="utf-8")
+
+
+def test_a_script_that_cannot_leave_python_stops_the_site(tmp_path, monkeypatch):
+    from tools import make_docs
+
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    monkeypatch.setattr(make_docs, "LIVE", ("gripper",))
+    with pytest.raises(RuntimeError, match=r"gripper has no page that simulates: .*TrajectorySource"):
+        make_docs.write_live(tmp_path / "live")
+
+
 def test_the_site_stays_small(site):
     assert sum(path.stat().st_size for path in site.rglob("*") if path.is_file()) < 40e6
 

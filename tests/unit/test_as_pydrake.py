@@ -313,6 +313,22 @@ assert "np" not in names and "os" not in names
 import sheldrake.as_pydrake
 exec("from pydrake.all import *", names)
 assert names["np"].eye(2).sum() == 2.0 and names["math"].pi > 3 and names["os"].sep
+assert names["partial"](max, 3)(2) == 3 and names["List"] and names["TemplateClass"]("T")
+assert callable(names["getDrakePath"])
+import sys
+assert "display" not in names and "IPython" not in sys.modules
+""")
+
+
+def test_a_notebooks_display_comes_with_all():
+    pytest.importorskip("IPython")
+    check("""
+import IPython.display
+import sheldrake.as_pydrake
+names = {}
+exec("from pydrake.all import *", names)
+assert names["SVG"] is IPython.display.SVG and names["display"] is IPython.display.display
+assert names["get_ipython"] is IPython.get_ipython
 """)
 
 

@@ -41,6 +41,7 @@ def test_bodies_that_no_joint_holds_may_have_angles(inertia):
     context = plant.CreateDefaultContext()
     assert plant.GetPositions(context) == pytest.approx([0.1, 0.2, 0.3, 1, 2, 3])
     assert body.is_floating_base_body() and not body.has_quaternion_dofs()
+    assert plant.num_misc_continuous_states() == 0
     plant.SetFreeBodyPose(context, body, RigidTransform([0, 0, 1]))
     plant.SetFreeBodySpatialVelocity(context, body, SpatialVelocity([1, 2, 3], [4, 5, 6]))
     assert plant.GetPositionsAndVelocities(context) == pytest.approx([0, 0, 0, 0, 0, 1, 1, 2, 3, 4, 5, 6])

@@ -148,13 +148,29 @@ _IMPORTS = {"np": "numpy"} | {
     name: name
     for name in ("functools", "math", "operator", "os", "re", "socket", "subprocess", "sys", "typing", "warnings")
 }
-"""What Drake's own modules import, and `from pydrake.all import *` gives; scripts rely on it."""
+_IMPORTED_NAMES = {
+    "List": "typing",
+    "NamedTemporaryFile": "tempfile",
+    "SVG": "IPython.display",
+    "TemplateClass": "sheldrake.common.cpp_template",
+    "TemplateMethod": "sheldrake.common.cpp_template",
+    "display": "IPython.display",
+    "getDrakePath": "pydrake",
+    "get_ipython": "IPython",
+    "partial": "functools",
+}
+"""Modules, and names of modules, that Drake's own import, and `from pydrake.all import *` gives; scripts rely on it."""
 
 
 def _add_imports_of_drakes(module: ModuleType) -> None:
-    for name, native in _IMPORTS.items():
+    """Adds them; those of IPython in a notebook only, which has imported it."""
+    found = {name: importlib.import_module(native) for name, native in _IMPORTS.items()}
+    for name, home in _IMPORTED_NAMES.items():
+        if home in sys.modules or not home.startswith("IPython"):
+            found[name] = getattr(importlib.import_module(home), name)
+    for name, value in found.items():
         if name not in vars(module):
-            vars(module)[name] = importlib.import_module(native)
+            vars(module)[name] = value
             vars(module)["__all__"].append(name)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import operator
 import signal
 import threading
 from collections.abc import Callable, Iterable
@@ -27,7 +28,10 @@ class Crew:
     """
 
     def __init__(self, num_threads: int | None = None):
-        self.num_threads = Parallelism.Max().num_threads() if num_threads is None else int(num_threads)
+        try:
+            self.num_threads = Parallelism.Max().num_threads() if num_threads is None else operator.index(num_threads)
+        except TypeError:
+            raise TypeError(f"num_threads must be a whole number, not {num_threads!r}.") from None
         if self.num_threads < 1:
             raise ValueError(f"num_threads must be at least 1, not {num_threads}.")
         self.stopped = False

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
 import pathlib
 import tempfile
 import zipfile
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._files import whole_file
 from sheldrake.common._native.store import code_of_text
 from sheldrake.common._native.target import Target
 from sheldrake.export._c import identifier, literal, runs
@@ -92,7 +92,7 @@ def SaveFmu(
     else:
         frozen = Freeze(diagram, outputs)
     data = _Fmu(frozen, name or frozen.name or "diagram", fmi_version).packed(wanted)
-    with open(os.fspath(path), "wb") as file:
+    with whole_file(path) as file:
         file.write(data)
 
 

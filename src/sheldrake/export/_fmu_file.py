@@ -17,8 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 _NO_FMPY = "{} needs FMPy: pip install 'sheldrake[fmi]'."
-_LARGEST = 4 << 30
-"""Bytes that an FMU may have when it is unpacked; more is taken for an attack."""
+_LARGEST, _SMALL, _MOST_PACKED = 4 << 30, 64 << 20, 200
+"""Bytes of an unpacked FMU at most, and beyond which they may be no more than so many times those of the
+file: more is taken for an attack."""
+_ENCODINGS = {"UTF-8", "UTF8", "US-ASCII", "ASCII", "ISO-8859-1", "ISO-8859-15", "LATIN1", "WINDOWS-1252"}
+"""In these, ASCII is ASCII."""
 
 _GETTERS2 = {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"}
 _GETTERS3 = {
@@ -89,14 +92,17 @@ class FmuFile:
 
     def _unpack(self) -> None:
         """Unpacks the archive, if all its names stay in it."""
+        if os.path.exists(self.path) and not os.path.isfile(self.path):
+            raise self._fault("it is no regular file.")
         try:
             with zipfile.ZipFile(self.path) as archive:
                 entries = archive.infolist()
                 for entry in entries:
                     self._check_entry(entry)
                 size = sum(entry.file_size for entry in entries)
-                if size > _LARGEST:
-                    raise self._fault(f"it would unpack to {size} bytes; more than {_LARGEST} are not taken.")
+                most = min(_LARGEST, max(_SMALL, _MOST_PACKED * os.path.getsize(self.path)))
+                if size > most:
+                    raise self._fault(f"it would unpack to {size} bytes; more than {most} are not taken.")
                 if "modelDescription.xml" not in archive.namelist():
                     raise self._fault("there is no modelDescription.xml in it: it is no FMU.")
                 archive.extractall(self._folder)
@@ -114,7 +120,12 @@ class FmuFile:
     def _read(self) -> Any:
         """The description, after what FMPy's reader does not look at."""
         text = (self._folder / "modelDescription.xml").read_bytes()
-        if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text.replace(b"\0", b""), re.IGNORECASE):
+        # In an encoding in which "<!" may be other bytes, such as UTF-7, what is looked for next could hide.
+        declared = re.match(rb"""(?:\xef\xbb\xbf)?\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""", text)
+        encoding = declared[1].decode("ascii", "replace") if declared else "UTF-8"
+        if encoding.upper() not in _ENCODINGS or b"\0" in text:
+            raise self._fault(f"its modelDescription.xml is in {encoding or 'no encoding'}, and FMI wants UTF-8.")
+        if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
             raise self._fault("its modelDescription.xml declares a document type or entities, which FMI does not use.")
         from fmpy import read_model_description
 

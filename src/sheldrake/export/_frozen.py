@@ -7,6 +7,8 @@ import json
 import os
 from typing import Any
 
+from sheldrake.common._files import regular_bytes, whole_file
+
 VERSION = 1
 _MAGIC = b"sheldrake frozen diagram"
 
@@ -63,7 +65,7 @@ class FrozenDiagram:
         Raises:
             OSError: the file cannot be written.
         """
-        with open(os.fspath(path), "wb") as file:
+        with whole_file(path) as file:
             file.write(self.ToBytes())
 
 
@@ -73,12 +75,11 @@ def LoadFrozen(path: Any) -> FrozenDiagram:
     Such a file is a program: run it only if you would run a program from where it comes.
 
     Raises:
-        OSError: the file cannot be read.
+        OSError: the file cannot be read, or is no regular file.
         ValueError: it is no frozen diagram, of another version, or not as it was written; nothing of it is run.
     """
     name = os.fspath(path)
-    with open(name, "rb") as file:
-        return from_bytes(file.read(), f"LoadFrozen({name!r})")
+    return from_bytes(regular_bytes(name), f"LoadFrozen({name!r})")
 
 
 def from_bytes(data: bytes, call: str) -> FrozenDiagram:
@@ -100,5 +101,12 @@ def from_bytes(data: bytes, call: str) -> FrozenDiagram:
     if hashlib.sha256(body).hexdigest().encode() != digest:
         raise ValueError(f"{call}: it is not as it was written, truncated or altered (its SHA-256 differs).")
     size, _, behind = body.partition(b"\n")
-    end = int(size)
-    return FrozenDiagram(json.loads(behind[:end]), behind[end:])
+    try:
+        end = int(size)
+        description = json.loads(behind[:end])
+        whole = len(behind) - end == 8 * description["memory"]["size"]
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
+        raise ValueError(f"{call}: what it says of the diagram can not be read: {error}.") from None
+    if not whole:
+        raise ValueError(f"{call}: its memory is not as large as it says.")
+    return FrozenDiagram(description, behind[end:])

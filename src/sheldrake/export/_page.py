@@ -6,13 +6,13 @@ import base64
 import hashlib
 import html
 import json
-import os
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from sheldrake.common._files import whole_file
 from sheldrake.export._freeze import Freezer
 from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._scene import Scene
@@ -71,7 +71,7 @@ def SavePage(
     scene = Scene(freezer, meshcat if meshcat is not None else find_meshcat(simulator.get_system()))
     frozen = freezer.frozen()
     text = make_page(frozen, scene, title or frozen.name or "Simulation", sliders)
-    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+    with whole_file(path, encoding="utf-8", newline="\n") as file:
         file.write(text)
 
 

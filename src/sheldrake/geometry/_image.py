@@ -125,7 +125,7 @@ class _Image:
         return self.__copy__()
 
 
-def _make(pixel: PixelType) -> type:
+def _make(pixel: PixelType) -> type[_Image]:
     format_, scalar, channels, number = _KINDS[pixel]
     traits = {"ChannelType": number, "kNumChannels": channels, "kPixelFormat": format_, "kPixelScalar": scalar}
     ImageTraits.add_instantiation(pixel, type("ImageTraits", (), {**traits, "__doc__": f"What {pixel.name} is."}))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 _CODES = {"int8_t": "b", "int16_t": "h", "int32_t": "i", "int64_t": "q", "float": "f", "double": "d", "boolean": "?"}
 _WORD = (1 << 64) - 1
@@ -49,6 +49,10 @@ class Message:
     """
 
     _fields: ClassVar[list[tuple]] = []
+
+    if TYPE_CHECKING:  # what `_fields` names
+
+        def __getattr__(self, name: str) -> Any: ...
 
     def __init__(self, **values: Any):
         for name, kind, *dimensions in self._fields:

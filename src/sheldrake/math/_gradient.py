@@ -59,7 +59,7 @@ _FORWARD = NumericalGradientOption(_Method.kForward)
 
 
 def ComputeNumericalGradient(
-    calc_func: Callable[[np.ndarray], Any], x: Any, option: NumericalGradientOption = _FORWARD
+    calc_func: Callable[[np.ndarray], Any], x: np.ndarray, option: NumericalGradientOption = _FORWARD
 ) -> np.ndarray:
     """Partial derivatives of a function of several variables, shape (outputs, variables).
 

@@ -147,7 +147,7 @@ class RigidTransform(ScalarBase):
         pose = cls._argument("MakeUnchecked", matrix(cls._T, 3, 4), pose=pose)
         return cls._make(pose[:, :3].copy(), pose[:, 3].copy())
 
-    def set(self, R: Any, p: Scalars) -> None:
+    def set(self, R: RotationMatrix, p: Scalars) -> None:
         """Replace rotation and position [m]."""
         R = self._argument("set", instance_of(RotationMatrix_[self._T]), R=R)
         p = self._argument("set", vector(self._T, 3), p=p)
@@ -212,7 +212,7 @@ class RigidTransform(ScalarBase):
         M = self._R._M.T.copy()
         return self._make(M, -M.dot(self._p))
 
-    def InvertAndCompose(self, other: Any) -> RigidTransform:
+    def InvertAndCompose(self, other: RigidTransform) -> RigidTransform:
         """X_BC of this X_AB and another X_AC."""
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         M = self._R._M.T

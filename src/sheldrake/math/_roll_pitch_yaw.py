@@ -26,6 +26,8 @@ from sheldrake.common.eigen_geometry import Quaternion_
 from sheldrake.math._rotation_matrix import RotationMatrix_
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math._rotation_matrix import RotationMatrix
@@ -85,7 +87,7 @@ class RollPitchYaw(ScalarBase):
             overload(from_matrix, matrix=matrix(T, 3, 3)),
         ]
 
-    def _set(self, M: np.ndarray, wxyz: Any) -> None:
+    def _set(self, M: np.ndarray, wxyz: Sequence[Scalar] | np.ndarray) -> None:
         """Angles accurate everywhere, gimbal lock included.
 
         Pitch comes from the matrix. Half the sum and half the difference of yaw and roll come from the quaternion

@@ -117,7 +117,9 @@ def IrisInConfigurationSpaceFromCliqueCover(
     return sets
 
 
-def _region(checker: CollisionChecker, options: Any, domain: Hyperrectangle, points: np.ndarray) -> HPolyhedron | None:
+def _region(
+    checker: CollisionChecker, options: IrisFromCliqueCoverOptions, domain: Hyperrectangle, points: np.ndarray
+) -> HPolyhedron | None:
     """A region around the ellipsoid of a clique; None where that fails."""
     tol = options.rank_tol_for_minimum_volume_circumscribed_ellipsoid
     ball = AffineBall.MinimumVolumeCircumscribedEllipsoid(points, tol)

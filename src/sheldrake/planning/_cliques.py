@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -186,7 +186,7 @@ class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
 
 
 def VisibilityGraph(
-    checker: CollisionChecker, points: Any, parallelize: Parallelism | int | bool = True
+    checker: CollisionChecker, points: np.ndarray, parallelize: Parallelism | int | bool = True
 ) -> scipy.sparse.csc_matrix:
     """Returns which configurations see each other: the edge between them is free; a symmetric csc_matrix of bools.
 

@@ -357,7 +357,7 @@ class CollisionChecker:
         return self.CalcContextRobotClearance(self.model_context(context_number), q, influence_distance)
 
     def CalcRobotClearances(
-        self, configs: Sequence[Any], influence_distance: float, parallelize: Any = None
+        self, configs: Sequence[Any], influence_distance: float, parallelize: Parallelism | int | bool | None = None
     ) -> list[RobotClearance]:
         """Returns what `CalcRobotClearance` says of each of some configurations, shape (nq,) each.
 
@@ -525,7 +525,7 @@ class CollisionChecker:
         """Sets the padding between bodies of the robot [m]."""
         self._padding[self._robot_pairs(True)] = _finite("SetPaddingAllRobotRobotPairs", padding)
 
-    def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: Any, padding: float) -> None:
+    def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: BodyIndex, padding: float) -> None:
         """Sets the padding between one body of the robot and the environment [m].
 
         Raises:
@@ -702,7 +702,9 @@ class CollisionChecker:
         """Tells whether the way from one configuration to another is free of collisions."""
         return self.CheckContextEdgeCollisionFree(self.model_context(context_number), q1, q2)
 
-    def CheckContextEdgeCollisionFree(self, model_context: Any, q1: ArrayLike, q2: ArrayLike) -> bool:
+    def CheckContextEdgeCollisionFree(
+        self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
+    ) -> bool:
         """Tells whether the way from one configuration to another is free, with a context of one's own."""
         if not self.CheckContextConfigCollisionFree(model_context, q2):
             return False
@@ -734,7 +736,9 @@ class CollisionChecker:
         """Returns how much of the way from one configuration to another is free."""
         return self.MeasureContextEdgeCollisionFree(self.model_context(context_number), q1, q2)
 
-    def MeasureContextEdgeCollisionFree(self, model_context: Any, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
+    def MeasureContextEdgeCollisionFree(
+        self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
+    ) -> EdgeMeasure:
         """Returns how much of the way is free, with a context of one's own."""
         distance = self.ComputeConfigurationDistance(q1, q2)
         steps = max(1, math.ceil(distance / self._step))

@@ -25,7 +25,7 @@ class DistanceAndInterpolationProvider:
         """Returns a configuration between two."""
         raise NotImplementedError(f"{type(self).__name__} has no DoInterpolateBetweenConfigurations().")
 
-    def ComputeConfigurationDistance(self, arg0: Any, arg1: ArrayLike) -> float:
+    def ComputeConfigurationDistance(self, arg0: ArrayLike, arg1: ArrayLike) -> float:
         """Returns the distance of two configurations.
 
         Raises:
@@ -36,7 +36,7 @@ class DistanceAndInterpolationProvider:
             raise RuntimeError(f"ComputeConfigurationDistance(): the distance is {distance}; it must not be negative.")
         return distance
 
-    def InterpolateBetweenConfigurations(self, arg0: Any, arg1: ArrayLike, arg2: float) -> np.ndarray:
+    def InterpolateBetweenConfigurations(self, arg0: ArrayLike, arg1: ArrayLike, arg2: float) -> np.ndarray:
         """Returns the configuration at a ratio from 0 to 1 between two.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from sheldrake.solvers import (
     QuadraticCost,
 )
 from sheldrake.solvers._functions.bindings import BindingBase, bind
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
@@ -54,9 +54,42 @@ class NonlinearDerivativeConstraint(Constraint):
         d, scale = self._D @ x[:-1], x[-1] ** self._power
         return np.concatenate((d - self._lb * scale, self._ub * scale - d))
 
+    def _alike(self) -> Hashable | None:
+        return type(self), self._D.shape, self._D.tobytes(), self._lb, self._ub, self._power
+
+    def _many(self) -> Many:
+        return _DerivativesWithin(self._D, self._lb, self._ub, self._power)
+
     _eval = _eval_duals = _eval_symbols = _values
     _display = EvaluatorBase._display
     _latex = EvaluatorBase._latex
+
+
+class _DerivativesWithin:
+    """Values of a NonlinearDerivativeConstraint at many points (r, h), and their derivatives."""
+
+    def __init__(self, D: np.ndarray, lb: float, ub: float, power: int):
+        self._rows, self._power = np.vstack((D, -D)), power
+        self._factors = np.repeat((-lb, ub), len(D))  # of h^N
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Shape (points, 2 m)."""
+        return points[:, :-1] @ self._rows.T + self._factors * points[:, -1:] ** self._power
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values, and derivatives of shape (points, 2 m, n)."""
+        rows, n = self._rows.shape
+        J = np.empty((len(points), rows, n + 1))
+        J[:, :, :-1] = self._rows
+        J[:, :, -1] = self._factors * (self._power * points[:, -1:] ** (self._power - 1))
+        return self.values(points), J
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives times weights of shape (points, 2 m), shape (points, n, n)."""
+        H = np.zeros((len(points), points.shape[1], points.shape[1]))
+        N = self._power
+        H[:, -1, -1] = (weights @ self._factors) * (N * (N - 1) * points[:, -1] ** max(N - 2, 0))
+        return H
 
 
 class NonlinearContinuityConstraint(Constraint):
@@ -75,9 +108,52 @@ class NonlinearContinuityConstraint(Constraint):
         u, h_u, v, h_v = x[:n], x[n], x[n + 1 : -1], x[-1]
         return np.array([(self._last @ u) * h_v**self._power - (self._first @ v) * h_u**self._power])
 
+    def _alike(self) -> Hashable | None:
+        return type(self), self._last.tobytes(), self._first.tobytes(), self._power
+
+    def _many(self) -> Many:
+        return _DerivativesMeet(self._last, self._first, self._power)
+
     _eval = _eval_duals = _eval_symbols = _values
     _display = EvaluatorBase._display
     _latex = EvaluatorBase._latex
+
+
+class _DerivativesMeet:
+    """Values of a NonlinearContinuityConstraint at many points (r_u, h_u, r_v, h_v), and their derivatives."""
+
+    def __init__(self, last: np.ndarray, first: np.ndarray, power: int):
+        self._last, self._first, self._power, self._at = last, first, power, last.size
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Shape (points, 1)."""
+        return self.slopes(points)[0]
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values, and derivatives of shape (points, 1, n)."""
+        k, N = self._at, self._power
+        ends, starts, h_u, h_v = points[:, :k] @ self._last, points[:, k + 1 : -1] @ self._first, *self._times(points)
+        J = np.empty((len(points), 1, points.shape[1]))
+        J[:, 0, :k] = np.outer(h_v**N, self._last)
+        J[:, 0, k] = -starts * N * h_u ** (N - 1)
+        J[:, 0, k + 1 : -1] = -np.outer(h_u**N, self._first)
+        J[:, 0, -1] = ends * N * h_v ** (N - 1)
+        return (ends * h_v**N - starts * h_u**N)[:, None], J
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives times weights of shape (points, 1), shape (points, n, n)."""
+        k, N, w = self._at, self._power, weights[:, 0]
+        ends, starts, h_u, h_v = points[:, :k] @ self._last, points[:, k + 1 : -1] @ self._first, *self._times(points)
+        H = np.zeros((len(points), points.shape[1], points.shape[1]))
+        H[:, :k, -1] = np.outer(w * N * h_v ** (N - 1), self._last)
+        H[:, k, k + 1 : -1] = -np.outer(w * N * h_u ** (N - 1), self._first)
+        H += H.transpose(0, 2, 1)
+        H[:, -1, -1] = w * ends * N * (N - 1) * h_v ** max(N - 2, 0)
+        H[:, k, k] = -w * starts * N * (N - 1) * h_u ** max(N - 2, 0)
+        return H
+
+    def _times(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return points[:, self._at], points[:, -1]
 
 
 CONVEX = {Transcription.kRelaxation}
@@ -132,7 +208,7 @@ def energy_weights(call: str, n: int, weight: float) -> np.ndarray:
     return weights(call, n, 2.0 * float(weight) ** 2 if np.ndim(weight) == 0 else weight)
 
 
-def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
+def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> BindingBase[LinearConstraint]:
     """lower <= A vars <= upper."""
     A = np.atleast_2d(A)
     m = len(A)
@@ -140,7 +216,7 @@ def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
     return bind(LinearConstraint, c, np.asarray(vars, dtype=object))
 
 
-def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> Any:
+def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> BindingBase[LinearEqualityConstraint]:
     """A vars = b."""
     c = LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
     return bind(LinearEqualityConstraint, c, np.asarray(vars, dtype=object))

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
 
 _TURN = 2.0 * math.pi
+_NO_TIME = 1e-8  # [s]: so near to zero solvers leave a duration that may be zero.
 
 _DURATIONS = {"h_min": (number, 1e-6), "h_max": (number, 20.0), "name": (text, "")}
 
@@ -260,10 +261,10 @@ class GcsTrajectoryOptimization:
         """Returns the trajectory of least cost from a region of one subgraph to one of another, and the solution.
 
         Without other options the relaxation is solved, and the best of up to five paths sampled from it is taken. The
-        trajectory is empty if none was found.
+        trajectory is empty if none was found. Regions of order 0 (points) that take no time have no curve in it.
 
         Raises:
-            RuntimeError: a subgraph is none of this graph.
+            RuntimeError: a subgraph is none of this graph; or a curve of an order above 0 takes no time.
         """
         for subgraph in (source, target):
             self._require_own("SolvePath", subgraph)
@@ -300,16 +301,23 @@ class GcsTrajectoryOptimization:
         segments, t = [], 0.0
         for vertex in vertices:
             x = vertex.GetSolution(result)
-            points = x[:-1].reshape(-1, self._num_positions).T
-            segments.append(BezierCurve(t, t + x[-1], points))
-            t += float(x[-1])
+            points, duration = x[:-1].reshape(-1, self._num_positions).T, float(x[-1])
+            if points.shape[1] == 1 and duration < _NO_TIME:  # a point that is passed without a stop
+                continue
+            if duration < np.finfo(float).eps:
+                raise RuntimeError(
+                    f"GcsTrajectoryOptimization: the curve in {vertex.name()} takes no time ({duration:g} s), in which "
+                    "its control points cannot be passed. Give regions of an order above 0 an h_min above 0."
+                )
+            segments.append(BezierCurve(t, t + duration, points))
+            t += duration
         return CompositeTrajectory(segments)
 
     def SolveConvexRestriction(
         self,
         active_vertices: list,
         options: GraphOfConvexSetsOptions | None = None,
-        initial_guess: Any = None,
+        initial_guess: MathematicalProgramResult | None = None,
     ) -> tuple[CompositeTrajectory, Any]:
         """Returns the trajectory of least cost through given vertices in order, and the solution.
 
@@ -319,7 +327,8 @@ class GcsTrajectoryOptimization:
             initial_guess: A solution to start from.
 
         Raises:
-            RuntimeError: two neighbours are not connected by an edge, or by several.
+            RuntimeError: two neighbours are not connected by an edge, or by several; or a curve of an order above 0
+                takes no time.
         """
         edges = []
         for u, v in itertools.pairwise(active_vertices):

@@ -108,7 +108,7 @@ class KinematicTrajectoryOptimization:
 
     # Guess and result
 
-    def SetInitialGuess(self, trajectory: Any) -> None:
+    def SetInitialGuess(self, trajectory: BsplineTrajectory) -> None:
         """Sets the guess of control points and duration to those of a BsplineTrajectory.
 
         Raises:
@@ -193,7 +193,7 @@ class KinematicTrajectoryOptimization:
         overload(lambda self, binding, s: self._linear_velocity(binding, s), binding=kinds.binding, s=kinds.number),
         overload(constraint=instance_of(Constraint), s=kinds.number),
     )
-    def AddVelocityConstraintAtNormalizedTime(self, constraint: Constraint, s: float) -> Any:
+    def AddVelocityConstraintAtNormalizedTime(self, constraint: Constraint, s: float) -> Binding[Constraint]:
         """Adds a constraint on (q, qdot) at t = s T, called as `(constraint, s)`; or linear bounds on placeholders
         qdot, called as `(binding, s)`, which returns a list.
 

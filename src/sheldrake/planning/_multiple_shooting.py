@@ -25,6 +25,7 @@ from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
     from sheldrake.solvers import Binding, MathematicalProgramResult
+    from sheldrake.solvers._functions.evaluators import Cost, VisualizationCallback
     from sheldrake.trajectories import PiecewisePolynomial
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
@@ -145,7 +146,7 @@ class MultipleShooting:
 
     # Substitution
 
-    def _time_at(self, index: int) -> Any:
+    def _time_at(self, index: int) -> Expression:
         if self._dt is not None:
             return Expression(index * self._dt)
         total = Expression(0.0)
@@ -177,7 +178,7 @@ class MultipleShooting:
     def _add_running_cost(self, g: Expression) -> None:
         raise NotImplementedError
 
-    def AddFinalCost(self, e: Any = None, *, matrix: Any = None) -> Any:
+    def AddFinalCost(self, e: Any = None, *, matrix: Any = None) -> Binding[Cost]:
         """Adds the cost of an expression of placeholders (or a matrix of one) at the last sample."""
         e = np.asarray(matrix if e is None else e, dtype=object)
         if e.size != 1:
@@ -222,7 +223,7 @@ class MultipleShooting:
 
     # Callbacks
 
-    def _callback(self, vars: list[np.ndarray], show: Callable[[np.ndarray], None]) -> Any:
+    def _callback(self, vars: list[np.ndarray], show: Callable[[np.ndarray], None]) -> Binding[VisualizationCallback]:
         everything = np.concatenate((self._h_vars, *vars)) if self._dt is None else np.concatenate(vars)
         return self._prog.AddVisualizationCallback(show, everything)
 
@@ -238,7 +239,7 @@ class MultipleShooting:
             at += r * self._N
         return times, out
 
-    def AddInputTrajectoryCallback(self, callback: Callable) -> Any:
+    def AddInputTrajectoryCallback(self, callback: Callable) -> Binding[VisualizationCallback]:
         """Has `callback(times, inputs)` called with iterates; inputs of shape (nu, N)."""
 
         def show(values: np.ndarray) -> None:
@@ -247,7 +248,7 @@ class MultipleShooting:
 
         return self._callback([self._u_vars], show)
 
-    def AddStateTrajectoryCallback(self, callback: Callable) -> Any:
+    def AddStateTrajectoryCallback(self, callback: Callable) -> Binding[VisualizationCallback]:
         """Has `callback(times, states)` called with iterates; states of shape (nx, N)."""
 
         def show(values: np.ndarray) -> None:
@@ -256,7 +257,7 @@ class MultipleShooting:
 
         return self._callback([self._x_vars], show)
 
-    def AddCompleteTrajectoryCallback(self, callback: Callable, names: list[str]) -> Any:
+    def AddCompleteTrajectoryCallback(self, callback: Callable, names: list[str]) -> Binding[VisualizationCallback]:
         """Has `callback(times, states, inputs, values)` called with iterates, values of the named variables."""
         more = [self._sequence(name)[1] for name in names]
 

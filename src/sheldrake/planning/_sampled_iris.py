@@ -24,6 +24,8 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers import _kinds as kinds
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sheldrake.planning import CollisionChecker
 
 _LOOKED_AT = 1000  # Samples that are checked at once beyond the least number.
@@ -301,7 +303,7 @@ class FreeTest:
     def __call__(self, x: np.ndarray) -> bool:
         return bool(self._checker.CheckConfigCollisionFree(self._to_q(x))) and self._satisfied(x)
 
-    def each(self, points: Any) -> list[bool]:
+    def each(self, points: Sequence[np.ndarray] | np.ndarray) -> list[bool]:
         """The same of many points, which threads check."""
         free = self._checker.CheckConfigsCollisionFree([self._to_q(x) for x in points], self._threads)
         return [bool(is_free) and self._satisfied(x) for x, is_free in zip(points, free)]

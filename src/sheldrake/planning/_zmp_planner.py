@@ -15,6 +15,8 @@ from sheldrake.trajectories import ExponentialPlusPiecewisePolynomial, Piecewise
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.trajectories import Trajectory
+
 
 class ZmpPlanner:
     """Plans the motion of a center of mass at constant height so that the zero-moment point follows a trajectory."""
@@ -133,7 +135,7 @@ class ZmpPlanner:
         self._require_plan()
         return getattr(self, name)
 
-    def ComputeOptimalCoMdd(self, time: float, x: Any) -> np.ndarray:
+    def ComputeOptimalCoMdd(self, time: float, x: ArrayLike) -> np.ndarray:
         """Returns the best acceleration of the center of mass [m/s^2] from a state, shape (2,).
 
         Args:
@@ -145,7 +147,7 @@ class ZmpPlanner:
         wanted = self.get_desired_zmp(time) - self._end
         return self._K @ state + self._to_u0 @ np.concatenate((self.get_Vx(time), wanted))
 
-    def comdd_to_cop(self, x: Any, u: ArrayLike) -> np.ndarray:
+    def comdd_to_cop(self, x: ArrayLike, u: ArrayLike) -> np.ndarray:
         """Returns the center of pressure [m] for a state and an acceleration, shape (2,)."""
         self._require_plan()
         return self._C @ np.ravel(x) + self._D @ np.ravel(u)
@@ -186,7 +188,7 @@ class ZmpPlanner:
         """Returns the linear part of the value function, at a time if one is given."""
         return self._trajectory("_Vx", time)
 
-    def get_desired_zmp(self, time: float | None = None) -> Any:
+    def get_desired_zmp(self, time: float | None = None) -> PiecewisePolynomial:
         """Returns the wanted zero-moment point [m], at a time if one is given."""
         return self._trajectory("_zmp_d", time)
 
@@ -194,15 +196,15 @@ class ZmpPlanner:
         """Returns the last wanted zero-moment point [m]."""
         return self._known("_end").copy()
 
-    def get_nominal_com(self, time: float | None = None) -> Any:
+    def get_nominal_com(self, time: float | None = None) -> Trajectory:
         """Returns the planned position of the center of mass [m], at a time if one is given."""
         return self._trajectory("_com", time)
 
-    def get_nominal_comd(self, time: float | None = None) -> Any:
+    def get_nominal_comd(self, time: float | None = None) -> Trajectory:
         """Returns the planned velocity of the center of mass [m/s], at a time if one is given."""
         return self._trajectory("_comd", time)
 
-    def get_nominal_comdd(self, time: float | None = None) -> Any:
+    def get_nominal_comdd(self, time: float | None = None) -> Trajectory:
         """Returns the planned acceleration of the center of mass [m/s^2], at a time if one is given."""
         return self._trajectory("_comdd", time)
 

@@ -17,7 +17,13 @@ from sheldrake.solvers._engines.choose import (
     Solve,
     SolveInParallel,
 )
-from sheldrake.solvers._engines.clarabel import ClarabelSolver, ClarabelSolverDetails
+from sheldrake.solvers._engines.clarabel import (
+    ClarabelSolver,
+    ClarabelSolverDetails,
+    CsdpSolver,
+    CsdpSolverDetails,
+)
+from sheldrake.solvers._engines.daqp import DaqpSolver, DaqpSolverDetails
 from sheldrake.solvers._engines.highs import ClpSolver, ClpSolverDetails
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.ipopt import IpoptSolver, IpoptSolverDetails
@@ -27,8 +33,6 @@ from sheldrake.solvers._engines.projected_gradient import ProjectedGradientDesce
 from sheldrake.solvers._engines.snopt import SnoptSolver, SnoptSolverDetails
 from sheldrake.solvers._engines.splitting import OsqpSolver, OsqpSolverDetails, ScsSolver, ScsSolverDetails
 from sheldrake.solvers._engines.unavailable import (
-    CsdpSolver,
-    CsdpSolverDetails,
     GurobiSolver,
     GurobiSolverDetails,
     MosekSolver,
@@ -106,6 +110,8 @@ __all__ = [
     "Cost",
     "CsdpSolver",
     "CsdpSolverDetails",
+    "DaqpSolver",
+    "DaqpSolverDetails",
     "EvaluatorBase",
     "ExponentialConeConstraint",
     "ExpressionConstraint",

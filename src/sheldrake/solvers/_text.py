@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def number_text(x: float) -> str:
     return repr(float(x)).removesuffix(".0")
 
 
-def latex_number(x: Any, precision: int) -> str:
+def latex_number(x: Expression | Variable | float, precision: int) -> str:
     """LaTeX for an expression or a number, infinity included."""
     if isinstance(x, (Expression, Variable)):
         return ToLatex(x, precision)

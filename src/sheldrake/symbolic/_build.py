@@ -22,6 +22,8 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from sheldrake.symbolic._formula import Formula
 
 _REAL = (float, int, np.floating, np.integer, np.bool_)
@@ -149,7 +151,7 @@ def add(a: Expression, b: Expression) -> Expression:
     return make_sum(c0, terms)
 
 
-def sum_of(expressions: Any) -> Expression:
+def sum_of(expressions: Iterable[Expression]) -> Expression:
     """The sum of many, in one go."""
     terms: dict[int, tuple[Expression, float]] = {}
     c0 = 0.0

@@ -15,7 +15,7 @@ from sheldrake.systems.pyplot_visualizer import PyPlotVisualizer
 
 if TYPE_CHECKING:
     from sheldrake.geometry import SceneGraph, SceneGraphInspector
-    from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 __all__ = ["ConnectPlanarSceneGraphVisualizer", "PlanarSceneGraphVisualizer"]
 
@@ -177,7 +177,7 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
 
 
 def ConnectPlanarSceneGraphVisualizer(
-    builder: DiagramBuilder, scene_graph: SceneGraph, output_port: Any = None, **kwargs: Any
+    builder: DiagramBuilder, scene_graph: SceneGraph, output_port: OutputPort | None = None, **kwargs: Any
 ) -> PlanarSceneGraphVisualizer:
     """Adds a PlanarSceneGraphVisualizer to a diagram, connects it and returns it.
 

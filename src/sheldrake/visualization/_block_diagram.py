@@ -173,10 +173,10 @@ class _Level:
             for (a, i), own in diagram._exported_inputs.items():
                 if own == k and a in place:
                     self._connect(source, input_of(a, i))
-        for declaration, (b, j) in zip(diagram._outputs, diagram._exported_outputs):
+        for exported, (b, j) in zip(diagram._outputs, diagram._exported_outputs):
             if b not in place:
                 continue
-            self._connect(output_of(b, j), end(declaration.name, +1))
+            self._connect(output_of(b, j), end(exported.name, +1))
 
     def _connect(self, source: tuple[tuple[int, int], str], target: tuple[tuple[int, int], str]) -> None:
         self._wires.append(Wire(source[0], target[0]))

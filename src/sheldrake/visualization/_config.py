@@ -155,7 +155,7 @@ def _add_mouse_spring(builder: Any, plant: Any, meshcat: Meshcat, stiffness: flo
 
 def _messenger_params(config: VisualizationConfig) -> list[DrakeVisualizerParams]:
     """Returns the options of what a configuration asks to publish."""
-    shared = {"publish_period": config.publish_period, "use_role_channel_suffix": True}
+    shared: dict[str, Any] = {"publish_period": config.publish_period, "use_role_channel_suffix": True}
     wanted = []
     if config.publish_illustration:
         color = config.default_illustration_color
@@ -170,7 +170,7 @@ def _messenger_params(config: VisualizationConfig) -> list[DrakeVisualizerParams
 
 def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerParams]:
     """Returns the options of the visualizers which a configuration asks for."""
-    shared = {
+    shared: dict[str, Any] = {
         "publish_period": config.publish_period,
         "delete_on_initialization_event": config.delete_on_initialization_event,
         "enable_alpha_slider": config.enable_alpha_sliders,

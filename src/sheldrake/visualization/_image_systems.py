@@ -12,6 +12,7 @@ from sheldrake.systems.framework import InputPort, LeafSystem
 from sheldrake.systems.sensors import ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._image import _Image
     from sheldrake.systems.framework import Context
 
 # Ten colors that are told apart easily: matplotlib's "tab10" cycle, from Tableau.
@@ -59,7 +60,7 @@ class ColorizeDepthImage(LeafSystem):
     def invalid_color(self, value: Rgba) -> None:
         self._invalid_color = value.__copy__()
 
-    def Calc(self, input: Any, output: ImageRgba8U) -> None:
+    def Calc(self, input: _Image, output: _Image) -> None:
         """Fills an image with the colors of a depth image.
 
         Raises:
@@ -118,7 +119,7 @@ class ColorizeLabelImage(LeafSystem):
     def background_color(self, value: Rgba) -> None:
         self._background_color = value.__copy__()
 
-    def Calc(self, input: ImageLabel16I, output: ImageRgba8U) -> None:
+    def Calc(self, input: _Image, output: _Image) -> None:
         """Fills an image with the colors of a label image.
 
         Raises:

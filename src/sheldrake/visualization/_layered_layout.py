@@ -178,9 +178,10 @@ class Layout:
             (u, i), (v, j) = wire.source, wire.target
             at, offset = self._item_of[u], self.boxes[u].outputs[i]
             for layer in range(self.boxes[u].layer + 1, self.boxes[v].layer):
-                item = self._passing.get((wire.source, layer))
-                if item is None:
-                    item = self._passing[wire.source, layer] = _Item(0.0)
+                passing = self._passing.get((wire.source, layer))
+                item = passing or _Item(0.0)
+                if passing is None:
+                    self._passing[wire.source, layer] = item
                     self._items[id(item)] = item
                     self._layers[layer].append(item)
                 self._links[layer - 1][id(at), offset, id(item), 0.0] = None

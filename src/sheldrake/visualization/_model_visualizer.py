@@ -25,7 +25,7 @@ from sheldrake.systems.framework import DiagramBuilder
 
 from ._camera_preview import CameraPreview
 from ._config import ApplyVisualizationConfig, VisualizationConfig
-from ._playback import PLAY_BUTTON, PLAY_KEY, RESET_BUTTON, Playback, add_ground
+from ._playback import GROUND, PLAY_BUTTON, PLAY_KEY, RESET_BUTTON, Playback, add_ground
 from ._posture_sliders import PostureSliders
 from ._triad import AddFrameTriadIllustration
 
@@ -90,7 +90,7 @@ class ModelVisualizer:
         simulate: bool = False,
     ):
         self._visualize_frames = visualize_frames
-        self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
+        self._triad: dict[str, Any] = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
         self._publish_contacts, self._pyplot, self._browser_new = publish_contacts, pyplot, browser_new
         self._show_rgbd_sensor = show_rgbd_sensor
         self._preview: CameraPreview | None = None
@@ -358,7 +358,7 @@ class ModelVisualizer:
             meshcat.SetEnvironmentMap(self._environment_map)
         if self._no_lights:
             meshcat.SetProperty("/Lights", "visible", False)
-        if self._visualize_frames:
+        if self._visualize_frames or self._is_bare():
             for index in map(FrameIndex, range(self._plant.num_frames())):
                 frame = self._plant.get_frame(index)
                 if frame is not self._plant.world_frame():
@@ -389,6 +389,17 @@ class ModelVisualizer:
         self._show_collisions_where_nothing_else_is()
         if position is None:
             self._stand()
+
+    def _is_bare(self) -> bool:
+        """Whether the models have bodies but nothing to see: what is left to show are their frames."""
+        inspector = self._scene_graph.model_inspector()
+        shown = inspector.num_geometries() - sum(
+            inspector.GetName(g).endswith(GROUND) for g in inspector.GetAllGeometryIds(Role.kProximity)
+        )
+        if shown or self._plant.num_bodies() == 1:
+            return False
+        log.warning("ModelVisualizer: no body has geometry; frames are drawn in its place.")
+        return True
 
     def _show_collisions_where_nothing_else_is(self) -> None:
         """A model without looks is seen by what collides."""

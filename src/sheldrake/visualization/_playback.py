@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 PLAY_BUTTON, RESET_BUTTON = "Play / Pause", "Reset"
 PLAY_KEY = "KeyP"
-_GROUND = "ground of the viewer"
+GROUND = "ground of the viewer"
 _MOST = 0.1  # simulated in one go, at most [s]: what takes longer runs slower than real time
 
 
@@ -37,8 +37,8 @@ def add_ground(plant: MultibodyPlant) -> None:
     """Adds ground at z = 0 to a plant in the making, which nothing shows but the page's grid."""
     properties = ProximityProperties()
     AddContactMaterial(friction=CoulombFriction(0.8, 0.8), properties=properties)
-    properties.AddProperty("meshcat", "accepting", _GROUND)  # the name of no visualizer
-    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), _GROUND, properties)
+    properties.AddProperty("meshcat", "accepting", GROUND)  # the name of no visualizer
+    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), GROUND, properties)
 
 
 class Playback:
@@ -139,7 +139,7 @@ class Playback:
         inspector = query.inspector()
         declaration, found = CollisionFilterDeclaration(), False
         for pair in query.ComputePointPairPenetration():
-            if not any(inspector.GetName(g).endswith(_GROUND) for g in (pair.id_A, pair.id_B)):
+            if not any(inspector.GetName(g).endswith(GROUND) for g in (pair.id_A, pair.id_B)):
                 declaration.ExcludeBetween(GeometrySet([pair.id_A]), GeometrySet([pair.id_B]))
                 found = True
         if found:

@@ -66,9 +66,9 @@ def AddFrameTriadIllustration(
     for argument, given in (("body", body), ("frame", frame)):
         if given is not None and plant is not None and given.GetParentPlant() is not plant:
             raise ValueError(f"AddFrameTriadIllustration(): Mismatched {argument}= and plant=; remove the plant= arg")
-    if frame_id is not None:
+    if frame_id is not None and plant is not None:
         body = plant.GetBodyFromFrameId(frame_id)
-    if frame_index is not None:
+    if frame_index is not None and plant is not None:
         frame = plant.get_frame(frame_index)
     frame = body.body_frame() if body is not None else frame
     plant = frame.GetParentPlant()

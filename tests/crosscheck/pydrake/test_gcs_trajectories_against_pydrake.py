@@ -215,3 +215,68 @@ def test_a_planted_fault_is_seen():
         T.AddPathLengthCost(factor)
         costs.append(T.SolvePath(parts[0], parts[2])[1].get_optimal_cost())
     assert abs(costs[0] - costs[1]) > 1e-2
+
+
+def at_rest_at_both_ends(L, order, acceleration, jerk, smooth):
+    """Least time and length through two boxes, from rest to rest, under bounds of higher derivatives."""
+    o = L.optimization
+    T = L.planning.GcsTrajectoryOptimization(2)
+    start, goal = (T.AddRegions([o.Point(p)], 0, name=n) for n, p in (("s", [0.1, 0.1]), ("g", [1.88, 1.88])))
+    boxes = [o.HPolyhedron.MakeBox([0, 0], [1, 1]), o.HPolyhedron.MakeBox([0.8, 0.8], [2, 2])]
+    middle = T.AddRegions(boxes, order, h_min=0.01, h_max=20, name="m")
+    for edges in (T.AddEdges(start, middle), T.AddEdges(middle, goal)):
+        edges.AddZeroDerivativeConstraints(1)
+    T.AddTimeCost()
+    T.AddPathLengthCost()
+    T.AddVelocityBounds([-2, -2], [2, 2])
+    for bound, derivative in ((acceleration, 2), (jerk, 3)):
+        if bound:
+            T.AddNonlinearDerivativeBounds([-bound] * 2, [bound] * 2, derivative)
+    if smooth:
+        middle.AddContinuityConstraints(1)
+        T.AddContinuityConstraints(2)
+    KEEP.append(T)
+    return T.SolvePath(start, goal)
+
+
+@pytest.mark.parametrize("order", [4, 6])
+@pytest.mark.parametrize("acceleration, jerk", [(1.0, None), (0.5, None), (1.0, 3.0)])
+@pytest.mark.parametrize("smooth", [False, True])
+def test_nonlinear_bounds_of_curves_that_start_and_end_at_rest(order, acceleration, jerk, smooth):
+    trajectory, result = at_rest_at_both_ends(OURS, order, acceleration, jerk, smooth)
+    _, theirs = at_rest_at_both_ends(THEIRS, order, acceleration, jerk, smooth)
+    assert result.is_success() and theirs.is_success()
+    assert result.get_optimal_cost() <= theirs.get_optimal_cost() * (1.0 + 1e-4)  # minima are local ones
+    for t in np.linspace(trajectory.start_time(), trajectory.end_time(), 201)[1:-1]:
+        assert np.abs(trajectory.EvalDerivative(t, 2)).max() <= acceleration + 1e-4
+    assert np.abs(trajectory.EvalDerivative(trajectory.start_time(), 1)).max() < 1e-5
+
+
+@pytest.mark.parametrize("h_max", [0.0, 1.0])
+def test_points_that_take_no_time_have_no_curve(h_max):
+    found = []
+    for L in (OURS, THEIRS):
+        o = L.optimization
+        T = L.planning.GcsTrajectoryOptimization(2)
+        start, goal = (T.AddRegions([o.Point(p)], 0, 0.0, h_max, n) for n, p in (("s", [0.1, 0.1]), ("g", [1.9, 1.8])))
+        middle = T.AddRegions([o.HPolyhedron.MakeBox([0, 0], [2, 2])], 3, name="m")
+        T.AddEdges(start, middle)
+        T.AddEdges(middle, goal)
+        T.AddTimeCost()
+        T.AddVelocityBounds([-1, -1], [1, 1])
+        KEEP.append(T)
+        trajectory, result = T.SolvePath(start, goal)
+        ends = trajectory.value(trajectory.start_time()), trajectory.value(trajectory.end_time())
+        found.append((result.get_optimal_cost(), trajectory.get_number_of_segments(), *np.ravel(ends)))
+    np.testing.assert_allclose(found[0], found[1], atol=1e-5)
+    assert found[0][1] == 1
+
+
+def test_curves_that_take_no_time_are_refused():
+    for L in (OURS, THEIRS):
+        T, parts, _ = corridor(L)
+        short = T.AddRegions([L.optimization.Point([0.2, 0.2])], 1, h_min=0.0, h_max=0.0, name="short")
+        T.AddEdges(short, parts[1])
+        T.AddPathLengthCost()
+        with pytest.raises(RuntimeError):
+            T.SolvePath(short, parts[2])

@@ -87,7 +87,7 @@ def extent(pixels):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parts[-3]}-{path.name}")
 def test_a_robot_fills_the_picture_and_stands_in_its_middle(path, chromium):
-    visualizer = ModelVisualizer(publish_contacts=False)
+    visualizer = ModelVisualizer(publish_contacts=False, simulate=True)  # as `sheldrake view` has it
     visualizer.AddModels(str(path))
     visualizer.Finalize()
     meshcat = visualizer.meshcat()

@@ -293,7 +293,7 @@ def rewritten(path, out, change):
     with zipfile.ZipFile(path) as archive:
         files = {n: archive.read(n) for n in archive.namelist()}
     change(files)
-    with zipfile.ZipFile(out, "w") as archive:
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in files.items():
             archive.writestr(name, data)
     return out
@@ -309,6 +309,7 @@ def in_description(old, new):
 
 
 ENTITY = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]>\n<fmiModelDescription'
+HIDDEN = b'encoding="UTF-7"?>\n' + "<!DOCTYPE x [<!ENTITY e SYSTEM 'file:///etc/passwd'>]>".encode("utf-7")
 
 
 @pytest.mark.parametrize(
@@ -320,6 +321,9 @@ ENTITY = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]>\n<fmiModelDesc
         (lambda files: files.pop("modelDescription.xml"), r"no modelDescription.xml"),
         (lambda files: files.pop("binaries/x86_64-linux/servo.so"), r"no binaries/x86_64-linux/servo.so .*no platform"),
         (in_description(b"<fmiModelDescription", ENTITY), r"document type or entities"),
+        (in_description(rb'encoding="UTF-8"\?>', HIDDEN), r"is in UTF-7, and FMI wants UTF-8"),
+        (lambda files: files.update({"modelDescription.xml": "<a/>".encode("utf-16")}), r"FMI wants UTF-8"),
+        (lambda files: files.update({"resources/bomb": bytes(80_000_000)}), r"unpack to 8\d{7} bytes; more than"),
         (in_description(b"</ModelVariables>", b""), r"can not be understood"),
         (in_description(b'fmiVersion="3.0"', b'fmiVersion="3.1"'), r"of FMI 3.1; 2.0 and 3.0"),
         (in_description(b'modelIdentifier="servo"', b'modelIdentifier="../servo"'), r"no identifier of C"),
@@ -353,3 +357,6 @@ def test_links_and_broken_archives_are_refused(servos, tmp_path):
             FmuSystem(tmp_path / "broken.fmu")
     with pytest.raises(OSError, match="nowhere"):
         FmuSystem(tmp_path / "nowhere.fmu")
+    os.mkfifo(tmp_path / "pipe.fmu")
+    with pytest.raises(ValueError, match="no regular file"):
+        FmuSystem(tmp_path / "pipe.fmu")

@@ -1,5 +1,7 @@
 """A frozen diagram gives the bits of the diagram, in a process that knows nothing of it, or is refused."""
 
+import hashlib
+import os
 import subprocess
 import sys
 
@@ -235,3 +237,35 @@ def test_a_file_that_is_not_as_it_was_written_is_refused(tmp_path, change, compl
         LoadFrozen(path)
     path.write_bytes(data)
     assert LoadFrozen(path).ToBytes() == data
+
+
+def resigned(data, change):
+    """A file whose author changed what it says, checksum and all."""
+    first, _, rest = data.split(b"\n", 2)
+    size, _, behind = rest.partition(b"\n")
+    text, image = change(behind[: int(size)], behind[int(size) :])
+    body = b"%d\n" % len(text) + text + image
+    return b"%s\n%s\n" % (first, hashlib.sha256(body).hexdigest().encode()) + body
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda text, image: (text[:-1], image), "what it says of the diagram can not be read"),
+        (lambda text, image: (b"[" * 100_000, image), "what it says of the diagram can not be read"),
+        (lambda text, image: (b"[]", image), "what it says of the diagram can not be read"),
+        (lambda text, image: (b"{}", image), "what it says of the diagram can not be read"),
+        (lambda text, image: (text, image[:-8]), "its memory is not as large as it says"),
+    ],
+)
+def test_a_file_that_says_nonsense_is_refused_in_words(tmp_path, change, complaint):
+    (tmp_path / "a.frozen").write_bytes(resigned(Freeze(springs()).ToBytes(), change))
+    with pytest.raises(ValueError, match=rf"LoadFrozen\(.*: {complaint}"):
+        LoadFrozen(tmp_path / "a.frozen")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes in folders")
+def test_a_pipe_is_no_frozen_diagram(tmp_path):
+    os.mkfifo(tmp_path / "a.frozen")
+    with pytest.raises(OSError, match="no regular file"):
+        LoadFrozen(tmp_path / "a.frozen")

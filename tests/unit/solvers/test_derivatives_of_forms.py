@@ -5,6 +5,11 @@ import pytest
 
 from sheldrake.examples import AcrobotPlant
 from sheldrake.planning import DirectCollocation
+from sheldrake.planning._gcs_subgraphs import (
+    NonlinearContinuityConstraint,
+    NonlinearDerivativeConstraint,
+    derivative_matrix,
+)
 from sheldrake.solvers import MathematicalProgram
 from sheldrake.solvers._engines.interior_point import Factors
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
@@ -32,7 +37,21 @@ def collocation():
     return prog, np.random.default_rng(2).uniform(0.1, 0.5, prog.num_vars())
 
 
-@pytest.mark.parametrize("make", [of_all_kinds, collocation])
+def curves():
+    """Lengths, and derivatives of Bézier curves in regions."""
+    rng = np.random.default_rng(3)
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(12, "x")
+    for i in range(3):
+        prog.AddL2NormCost(rng.normal(size=(2, 4)), rng.normal(size=2), x[i : i + 4])
+        bounds = NonlinearDerivativeConstraint(derivative_matrix(4, 2 + i % 2), -1.5, 2.0, 2 + i % 2)
+        prog.AddConstraint(bounds, x[2 * i : 2 * i + 6])
+        last, first = rng.normal(size=4), rng.normal(size=3)
+        prog.AddConstraint(NonlinearContinuityConstraint(last, first, 1 + i), x[i : i + 9])
+    return prog, rng.uniform(0.5, 1.5, 12)
+
+
+@pytest.mark.parametrize("make", [of_all_kinds, collocation, curves])
 def test_derivatives_are_those_of_differences(make):
     prog, y = make()
     form = NonlinearForm(prog)
@@ -52,6 +71,18 @@ def test_derivatives_are_those_of_differences(make):
         np.testing.assert_allclose(J[:, j], (ahead[0] - behind[0]) / (2 * step), atol=1e-6, rtol=1e-6)
         np.testing.assert_allclose(H[:, j], (ahead[2] - behind[2]) / (2 * step), atol=2e-3, rtol=1e-4)
     np.testing.assert_allclose(form.values(y)[1], gradient(y)[0], rtol=1e-12)
+
+
+def test_lengths_have_derivatives_where_they_are_zero():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(4, "x")
+    prog.AddL2NormCost(np.hstack((np.eye(2), -np.eye(2))), np.zeros(2), x)
+    form = NonlinearForm(prog)
+    value, slope = form.cost(np.array([0.3, 0.4, 0.3, 0.4]))
+    assert value == 0.0 and not slope.any()
+    value, slope = form.cost(np.array([3.0, 4.0, 0.0, 0.0]))
+    assert value == pytest.approx(5.0, abs=1e-7)  # the rounding of lengths near zero
+    np.testing.assert_allclose(slope, [0.6, 0.8, -0.6, -0.8], atol=1e-12)
 
 
 def test_what_differs_by_its_variables_alone_is_evaluated_together():

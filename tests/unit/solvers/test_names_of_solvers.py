@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from sheldrake.solvers import (
+    ClarabelSolver,
     ClpSolver,
+    CsdpSolver,
+    GetAvailableSolvers,
     MathematicalProgram,
     MobyLcpSolver,
+    ProgramType,
     SolverId,
     UnrevisedLemkeSolver,
 )
@@ -33,9 +37,34 @@ def system():
     return prog
 
 
+def semidefinite():
+    prog = MathematicalProgram()
+    X = prog.NewSymmetricContinuousVariables(2)
+    prog.AddPositiveSemidefiniteConstraint(X)
+    prog.AddLinearEqualityConstraint(X[0, 0] + X[1, 1] == 1)
+    prog.AddCost(X[0, 1] + 3.0)
+    return prog
+
+
+def test_of_csdp_the_answer_is_told_in_its_words():
+    pytest.importorskip("clarabel")
+    result = CsdpSolver().Solve(semidefinite())
+    assert result.get_optimal_cost() == pytest.approx(2.5, abs=1e-6)
+    details = result.get_solver_details()
+    assert details.return_code == 0 and details.y_val is None
+    # CSDP maximizes the negative of the cost; Drake's wheel says the same.
+    assert details.primal_objective == pytest.approx(-2.5, abs=1e-6)
+    assert details.dual_objective == pytest.approx(-2.5, abs=1e-6)
+    assert CsdpSolver().available() and CsdpSolver.id() not in GetAvailableSolvers(ProgramType.kLP)
+    never = semidefinite()
+    never.AddLinearConstraint(never.decision_variables()[0] <= -1.0)
+    assert CsdpSolver().Solve(never).get_solver_details().return_code == 1
+
+
 @pytest.mark.parametrize(
     ("solver", "make", "ran"),
     [
+        (CsdpSolver, semidefinite, ClarabelSolver.id()),
         (ClpSolver, linear, SolverId("HiGHS")),
         (MobyLcpSolver, complementary, UnrevisedLemkeSolver.id()),
         (UnrevisedLemkeSolver, complementary, UnrevisedLemkeSolver.id()),

@@ -153,3 +153,35 @@ def test_relaxation_by_groups_of_variables():
     assert len(sparse.linear_equality_constraints()) == 2  # one = 1, and both have the same x_1^2
     with pytest.raises(RuntimeError, match="not convex"):
         MakeSemidefiniteRelaxation(prog, [Variables(x[:2])])
+
+
+def test_other_solutions_on_the_way_are_kept_in_order():
+    pytest.importorskip("clarabel")
+    several = 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        prog = MathematicalProgram()
+        b = prog.NewBinaryVariables(8)
+        A = rng.normal(size=(4, 8))
+        prog.AddLinearConstraint(A, np.full(4, -np.inf), np.ones(4), b)
+        L = rng.normal(size=(8, 8))
+        Q, c = L @ L.T, 3.0 * rng.normal(size=8)
+        prog.AddQuadraticCost(Q, c, b)
+        search = MixedIntegerBranchAndBound(prog, ClarabelSolver.id())
+        assert search.Solve() is SolutionResult.kSolutionFound
+        corners = np.array(list(itertools.product((0.0, 1.0), repeat=8)))
+        costs = 0.5 * np.einsum("ki,ij,kj->k", corners, Q, corners) + corners @ c
+        allowed = (corners @ A.T <= 1.0 + 1e-9).all(axis=1)
+        found = [search.GetOptimalCost()]
+        while True:
+            try:
+                found.append(search.GetSubOptimalCost(len(found) - 1))
+            except RuntimeError:
+                break
+        assert found[0] == pytest.approx(costs[allowed].min(), abs=1e-5) and found == sorted(found)
+        for k, cost in enumerate(found):
+            x = search.GetSolution(b, k)
+            at = np.flatnonzero((corners == x).all(axis=1))
+            assert allowed[at].all() and costs[at] == pytest.approx(cost, abs=1e-5)
+        several += len(found) > 1
+    assert several >= 2

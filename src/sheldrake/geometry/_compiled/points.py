@@ -26,7 +26,7 @@ from sheldrake.geometry._text import choices
 CELLS_FROM = 100
 """Number of geometries from which on close pairs are sought in cells rather than among all pairs."""
 
-SKIN = 0.5
+SKIN = 0.25
 """Skin of near pairs, relative to the median bounding sphere."""
 
 

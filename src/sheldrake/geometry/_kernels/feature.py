@@ -10,9 +10,20 @@ from sheldrake.common._kernels.generic import sqrt, whole
 from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .model import BOX, CAPSULE, FACE_AND_VERTEX, HULL, NO_FEATURE, SIMPLEX, TWO_EDGES, VERTEX_AND_FACE
-from .support import best_face, core_vertex, farthest_vertex, has_faces
-from .table import absolute
+from .model import (
+    BOX,
+    CAPSULE,
+    FACE_AND_VERTEX,
+    FACE_ON_MORE,
+    HULL,
+    MORE_ON_FACE,
+    NO_FEATURE,
+    SIMPLEX,
+    TWO_EDGES,
+    VERTEX_AND_FACE,
+)
+from .support import best_face, core_vertex, farthest_vertex, has_faces, within_face
+from .table import absolute, several_points
 
 _SAME = 1e-8  # 1 - cosine: a face that looks so well along the direction found is what gave it, if it is as deep
 _AS_DEEP = 1e-11  # relative to the size
@@ -135,17 +146,52 @@ def kind_of_feature(table, corners):
 
 
 @kernel(outline=True)
-def what_meets(model, table, i, j, size, corners, out, depth):
-    """From the nearest triangle of the difference: (whether a feature gives it, direction out of i - j, depth, points).
+def more_under_face(model, table, g, other, n, size):
+    """(whether the lowest vertex of `other` is over a face of g with outward normal n, depth, points on both).
 
-    The points are on i and on j.
+    Of several lowest ones any does, as all are as deep.
+    """
+    _number, p = farthest_vertex(model, table, other, scale3(n, -1.0))
+    _number, top = farthest_vertex(model, table, g, n)
+    depth = dot3(n, sub3(top, p))
+    p_g = add3(p, scale3(n, depth))
+    return within_face(model, table, g, n, p_g, -_BEYOND * size), depth, p_g, p
+
+
+@kernel(outline=True)
+def face_and_more(model, table, g, other, out, depth, size):
+    """`face_and_vertex` where more than a vertex meets the face."""
+    if not has_faces(model, g):
+        return False, out, depth, out, out
+    _face, n = best_face(model, table, g, out)
+    if dot3(n, out) < 1.0 - _SAME:
+        return False, out, depth, out, out
+    over, found, p_g, p = more_under_face(model, table, g, other, n, size)
+    return over and absolute(found - depth) <= _AS_DEEP * size, n, found, p_g, p
+
+
+@kernel(outline=True)
+def what_meets(model, table, i, j, size, corners, out, depth):
+    """From the nearest triangle of the difference: (what meets there, direction out of i - j, depth, points).
+
+    NO_FEATURE if it is not to be told. The points are on i and on j.
     """
     what, who = kind_of_feature(table, corners)
+    known, n, found, p, q = False, out, depth, out, out
     if what == FACE_AND_VERTEX:
-        return face_and_vertex(model, table, i, j, who[0], out, depth, size)
-    if what == VERTEX_AND_FACE:
+        known, n, found, p, q = face_and_vertex(model, table, i, j, who[0], out, depth, size)
+    elif what == VERTEX_AND_FACE:
         known, n, found, q, p = face_and_vertex(model, table, j, i, who[0], scale3(out, -1.0), depth, size)
-        return known, scale3(n, -1.0), found, p, q
-    if what == TWO_EDGES:
-        return two_edges(model, table, i, j, (who[0], who[1]), (who[2], who[3]), out, depth, size)
-    return False, out, depth, out, out
+        n = scale3(n, -1.0)
+    elif what == TWO_EDGES:
+        known, n, found, p, q = two_edges(model, table, i, j, (who[0], who[1]), (who[2], who[3]), out, depth, size)
+    if known:
+        return what, n, found, p, q
+    if several_points(model, i, j):
+        known, n, found, p, q = face_and_more(model, table, i, j, out, depth, size)
+        if known:
+            return FACE_ON_MORE, n, found, p, q
+        known, n, found, q, p = face_and_more(model, table, j, i, scale3(out, -1.0), depth, size)
+        if known:
+            return MORE_ON_FACE, scale3(n, -1.0), found, p, q
+    return NO_FEATURE, out, depth, out, out

@@ -79,7 +79,7 @@ def slot_of(table, k):
 
 
 @kernel(outline=True)
-def remember_overlap(model, table, i, j, k, faces, vertices, grown, corners, out, depth):
+def remember_overlap(model, table, i, j, k, faces, vertices, grown, what, corners, out, depth):
     """Keeps what meets of pair k, and the polytope of EPA if it has `grown`; if there is a slot."""
     s = slot_of(table, k)
     if s < 0:
@@ -91,7 +91,7 @@ def remember_overlap(model, table, i, j, k, faces, vertices, grown, corners, out
     table.memories[k].how = s + 1
     if grown:
         keep_polytope(table, s, faces, vertices)
-    track(model, table, i, j, s, faces, corners, out, depth)
+    track(model, table, i, j, s, faces, what, corners, out, depth)
 
 
 @kernel
@@ -158,7 +158,8 @@ def follow(model, table, i, j, size, gap, k):
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, table.slots[s].num_faces, before)
     if not proven or not is_nearest_by_far(table, faces, out, depth + _CERTAIN * size):
         return False, out, depth, out, out
-    known, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
+    what, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
+    known = what != NO_FEATURE
     if known:
-        remember_overlap(model, table, i, j, k, faces, vertices, vertices > before, corners, out, depth)
+        remember_overlap(model, table, i, j, k, faces, vertices, vertices > before, what, corners, out, depth)
     return known, out, depth, p_i, p_j

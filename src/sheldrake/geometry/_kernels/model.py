@@ -312,8 +312,8 @@ class Seen(Record):
     centre_W = numbers(3, "centre of the bounding sphere", "m")
 
 
-# What meets where two polytopes overlap least
-NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES = range(4)
+# What meets where two polytopes overlap least; more than a vertex is an edge or a face in the plane of the face
+NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES, FACE_ON_MORE, MORE_ON_FACE = range(6)
 
 NEAR_FACES = 8  # of a polytope, that are looked at each time
 
@@ -324,8 +324,8 @@ class Slot(Record):
     owner = integer("number of its pair plus 1; 0 if the slot is free")
     num_vertices = integer("of the polytope; 0 if there is none")
     num_faces = integer("of the polytope")
-    feature = integer("FACE_AND_VERTEX of first and second shape, ...; NO_FEATURE if that is not remembered")
-    face = integer("of a face and a vertex: number of the face")
+    feature = integer("FACE_AND_VERTEX of first and second shape, ..., see above")
+    face = integer("number of the face, if there is one")
     who = integers(4, "numbers of vertices: of the vertex; or of the edges, the lower one first")
     num_near = integer("faces of the polytope that are looked at each time")
     near = array(NEAR_FACES, "they", dtype=int)

@@ -298,3 +298,46 @@ def polish(model, table, i, j, size, d, square):
         else:
             p_j = sub3(p_j, part)
     return dot3(r, r) <= _LOOSE * _LOOSE * size * size, d, depth, p_i, p_j
+
+
+@kernel(outline=True)
+def edge_over_cap(model, table, g, other, size, d):
+    """`face_against` where an edge that is nearly in the plane of a cap of g, but not quite, goes over its rim.
+
+    With e the edge, s its sine to the plane, and t square to both e and the cap's normal, the direction is square to e
+    and turned by phi about it. It is so near the normal that the rim's farthest point is where (-s, phi) points to in
+    the plane: r phi / sqrt(s^2 + phi^2) is how far the edge passes from the middle of the cap, q. `slope` is phi / s.
+    """
+    nothing = (False, d, 0.0, d, d)
+    if model[g].kind != CYLINDER:
+        return nothing
+    _face, n = best_face(model, table, g, d)
+    if dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
+        return nothing
+    p, count = show(model, table, other, scale3(n, -1.0), NARROW, 1.0, 0)
+    if count != 1:
+        return nothing
+    e = unit(table.edges[EDGE].edge)
+    s = dot3(e, n)
+    radius = model[g].radius
+    centre = add3(table.poses[g].p_WG, scale3(n, model[g].half_length))
+    flat = sub3(e, scale3(n, s))
+    upright = unit(sub3(n, scale3(e, s)))
+    t = cross3(e, upright)
+    out, slope = upright, 0.0
+    for _ in range(2):  # the direction hardly changes where the edge passes, as seen along it
+        q = dot3(cross3(e, out), sub3(p, centre))
+        if not (s > 0.0 and absolute(q) < radius):
+            return nothing
+        slope = q / sqrt(radius * radius - q * q)
+        out = unit(add3(upright, scale3(t, s * slope)))
+        p, count = show(model, table, other, scale3(out, -1.0), NARROW, 1.0, 0)
+        if count != 1:
+            return nothing
+    p_g = add3(centre, scale3(unit(sub3(scale3(t, slope), flat)), radius))
+    edge = table.edges[EDGE].edge
+    along = dot3(sub3(p_g, p), edge) / dot3(edge, edge)
+    p = add3(p, scale3(edge, along))
+    depth = dot3(out, sub3(p_g, p))
+    r = sub3(sub3(p_g, p), scale3(out, depth))
+    return within(along) and dot3(r, r) <= _LOOSE * _LOOSE * size * size, out, depth, p_g, p

@@ -17,8 +17,8 @@ from .memory import (
     remembers,
     still_apart,
 )
-from .model import BOX, CAPSULE, HULL, SIMPLEX, SPHERE
-from .polish import NARROW, SQUARE, face_against, polish
+from .model import BOX, CAPSULE, HULL, NO_FEATURE, SIMPLEX, SPHERE
+from .polish import NARROW, SQUARE, edge_over_cap, face_against, polish
 from .support import margin_of
 
 _EPA_GAP = 1e-13  # the same for EPA on polytopes
@@ -99,12 +99,13 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
     make_faces(table)
     gap = size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP)
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, 4, 4)
-    known, d, found, a, b = False, out, depth, p_i, p_j
+    what, d, found, a, b = NO_FEATURE, out, depth, p_i, p_j
     if not curved:
-        known, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+        what, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+    known = what != NO_FEATURE
     if remembers(table, k):
         if known and proven:
-            remember_overlap(model, table, i, j, k, faces, vertices, True, corners, d, found)
+            remember_overlap(model, table, i, j, k, faces, vertices, True, what, corners, d, found)
         else:
             forget(table, k)
     if known:
@@ -137,6 +138,12 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
     if found and least <= limit:
         return d, least, a, b
     found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
+    if found and least <= limit:
+        return scale3(d, -1.0), least, a, b
+    found, d, least, a, b = edge_over_cap(model, table, i, j, size, out)
+    if found and least <= limit:
+        return d, least, a, b
+    found, d, least, b, a = edge_over_cap(model, table, j, i, size, scale3(out, -1.0))
     if found and least <= limit:
         return scale3(d, -1.0), least, a, b
     for k in range(2):

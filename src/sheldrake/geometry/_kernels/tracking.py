@@ -23,12 +23,14 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import kernel
 
 from .epa import NO_AREA
-from .feature import edge_across_edge, kind_of_feature, vertex_under_face
+from .feature import edge_across_edge, kind_of_feature, more_under_face, vertex_under_face
 from .model import (
     BOX,
     FACE,
     FACE_AND_VERTEX,
+    FACE_ON_MORE,
     HULL,
+    MORE_ON_FACE,
     NEAR_FACES,
     SLOT_FACES,
     SLOT_VERTICES,
@@ -103,14 +105,14 @@ def sort_out_near(table, s, faces):
 
 
 @kernel(outline=True)
-def track(model, table, i, j, s, faces, corners, out, depth):
+def track(model, table, i, j, s, faces, what, corners, out, depth):
     """Remembers in slot s what meets: the nearest triangle is known, and what meets there has direction and depth."""
     slot, tracked = table.slots[s], table.tracks[s]
-    what, who = kind_of_feature(table, corners)
+    _what, who = kind_of_feature(table, corners)
     slot.feature, slot.who = what, who
-    if what == FACE_AND_VERTEX:
+    if what == FACE_AND_VERTEX or what == FACE_ON_MORE:
         slot.face, _normal = best_face(model, table, i, out)
-    elif what == VERTEX_AND_FACE:
+    elif what == VERTEX_AND_FACE or what == MORE_ON_FACE:
         slot.face, _normal = best_face(model, table, j, scale3(out, -1.0))
     R, p = relative_pose(model, table, i, j)
     tracked.R_AB, tracked.p_AB = R, centre_from(model, j, R, p)
@@ -208,6 +210,13 @@ def still_meets(model, table, i, j, size, s):
     elif what == TWO_EDGES and has_vertex(model, i, max(who[0], who[1])) and has_vertex(model, j, max(who[2], who[3])):
         a, b = (who[0], who[1]), (who[2], who[3])
         alone, out, depth, p_i, p_j = edge_across_edge(model, table, i, j, a, b, out)
+    elif what == FACE_ON_MORE:
+        out = normal_of_face(model, table, i, slot.face)
+        alone, depth, p_i, p_j = more_under_face(model, table, i, j, out, size)
+    elif what == MORE_ON_FACE:
+        n = normal_of_face(model, table, j, slot.face)
+        alone, depth, p_j, p_i = more_under_face(model, table, j, i, n, size)
+        out = scale3(n, -1.0)
     slack = _CERTAIN * size
     if not alone or not depth > slack:
         return False, out, depth, p_i, p_j

@@ -5,9 +5,13 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from .hub import Hub
+    from .placement import Placement
 
 
 @dataclasses.dataclass(kw_only=True)
@@ -35,10 +39,15 @@ class OrthographicCamera:
 
 
 class Cameras:
-    """The part of Meshcat that places the camera."""
+    """Places the camera.
 
-    _hub: Any
-    SetProperty: Any
+    Args:
+        hub: What the page shows, and what it says of its camera.
+        placement: Sets properties.
+    """
+
+    def __init__(self, hub: Hub, placement: Placement):
+        self._hub, self._placement = hub, placement
 
     def SetCamera(self, camera: PerspectiveCamera | OrthographicCamera, path: str = "/Cameras/default/rotated") -> None:
         """Sets the camera's lens. An orthographic one is drawn by a far camera with a narrow field of view.
@@ -129,7 +138,7 @@ class Cameras:
         text = os.fspath(image_path)
         if text and not Path(text).is_file():
             raise RuntimeError(f"Meshcat.SetEnvironmentMap(): cannot open '{text}'.")
-        self.SetProperty("/Background/<object>", "environment_map", text)
+        self._placement.SetProperty("/Background/<object>", "environment_map", text)
 
 
 def _pose(wxyz: np.ndarray, position: np.ndarray) -> Any:

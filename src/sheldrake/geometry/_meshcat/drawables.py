@@ -17,6 +17,8 @@ from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 
+from .texture import Texture, takes_picture, wrap
+
 Side = Literal["front", "back", "double"]
 PLATE_SIZE = 20.0  # edge length of the plate that stands for a half space [m]
 
@@ -40,6 +42,7 @@ class Triangles:
     side: Side = "double"
     colors: np.ndarray | None = None
     smooth: bool = True
+    texture: Texture | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,13 +75,18 @@ class Points:
 Drawable = Primitive | Triangles | Asset | Lines | Points
 
 
-def drawable_of_shape(shape: Shape, rgba: Rgba) -> Drawable:
-    """Returns what to draw for a shape.
+def drawable_of_shape(shape: Shape, rgba: Rgba, diffuse_map: str = "") -> Drawable:
+    """Returns what to draw for a shape, with a picture on it where there is one.
 
     Raises:
         RuntimeError: when a mesh file is missing or cannot be read.
         NotImplementedError: for a kind of shape which nobody taught this function.
     """
+    if diffuse_map and takes_picture(shape):
+        surface = type_of(shape).surface
+        assert surface is not None, "what takes a picture has a surface"
+        vertices, faces, texture = wrap(shape, *surface(shape), diffuse_map)
+        return Triangles(vertices, faces, rgba, smooth=type_of(shape).smooth, texture=texture)
     if isinstance(shape, (Box, Sphere, Cylinder, HalfSpace, Ellipsoid)):
         return Primitive(shape, rgba)
     if isinstance(shape, Mesh):

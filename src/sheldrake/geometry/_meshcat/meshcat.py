@@ -1,7 +1,8 @@
 """Meshcat: a scene in a web page, with pydrake's calls.
 
-Put together from one file a subject. A call changes the tree of paths (`tree`) and returns; the hub sends what
-changed to the pages from a thread of its own, so that no page can slow a simulation.
+Put together from parts, one file a subject, whose calls it shows; a call is documented there. One that draws changes
+the tree of paths (`tree`) and returns; the hub sends what changed to the pages from a thread of its own, so that no
+page can slow a simulation.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from typing import Any, overload
 
 import numpy as np
 
+from sheldrake.common._parts import Calls
+
 from .camera import Cameras, OrthographicCamera, PerspectiveCamera
 from .controls import Gamepad
 from .hub import Hub, stop
@@ -22,7 +25,6 @@ from .objects import Objects, SideOfFaceToRender
 from .panel import Panel
 from .params import MeshcatParams
 from .placement import Placement
-from .realtime import RealtimeRateCalculator
 from .recorder import Recorder
 from .server import ALL_INTERFACES, open_socket
 
@@ -35,7 +37,14 @@ def _check_network_allowed() -> None:
         raise RuntimeError(f"Meshcat(): not allowed by the environment variable DRAKE_ALLOW_NETWORK={allowed}.")
 
 
-class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
+_objects = Calls(Objects, "_objects")
+_placement = Calls(Placement, "_placement")
+_cameras = Calls(Cameras, "_cameras")
+_panel = Calls(Panel, "_panel")
+_recorder = Calls(Recorder, "_recorder")
+
+
+class Meshcat:
     """A 3-D scene shown in any browser, at web_url().
 
     Paths name places in the scene: "/a/b" lies below "/a" and moves with it; a path that does not
@@ -57,6 +66,60 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
     PerspectiveCamera = PerspectiveCamera
     SideOfFaceToRender = SideOfFaceToRender
 
+    SetObject = _objects(Objects.SetObject)
+    SetTriangleMesh = _objects(Objects.SetTriangleMesh)
+    SetTriangleColorMesh = _objects(Objects.SetTriangleColorMesh)
+    PlotSurface = _objects(Objects.PlotSurface)
+    SetLine = _objects(Objects.SetLine)
+    SetLineSegments = _objects(Objects.SetLineSegments)
+
+    SetTransform = _placement(Placement.SetTransform)
+    SetProperty = _placement(Placement.SetProperty)
+    HasPath = _placement(Placement.HasPath)
+    Delete = _placement(Placement.Delete)
+    _set_poses = _placement(Placement._set_poses)
+    _set_scales = _placement(Placement._set_scales)
+    _defer = _placement(Placement._defer)
+    _note = _placement(Placement._note)
+    _extent = _placement(Placement._extent)
+    _lowest = _placement(Placement._lowest)
+
+    SetCamera = _cameras(Cameras.SetCamera)
+    SetCameraPose = _cameras(Cameras.SetCameraPose)
+    SetCameraTarget = _cameras(Cameras.SetCameraTarget)
+    GetTrackedCameraPose = _cameras(Cameras.GetTrackedCameraPose)
+    Set2dRenderMode = _cameras(Cameras.Set2dRenderMode)
+    ResetRenderMode = _cameras(Cameras.ResetRenderMode)
+    SetEnvironmentMap = _cameras(Cameras.SetEnvironmentMap)
+    _newest_camera_pose = _cameras(Cameras._newest_camera_pose)
+    _field_of_view = _cameras(Cameras._field_of_view)
+
+    SetRealtimeRate = _panel(Panel.SetRealtimeRate)
+    GetRealtimeRate = _panel(Panel.GetRealtimeRate)
+    SetSimulationTime = _panel(Panel.SetSimulationTime)
+    AddButton = _panel(Panel.AddButton)
+    GetButtonClicks = _panel(Panel.GetButtonClicks)
+    GetButtonNames = _panel(Panel.GetButtonNames)
+    DeleteButton = _panel(Panel.DeleteButton)
+    AddSlider = _panel(Panel.AddSlider)
+    GetSliderValue = _panel(Panel.GetSliderValue)
+    SetSliderValue = _panel(Panel.SetSliderValue)
+    GetSliderNames = _panel(Panel.GetSliderNames)
+    DeleteSlider = _panel(Panel.DeleteSlider)
+    DeleteAddedControls = _panel(Panel.DeleteAddedControls)
+    GetGamepad = _panel(Panel.GetGamepad)
+    _notify = _panel(Panel._notify)
+
+    StartRecording = _recorder(Recorder.StartRecording)
+    StopRecording = _recorder(Recorder.StopRecording)
+    PublishRecording = _recorder(Recorder.PublishRecording)
+    DeleteRecording = _recorder(Recorder.DeleteRecording)
+    get_mutable_recording = _recorder(Recorder.get_mutable_recording)
+    SetAnimation = _recorder(Recorder.SetAnimation)
+    StaticHtml = _recorder(Recorder.StaticHtml)
+    StaticZip = _recorder(Recorder.StaticZip)
+    _is_recording = _recorder(Recorder._is_recording)
+
     @overload
     def __init__(self, port: int | None = None) -> None: ...
     @overload
@@ -64,8 +127,10 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         params = self._params(*args, **kwargs)
         _check_network_allowed()
-        self._rate_calculator = RealtimeRateCalculator(params.realtime_rate_period)
-        self._rate = 0.0
+        if not params.realtime_rate_period > 0:
+            raise RuntimeError(
+                f"MeshcatParams: realtime_rate_period must be positive, got {params.realtime_rate_period}."
+            )
         listener = open_socket(params.host, params.port)
         self._port = listener.getsockname()[1]
         host = "localhost" if params.host in ALL_INTERFACES else params.host
@@ -76,8 +141,11 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
             raise RuntimeError(
                 f"Meshcat(): web_url_pattern '{params.web_url_pattern}' names {error}; it has {{host}} and {{port}}."
             ) from None
-        self._hub = Hub(params, listener)
-        self._grabs = self._hub.grabs
+        self._hub = hub = Hub(params, listener)
+        self._grabs = hub.grabs
+        self._objects, self._placement = Objects(hub.tree), Placement(hub)
+        self._cameras = Cameras(hub, self._placement)
+        self._panel, self._recorder = Panel(hub, params.realtime_rate_period), Recorder(hub)
         self._finalizer = weakref.finalize(self, stop, self._hub)
         for item in params.initial_properties:
             self.SetProperty(item.path, item.property, item.value)

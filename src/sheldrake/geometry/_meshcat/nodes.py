@@ -126,6 +126,8 @@ def _add_triangles(scene: Any, name: str, triangles: Triangles, rgb: tuple[int, 
         visual.vertex_colors = np.round(255 * np.clip(colors, 0, 1)).astype(np.uint8)
         return scene.add_mesh_trimesh(name, mesh)
     vertices, faces = triangles.vertices, triangles.faces
+    if triangles.texture is not None:
+        return scene.add_glb(name, _textured(triangles, rgb, opacity))
     if triangles.smooth:
         vertices, faces = split_at_edges(vertices, faces)
     options = {} if triangles.wireframe else {"flat_shading": not triangles.smooth}
@@ -139,6 +141,37 @@ def _add_triangles(scene: Any, name: str, triangles: Triangles, rgb: tuple[int, 
         side=triangles.side,
         **options,
     )
+
+
+def _textured(triangles: Triangles, rgb: tuple[int, int, int], opacity: float) -> bytes:
+    """A mesh with a picture as GLB, which the color tints."""
+    import trimesh
+    from PIL import Image
+
+    texture = triangles.texture
+    assert texture is not None
+    with Image.open(texture.file) as picture:
+        material = trimesh.visual.material.PBRMaterial(
+            baseColorTexture=picture.convert("RGBA"),
+            baseColorFactor=[*rgb, round(255 * opacity)],
+            alphaMode="OPAQUE" if opacity >= 1.0 else "BLEND",
+            metallicFactor=0.0,
+            roughnessFactor=0.8,
+            doubleSided=True,
+        )
+    visual = trimesh.visual.TextureVisuals(uv=texture.uv, material=material)
+    # No two triangles share a vertex here; those that would, but for their places on the picture, share a normal.
+    places, shared = np.unique(np.round(triangles.vertices, 9), axis=0, return_inverse=True)
+    split = trimesh.Trimesh(*split_at_edges(places, shared.reshape(-1)[triangles.faces]), process=False)
+    normals = split.vertex_normals[split.faces].reshape(-1, 3)
+    mesh = trimesh.Trimesh(
+        triangles.vertices,
+        triangles.faces,
+        vertex_normals=normals if triangles.smooth and len(normals) == len(triangles.vertices) else None,
+        visual=visual,
+        process=False,
+    )
+    return bytes(trimesh.exchange.gltf.export_glb(mesh, include_normals=True))
 
 
 def split_at_edges(vertices: np.ndarray, faces: np.ndarray, angle: float = 0.5) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import os
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._shapes import Shape
 
 from .drawables import Lines, Points, Side, Triangles, drawable_of_shape, surface_grid
-from .tree import full_path
+from .texture import picture_file
+from .tree import SceneTree, full_path
 
 
 class SideOfFaceToRender(enum.IntEnum):
@@ -37,20 +39,26 @@ def _array3(call: str, name: str, value: Any, dtype: Any = float) -> np.ndarray:
 
 
 class Objects:
-    """The part of Meshcat that draws things."""
+    """Draws things.
 
-    _hub: Any
+    Args:
+        tree: The scene.
+    """
+
+    def __init__(self, tree: SceneTree):
+        self._tree = tree
 
     def SetObject(self, *args: Any, **kwargs: Any) -> None:
         """Draws something at a path, in place of what was drawn there.
 
-        - `SetObject(path, shape, rgba=Rgba(0.9, 0.9, 0.9))`
+        - `SetObject(path, shape, rgba=Rgba(0.9, 0.9, 0.9), diffuse_map="")`, with a picture file that is drawn on the
+          shape, tinted by the color; not on a Mesh, a Convex or a HalfSpace
         - `SetObject(path, mesh, rgba=Rgba(0.1, 0.1, 0.1), wireframe=False, wireframe_line_width=1.0,
           side=kDoubleSide)`, for a TriangleSurfaceMesh
         - `SetObject(path, cloud, point_size=0.001, rgba=Rgba(0.9, 0.9, 0.9))`, for a PointCloud
 
         Raises:
-            RuntimeError: when a mesh file is missing or cannot be read.
+            RuntimeError: when a mesh file or a picture is missing or cannot be read.
             TypeError: when the arguments fit no overload.
         """
         names = [n for n in ("shape", "mesh", "cloud") if n in kwargs]
@@ -71,9 +79,12 @@ class Objects:
                 f"{type(thing).__name__}."
             )
 
-    def _set_shape(self, path: str, shape: Shape, rgba: Rgba | None = None) -> None:
+    def _set_shape(
+        self, path: str, shape: Shape, rgba: Rgba | None = None, diffuse_map: str | os.PathLike = ""
+    ) -> None:
         rgba = Rgba(0.9, 0.9, 0.9, 1.0) if rgba is None else rgba.__copy__()
-        self._hub.tree.set_object(full_path(path), drawable_of_shape(shape, rgba))
+        picture = picture_file(diffuse_map) if diffuse_map else ""
+        self._tree.set_object(full_path(path), drawable_of_shape(shape, rgba, picture))
 
     def _set_cloud(self, path: str, cloud: Any, point_size: float = 0.001, rgba: Rgba | None = None) -> None:
         points = np.array(cloud.xyzs(), dtype=float).T
@@ -84,7 +95,7 @@ class Objects:
             colors = np.round(255 * rgba.rgba[:3]).astype(np.uint8)
         finite = np.isfinite(points).all(axis=1)
         points, colors = points[finite], colors if colors.ndim == 1 else colors[finite]
-        self._hub.tree.set_object(full_path(path), Points(points, colors, float(point_size), rgba))
+        self._tree.set_object(full_path(path), Points(points, colors, float(point_size), rgba))
 
     def _set_surface(self, path: str, mesh: Any, rgba: Rgba | None = None, *args: Any, **kwargs: Any) -> None:
         vertices = np.array([mesh.vertex(v) for v in range(mesh.num_vertices())], dtype=float).T
@@ -168,7 +179,7 @@ class Objects:
                 f"Meshcat.{call}(): faces name vertices {faces.min()} to {faces.max()}, but there are {len(vertices)}."
             )
         drawable = Triangles(vertices, faces, rgba, bool(wireframe), _SIDES[SideOfFaceToRender(side)], colors)
-        self._hub.tree.set_object(full_path(path), drawable)
+        self._tree.set_object(full_path(path), drawable)
 
     def PlotSurface(
         self,
@@ -244,4 +255,4 @@ class Objects:
 
     def _set_lines(self, path: str, segments: np.ndarray, width: float, rgba: Rgba | None) -> None:
         rgba = Rgba(0.1, 0.1, 0.1, 1.0) if rgba is None else rgba.__copy__()
-        self._hub.tree.set_object(full_path(path), Lines(segments.copy(), float(width), rgba))
+        self._tree.set_object(full_path(path), Lines(segments.copy(), float(width), rgba))

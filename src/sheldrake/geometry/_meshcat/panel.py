@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .controls import Gamepad
+from .realtime import RealtimeRateCalculator
+
+if TYPE_CHECKING:
+    from .hub import Hub
 
 
 class Panel:
-    """The part of Meshcat that has controls."""
+    """Time and rate, buttons, sliders, a gamepad.
 
-    _hub: Any
-    _rate: float
-    _rate_calculator: Any
+    Args:
+        hub: What the page shows and says.
+        period: Wall time between two rates [s].
+    """
+
+    def __init__(self, hub: Hub, period: float):
+        self._hub, self.rate_calculator, self._rate = hub, RealtimeRateCalculator(period), 0.0
 
     def SetRealtimeRate(self, rate: float) -> None:
         """Shows how fast simulated time runs; 1 is real time."""
@@ -26,7 +34,7 @@ class Panel:
 
     def SetSimulationTime(self, sim_time: float) -> None:
         """Says what simulation time [s] is shown, from which the realtime rate is measured."""
-        rate = self._rate_calculator.update(float(sim_time))
+        rate = self.rate_calculator.update(float(sim_time))
         if rate is not None:
             self._rate = rate
         if self._hub.status is not None:

@@ -5,17 +5,26 @@ What is recorded goes to the animation, too; see `recorder`.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .tree import as_matrix4, full_path
 
+if TYPE_CHECKING:
+    from .hub import Hub
+
 
 class Placement:
-    """The part of Meshcat that places, changes and removes paths."""
+    """Places, changes and removes paths.
 
-    _hub: Any
+    Args:
+        hub: The scene and its recording.
+    """
+
+    def __init__(self, hub: Hub):
+        self._hub = hub
 
     def SetTransform(self, *args: Any, **kwargs: Any) -> None:
         """Places a path, and everything below it, in its parent.
@@ -130,6 +139,18 @@ class Placement:
     def HasPath(self, path: str) -> bool:
         """Returns whether something was set at or below a path."""
         return self._hub.tree.has_path(full_path(path))
+
+    def _defer(self, owner: str, draw: Callable[[], None]) -> None:
+        """Has a visualizer draw when somebody looks; at once while it is recorded, for then every picture counts.
+
+        Args:
+            owner: Its prefix.
+            draw: Draws, in whatever thread looks.
+        """
+        tree = self._hub.tree
+        tree.defer(full_path(owner), draw)
+        if self._hub.recording:
+            tree.settle()
 
     def _note(self, path: str) -> None:
         """Says that what is drawn below a path tells about the scene: the camera is not placed for it."""

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .animation import MeshcatAnimation
 from .player import Player
 
+if TYPE_CHECKING:
+    from .hub import Hub
+
 
 class Recorder:
-    """The part of Meshcat that records."""
+    """Records, and makes pages of what was recorded.
 
-    _hub: Any
+    Args:
+        hub: The scene and its recording.
+    """
+
+    def __init__(self, hub: Hub):
+        self._hub = hub
 
     def StartRecording(self, frames_per_second: float = 64.0, set_visualizations_while_recording: bool = True) -> None:
         """Starts recording what is set with a time_in_recording, on top of what was recorded before.

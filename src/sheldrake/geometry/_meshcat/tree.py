@@ -72,6 +72,8 @@ class SceneTree:
         self._elements: dict[str, Element] = {"/": Element()}
         self._changes = Changes()
         self._notes: set[str] = set()
+        self._drawing = threading.RLock()
+        self._deferred: dict[str, Callable[[], None]] = {}
         self.on_change = on_change
 
     def _element(self, path: str) -> Element:
@@ -83,6 +85,25 @@ class SceneTree:
                     break
                 self._elements[parent] = Element()
         return element
+
+    def defer(self, owner: str, draw: Callable[[], None]) -> None:
+        """Has something drawn when somebody looks: a page, or who asks what the scene holds.
+
+        Args:
+            owner: Who draws; what it deferred before is not drawn any more.
+            draw: Draws into this tree, in whatever thread looks.
+        """
+        with self._lock:
+            self._deferred[owner] = draw
+        self.on_change()
+
+    def settle(self) -> None:
+        """Draws what was deferred; waits for another thread that does."""
+        with self._drawing:
+            with self._lock:
+                deferred, self._deferred = self._deferred, {}
+            for draw in deferred.values():
+                draw()
 
     def set_object(self, path: str, drawable: Any) -> None:
         """Places something to draw at a path, in place of what was drawn there."""
@@ -132,6 +153,7 @@ class SceneTree:
         """Removes a path and everything below it; ".../<object>" removes only what is drawn there."""
         if path == "/":
             return
+        self.settle()
         with self._lock:
             below = path + "/"
             for key in [key for key in self._elements if key == path or key.startswith(below)]:
@@ -152,11 +174,14 @@ class SceneTree:
 
     def has_path(self, path: str) -> bool:
         """Returns whether something was ever set at, or below, a path and not deleted."""
+        self.settle()
         with self._lock:
             return path in self._elements
 
     def get(self, path: str) -> Element | None:
         """Returns the element at a path, or None."""
+        if self._deferred:
+            self.settle()
         with self._lock:
             return self._elements.get(path)
 
@@ -174,11 +199,13 @@ class SceneTree:
 
     def items(self) -> list[tuple[str, Element]]:
         """Returns all paths with their elements."""
+        self.settle()
         with self._lock:
             return list(self._elements.items())
 
     def take_changes(self) -> Changes:
         """Returns what changed since the last call and forgets it."""
+        self.settle()
         with self._lock:
             changes, self._changes = self._changes, Changes()
         return changes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -122,7 +123,7 @@ class MeshcatVisualizer(LeafSystem):
 
     def ResetRealtimeRateCalculator(self) -> None:
         """Starts the measurement of the realtime rate anew."""
-        self._meshcat._rate_calculator.reset()
+        self._meshcat._panel.rate_calculator.reset()
 
     def _initialize(self, context: Context) -> EventStatus:
         if self._params.delete_on_initialization_event:
@@ -186,7 +187,11 @@ class MeshcatVisualizer(LeafSystem):
             vertices, faces = surface
             self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, rgba)
         else:
-            self._meshcat.SetObject(path, inspector.GetShape(geometry), rgba)
+            picture = properties.GetPropertyOrDefault("phong", "diffuse_map", "")
+            if picture and not os.path.isfile(picture):
+                log.warning("MeshcatVisualizer: the texture ('phong', 'diffuse_map') '%s' does not exist.", picture)
+                picture = ""
+            self._meshcat.SetObject(path, inspector.GetShape(geometry), rgba, picture)
         self._meshcat.SetTransform(path, inspector.GetPoseInFrame(geometry))
         self._geometry_paths[geometry] = path
         return True

@@ -104,6 +104,7 @@ class RenderEngine:
         properties: PerceptionProperties,
         X_WG: RigidTransform,
         needs_updates: bool = True,
+        name: str = "",
     ) -> bool:
         """Asks the engine to draw a geometry.
 
@@ -113,6 +114,7 @@ class RenderEngine:
             properties: How it looks.
             X_WG: Its pose in the world.
             needs_updates: Whether its pose will change.
+            name: What the geometry is called; engines here do not need it.
 
         Returns:
             Whether the engine will draw it.

@@ -40,7 +40,7 @@ class AffineSubspace(ConvexSet):
                 raise RuntimeError("AffineSubspace(): the columns of the basis must be linearly independent.")
             self._basis, self._translation, self._dimension = basis, translation, translation.size
 
-        def of_set(self: Any, set: ConvexSet, tol: Any) -> None:
+        def of_set(self: Any, set: ConvexSet, tol: float | None) -> None:
             if tol is not None and tol < 0.0:
                 raise RuntimeError(f"AffineSubspace(): tol must not be negative, got {tol}.")
             of_basis(self, *affine_hull(set, 1e-12 if tol is None else float(tol)))
@@ -64,7 +64,7 @@ class AffineSubspace(ConvexSet):
         """Returns its own dimension."""
         return self._basis.shape[1]
 
-    def _columns(self, call: str, x: Any, rows: int) -> tuple[np.ndarray, bool]:
+    def _columns(self, call: str, x: ArrayLike, rows: int) -> tuple[np.ndarray, bool]:
         x = np.array(x, dtype=float)
         flat = x.ndim == 1
         x = x.reshape(-1, 1) if flat else x
@@ -72,7 +72,7 @@ class AffineSubspace(ConvexSet):
             raise RuntimeError(f"{call}(): expected {rows} rows, got {x.shape[0]}.")
         return x, flat
 
-    def ToLocalCoordinates(self, x: Any) -> np.ndarray:
+    def ToLocalCoordinates(self, x: ArrayLike) -> np.ndarray:
         """Returns y of the nearest points translation + basis y, columns."""
         x, _ = self._columns("ToLocalCoordinates", x, self._dimension)
         return np.linalg.lstsq(self._basis, x - self._translation[:, None], rcond=None)[0]

@@ -171,7 +171,12 @@ _JOINTS = {"continuous_revolute_joints": _places}
     ),
 )
 def ComputePairwiseIntersections(
-    A: list[ConvexSet], B: list[ConvexSet], joints: list[int], boxes_A: Any, boxes_B: Any, _parallelism: Any
+    A: list[ConvexSet],
+    B: list[ConvexSet],
+    joints: list[int],
+    boxes_A: Sequence[Hyperrectangle],
+    boxes_B: Sequence[Hyperrectangle],
+    _parallelism: Any,
 ) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Returns which sets meet, if angles may be changed by whole turns, and by how much the first has to be moved.
 

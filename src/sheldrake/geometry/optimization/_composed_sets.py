@@ -6,7 +6,7 @@ Their members keep what they are; a program gets variables and constraints of ea
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import _arrays
+
+if TYPE_CHECKING:
+    pass
 
 
 class MinkowskiSum(ConvexSet):

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common import Parallelism, RandomGenerator
+    from sheldrake.geometry import Shape
+    from sheldrake.math import RigidTransform
+    from sheldrake.solvers._arrays import Matrix
 
 
 class SampledVolume(NamedTuple):
@@ -84,7 +87,7 @@ class ConvexSet:
     def _volume(self) -> float:
         raise NotImplementedError
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         raise RuntimeError(f"ToShapeWithPose is not implemented yet for {type(self).__name__}.")
 
     # What all have
@@ -227,11 +230,18 @@ class ConvexSet:
         """
         self._require_dimensions("AddPointInNonnegativeScalingConstraints")
 
-        def plain(self: ConvexSet, prog: MathematicalProgram, x: Any, t: Any) -> list:
+        def plain(self: ConvexSet, prog: MathematicalProgram, x: np.ndarray, t: Any) -> list:
             return self._scaled(prog, Affine.of(x), Affine.of([t]))
 
         def general(
-            self: ConvexSet, prog: MathematicalProgram, A: Any, b: Any, c: Any, scale0: float, x: Any, t: Any
+            self: ConvexSet,
+            prog: MathematicalProgram,
+            A: Matrix,
+            b: np.ndarray,
+            c: Any,
+            scale0: float,
+            x: np.ndarray,
+            t: Any,
         ) -> list:
             return self._scaled(prog, Affine(x, A, b), Affine(t, c.reshape(1, -1), np.array([scale0])))
 
@@ -250,7 +260,7 @@ class ConvexSet:
         self._contain(into, x, scale)
         return [as_kind(Constraint, added) for added in into.constraints]
 
-    def ToShapeWithPose(self) -> tuple[Any, Any]:
+    def ToShapeWithPose(self) -> tuple[Shape, RigidTransform]:
         """Returns a shape and its pose in the world.
 
         Raises:

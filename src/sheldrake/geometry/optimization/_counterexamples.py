@@ -12,6 +12,7 @@ from sheldrake.solvers import Constraint, MathematicalProgram, Solve
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
+    from sheldrake.geometry.optimization import GraphOfConvexSetsOptions
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.solvers import SolverInterface
     from sheldrake.systems.framework import Context
@@ -187,7 +188,7 @@ def _by_solver(
     region: HPolyhedron,
     guess: np.ndarray,
     solver: Any,
-    options: Any,
+    options: GraphOfConvexSetsOptions,
 ) -> np.ndarray | None:
     prog = MathematicalProgram()
     q = prog.NewContinuousVariables(guess.size, "q")

@@ -13,6 +13,8 @@ from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
 from sheldrake.symbolic import Expression, Monomial, Polynomial
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sheldrake.multibody.rational import RationalForwardKinematics
 
 # ---- polynomials in s and y as tables of coefficients, and identities of them as linear equations
@@ -46,7 +48,7 @@ def unit(size: int, k: int, power: int = 1) -> Powers:
     return tuple(power if i == k else 0 for i in range(size))
 
 
-def affine(size: int, constant: Any, slopes: Any) -> Table:
+def affine(size: int, constant: float, slopes: Sequence[float] | np.ndarray) -> Table:
     """constant + slopes s, for the first variables."""
     out: Table = {(0,) * size: constant}
     for k, slope in enumerate(slopes):
@@ -362,7 +364,12 @@ def _dot(a_b: list[Table], v: Table) -> Table:
 
 
 def certificate_program(
-    plane_index: int, plane: Any, rational_list: list[Rational], faces: list[Face], C_rows: int, variables: list
+    plane_index: int,
+    plane: CSpaceSeparatingPlane,
+    rational_list: list[Rational],
+    faces: list[Face],
+    C_rows: int,
+    variables: list,
 ) -> SeparationCertificateProgram:
     """The program that looks for a plane, and for multipliers of the faces, one for each rational function."""
     out = SeparationCertificateProgram()

@@ -602,7 +602,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     def _larger_polytope(
-        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Hyperellipsoid, options: Any
+        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Hyperellipsoid, options: BilinearAlternationOptions
     ) -> SearchResult | None:
         """C and d with the multipliers of `found`, faces far from the ellipsoid; or None."""
         how, center = options.find_polytope_options, ellipsoid.center()

@@ -24,6 +24,8 @@ from sheldrake.solvers import MathematicalProgram, Solve, _arrays
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.geometry import Shape
+
 
 def _volume_of_unit_ball(n: int) -> float:
     return math.pi ** (n / 2.0) / math.gamma(n / 2.0 + 1.0)
@@ -36,7 +38,7 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
-def _ellipsoid(value: Any) -> Any:
+def _ellipsoid(value: Any) -> Hyperellipsoid:
     """Converter: a Hyperellipsoid, given before its class is known."""
     return instance_of(Hyperellipsoid)(value)
 
@@ -74,7 +76,7 @@ class AffineBall(ConvexSet):
         self._set(np.linalg.inv(L).T if A.size else A, ellipsoid.center())
 
     @staticmethod
-    def MinimumVolumeCircumscribedEllipsoid(points: Any, rank_tol: float = 1e-6) -> AffineBall:
+    def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> AffineBall:
         """Returns the least ellipsoid around points, columns; flat if the points are.
 
         Args:
@@ -180,7 +182,7 @@ class AffineBall(ConvexSet):
     def _volume(self) -> float:
         return abs(np.linalg.det(self._B)) * _volume_of_unit_ball(self._dimension)
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return Hyperellipsoid(self)._shape()
 
 
@@ -225,7 +227,7 @@ class Hyperellipsoid(ConvexSet):
         self._set(np.linalg.inv(B) if B.size else B, ball.center())
 
     @staticmethod
-    def MinimumVolumeCircumscribedEllipsoid(points: Any, rank_tol: float = 1e-6) -> Hyperellipsoid:
+    def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> Hyperellipsoid:
         """Returns the least ellipsoid around points, columns.
 
         Raises:

@@ -32,7 +32,7 @@ def placed(query_object: QueryObject, geometry_id: GeometryId, reference_frame: 
     return Placed(query_object.inspector().GetShape(geometry_id), X_FG.rotation().matrix(), X_FG.translation())
 
 
-def _query(value: Any) -> Any:
+def _query(value: Any) -> QueryObject:
     if not hasattr(value, "inspector"):
         raise Mismatch
     return value

@@ -93,7 +93,7 @@ class Element:
         return prog
 
     @overloaded(*COSTS)
-    def AddCost(self, what: Any, use_in_transcription: Iterable) -> Any:
+    def AddCost(self, what: Any, use_in_transcription: Iterable) -> BindingBase[Cost]:
         """Adds a cost and returns it; called as `(e)` or `(binding)`, and `use_in_transcription`.
 
         Raises:
@@ -109,7 +109,9 @@ class Element:
         return self._parser().AddCost(e)
 
     @overloaded(*constraints("f"))
-    def AddConstraint(self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable) -> Any:
+    def AddConstraint(
+        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+    ) -> BindingBase[Constraint]:
         """Adds a constraint and returns it; called as `(f)` or `(binding)`, and `use_in_transcription`.
 
         Raises:

@@ -437,7 +437,9 @@ class GraphOfConvexSets:
         result.set_solution_result(SolutionResult.kInfeasibleConstraints)
         return result
 
-    def _rounded(self, source: Vertex, target: Vertex, relaxed: Any, options: Any) -> MathematicalProgramResult:
+    def _rounded(
+        self, source: Vertex, target: Vertex, relaxed: MathematicalProgramResult, options: GraphOfConvexSetsOptions
+    ) -> MathematicalProgramResult:
         paths, again = sample_paths(source, target, self._flows(relaxed), options)
         _log.info("Found %d unique paths, discarded %d duplicate paths.", len(paths), again)
         found = [self.SolveConvexRestriction(path, options, relaxed) for path in paths]

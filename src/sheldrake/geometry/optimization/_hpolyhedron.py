@@ -176,7 +176,7 @@ class HPolyhedron(ConvexSet):
         min_volume_ratio: float = 0.1,
         do_affine_transformation: bool = True,
         max_iterations: int = 10,
-        points_to_contain: Any = None,
+        points_to_contain: ArrayLike | None = None,
         intersecting_polytopes: list[HPolyhedron] | None = None,
         keep_whole_intersection: bool = False,
         intersection_padding: float = 1e-4,
@@ -211,7 +211,7 @@ class HPolyhedron(ConvexSet):
         stretched = out.MaximumVolumeInscribedAffineTransformation(self)
         return stretched if _face_translation.keeps(stretched, settings) else out
 
-    def Scale(self, scale: float, center: Any = None) -> HPolyhedron:
+    def Scale(self, scale: float, center: ArrayLike | None = None) -> HPolyhedron:
         """Returns it scaled about a center (by default the Chebyshev center) to `scale` times its volume.
 
         Raises:

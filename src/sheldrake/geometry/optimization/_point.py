@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    pass
 
 
 class Point(ConvexSet):
@@ -49,7 +54,7 @@ class Point(ConvexSet):
         """Returns the point, shape (n,)."""
         return self._x.copy()
 
-    def set_x(self, x: Any) -> None:
+    def set_x(self, x: ArrayLike) -> None:
         """Moves the point.
 
         Raises:

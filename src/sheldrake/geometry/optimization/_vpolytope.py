@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry.optimization import HPolyhedron
 
 
-def _polyhedron(value: Any) -> Any:
+def _polyhedron(value: Any) -> HPolyhedron:
     if type(value).__name__ != "HPolyhedron":
         raise _arrays.Mismatch
     return value

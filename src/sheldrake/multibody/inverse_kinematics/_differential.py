@@ -19,6 +19,7 @@ from sheldrake.solvers._kinds import matrix, vector
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
     from sheldrake.systems.framework import Context
 
@@ -38,7 +39,7 @@ class DifferentialInverseKinematicsResult:
 
     def __init__(
         self,
-        joint_velocities: Any = None,
+        joint_velocities: np.ndarray | None = None,
         status: DifferentialInverseKinematicsStatus = DifferentialInverseKinematicsStatus.kNoSolutionFound,
     ):
         self.joint_velocities, self.status = joint_velocities, status
@@ -95,7 +96,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the positions that joints are drawn to where they are free, shape (nq,)."""
         return self._nominal.copy()
 
-    def set_nominal_joint_position(self, arg0: Any) -> None:
+    def set_nominal_joint_position(self, arg0: ArrayLike) -> None:
         """Sets the positions that joints are drawn to where they are free, shape (nq,).
 
         Raises:
@@ -128,7 +129,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns which elements of the velocity, in frame E, are to be followed, shape (6,)."""
         return self._flag.copy()
 
-    def set_end_effector_velocity_flag(self, flag_E: Any) -> None:
+    def set_end_effector_velocity_flag(self, flag_E: ArrayLike) -> None:
         """Sets which elements of the velocity, in frame E, are to be followed, shape (6,)."""
         self._flag = np.array(flag_E, dtype=bool).reshape(6)
 
@@ -166,7 +167,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of positions, or None."""
         return self._get_limits("position")
 
-    def set_joint_position_limits(self, arg0: Any) -> None:
+    def set_joint_position_limits(self, arg0: ArrayLike) -> None:
         """Sets the bounds (lower, upper) of positions, shape (nq,) each."""
         self._set_limits("position", arg0, self._nq)
 
@@ -174,7 +175,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of velocities, or None."""
         return self._get_limits("velocity")
 
-    def set_joint_velocity_limits(self, arg0: Any) -> None:
+    def set_joint_velocity_limits(self, arg0: ArrayLike) -> None:
         """Sets the bounds (lower, upper) of velocities, shape (nv,) each."""
         self._set_limits("velocity", arg0, self._nv)
 
@@ -182,7 +183,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of accelerations, or None."""
         return self._get_limits("acceleration")
 
-    def set_joint_acceleration_limits(self, arg0: Any) -> None:
+    def set_joint_acceleration_limits(self, arg0: ArrayLike) -> None:
         """Sets the bounds (lower, upper) of accelerations, shape (nv,) each."""
         self._set_limits("acceleration", arg0, self._nv)
 
@@ -205,8 +206,8 @@ def _from_jacobian(
     V: np.ndarray,
     J: np.ndarray,
     parameters: DifferentialInverseKinematicsParameters,
-    N: Any = None,
-    Nplus: Any = None,
+    N: ArrayLike | None = None,
+    Nplus: ArrayLike | None = None,
 ) -> DifferentialInverseKinematicsResult:
     """min -100 alpha + |P (v_next - N+ K (q_nominal - q))|^2 with J v_next = alpha V, under the limits.
 
@@ -269,7 +270,12 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
 
 
 def _add_limits(
-    prog: MathematicalProgram, v_next: ArrayLike, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any
+    prog: MathematicalProgram,
+    v_next: ArrayLike,
+    q: np.ndarray,
+    v: np.ndarray,
+    parameters: DifferentialInverseKinematicsParameters,
+    N: ArrayLike | None,
 ) -> None:
     dt = parameters.get_time_step()
     positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
@@ -288,7 +294,12 @@ def _add_limits(
 
 
 def _from_velocity(
-    robot: Any, context: Context, V_AE: np.ndarray, frame_A: Frame, frame_E: Frame, parameters: Any
+    robot: MultibodyPlant,
+    context: Context,
+    V_AE: np.ndarray,
+    frame_A: Frame,
+    frame_E: Frame,
+    parameters: DifferentialInverseKinematicsParameters,
 ) -> DifferentialInverseKinematicsResult:
     """For a velocity of E in A, given in A."""
     wrt = JacobianWrtVariable.kV
@@ -310,7 +321,12 @@ def pose_difference(X: RigidTransform, X_desired: RigidTransform) -> np.ndarray:
 
 
 def _from_pose(
-    robot: Any, context: Context, X_AE_desired: RigidTransform, frame_A: Frame, frame_E: Frame, parameters: Any
+    robot: MultibodyPlant,
+    context: Context,
+    X_AE_desired: RigidTransform,
+    frame_A: Frame,
+    frame_E: Frame,
+    parameters: DifferentialInverseKinematicsParameters,
 ) -> DifferentialInverseKinematicsResult:
     X_AE = robot.CalcRelativeTransform(context, frame_A, frame_E)
     V = pose_difference(X_AE, X_AE_desired) / parameters.get_time_step()
@@ -356,7 +372,13 @@ _PARAMETERS = {"parameters": called("DifferentialInverseKinematicsParameters")}
     overload(_from_velocity, **_ROBOT, V_AE_desired=_spatial_velocity, frame_A=FRAME, frame_E=FRAME, **_PARAMETERS),
 )
 def DoDifferentialInverseKinematics(
-    q: np.ndarray, v: np.ndarray, V: np.ndarray, J: np.ndarray, parameters: Any, N: Any, Nplus: Any
+    q: np.ndarray,
+    v: np.ndarray,
+    V: np.ndarray,
+    J: np.ndarray,
+    parameters: DifferentialInverseKinematicsParameters,
+    N: ArrayLike | None,
+    Nplus: ArrayLike | None,
 ) -> DifferentialInverseKinematicsResult:
     """Returns velocities of joints that move an end effector E in a wanted direction, as fast as limits allow.
 

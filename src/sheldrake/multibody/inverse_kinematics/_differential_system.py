@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -215,6 +215,6 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         return frames, X_TGs, [np.clip(rate * way, -limit, limit) for way in ways]
 
 
-def _frame(plant: MultibodyPlant, name: str) -> Any:
+def _frame(plant: MultibodyPlant, name: str) -> Frame:
     model, _, frame = str(name).rpartition("::")
     return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model)) if model else plant.GetFrameByName(frame)

@@ -13,7 +13,7 @@ from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
 
 if TYPE_CHECKING:
-    from sheldrake.geometry import GeometryId
+    from sheldrake.geometry import GeometryId, QueryObject
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.systems.framework import Context
 
@@ -35,10 +35,10 @@ class _Distances(KinematicFunction):
                 "to SceneGraph."
             )
 
-    def _query(self) -> Any:
+    def _query(self) -> QueryObject:
         return self._plant.get_geometry_query_input_port().Eval(self._context)
 
-    def _pair_slope(self, query: Any, pair: Any) -> np.ndarray:
+    def _pair_slope(self, query: QueryObject, pair: Any) -> np.ndarray:
         """Derivative of a signed distance by q, shape (nq,): its normal times the velocities of the nearest points."""
         W = self._plant.world_frame()
         total = np.zeros(self._plant.num_positions())

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint
+    from sheldrake.solvers import Binding
+    from sheldrake.solvers._functions.constraints import LinearConstraint
 
 
 class BodyPose(NamedTuple):
@@ -317,7 +319,7 @@ class GlobalInverseKinematics:
         box_lb_F: ArrayLike,
         box_ub_F: ArrayLike,
         X_WF: RigidTransform | None = None,
-    ) -> Any:
+    ) -> Binding[LinearConstraint]:
         """Adds that a point of a body is in a box.
 
         Args:
@@ -344,7 +346,7 @@ class GlobalInverseKinematics:
         box_lb_F: ArrayLike,
         box_ub_F: ArrayLike,
         X_WF: RigidTransform | None = None,
-    ) -> Any:
+    ) -> Binding[LinearConstraint]:
         """Adds that the way from a point of a body to a point of another one is in a box.
 
         Args:

@@ -24,9 +24,9 @@ class _Turn(KinematicFunction):
     def _set_turn(
         self,
         plant: MultibodyPlant,
-        Abar: Any,
+        Abar: Frame,
         R_AbarA: RotationMatrix,
-        Bbar: Any,
+        Bbar: Frame,
         R_BbarB: RotationMatrix,
         context: Context,
     ) -> None:
@@ -158,9 +158,9 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
         self,
         plant: MultibodyPlant,
         frameA: Frame,
-        a_A: Any,
+        a_A: ArrayLike,
         frameB: Frame,
-        b_B: Any,
+        b_B: ArrayLike,
         angle_lower: float,
         angle_upper: float,
         plant_context: Context,
@@ -191,7 +191,14 @@ class AngleBetweenVectorsCost(_Angle, Cost):
     """
 
     def __init__(
-        self, plant: MultibodyPlant, frameA: Frame, a_A: Any, frameB: Frame, b_B: Any, c: float, plant_context: Context
+        self,
+        plant: MultibodyPlant,
+        frameA: Frame,
+        a_A: ArrayLike,
+        frameB: Frame,
+        b_B: ArrayLike,
+        c: float,
+        plant_context: Context,
     ):
         self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
         self._c = float(c)

@@ -17,6 +17,7 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint
+    from sheldrake.solvers._arrays import VariablesLike
     from sheldrake.systems.framework import Context
 
 
@@ -72,7 +73,7 @@ def _add_unit_quaternions(
     return bindings, starts
 
 
-def AddUnitQuaternionConstraintOnPlant(plant: Any, q_vars: Any, prog: MathematicalProgram) -> list:
+def AddUnitQuaternionConstraintOnPlant(plant: MultibodyPlant, q_vars: VariablesLike, prog: MathematicalProgram) -> list:
     """Adds that the quaternions of a plant have length one, with elements from -1 to 1, and returns the constraints.
 
     Where there is no initial guess, it becomes (1, 0, 0, 0).
@@ -122,7 +123,7 @@ def add_limits_and_quaternions(
 
 
 def AddMultibodyPlantConstraints(
-    plant: Any, q: Any, prog: MathematicalProgram, plant_context: Context | None = None
+    plant: MultibodyPlant, q: VariablesLike, prog: MathematicalProgram, plant_context: Context | None = None
 ) -> list:
     """Adds limits, locked joints, unit quaternions and the kinematic constraints of a plant; returns the constraints.
 

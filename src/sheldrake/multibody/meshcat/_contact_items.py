@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.multibody.plant import ContactResults
+from sheldrake.multibody.plant._contact.results import PointContactArrays
 
 from ._hydroelastic_arrows import _HydroelasticContactVisualizerItem
 from ._point_contact_arrows import _PointContactVisualizerItem
@@ -42,11 +43,13 @@ class Names:
         self._inspector: Any = None
         self._known: dict[tuple[Any, Any], str] = {}
 
-    def look_at(self, plant: MultibodyPlant, inspector: SceneGraphInspector | None) -> None:
-        """Takes names from a plant, and from the SceneGraph's inspector where it is known."""
-        if plant is not self._plant or (inspector is None) != (self._inspector is None):
+    def look_at(self, plant: MultibodyPlant, inspector: SceneGraphInspector | None) -> bool:
+        """Takes names from a plant, and from the SceneGraph's inspector where it is known; whether they are new."""
+        changed = plant is not self._plant or (inspector is None) != (self._inspector is None)
+        if changed:
             self._known.clear()
         self._plant, self._inspector = plant, inspector
+        return changed
 
     def of_body(self, index: Any, geometry: Any) -> str:
         """Returns the body's name, with its model's where it is not the only one, and the geometry's likewise."""
@@ -80,14 +83,14 @@ class Names:
         return self.of_body(body.index(), geometry)
 
 
+def names_of_pairs(arrays: PointContactArrays, names: Names) -> list[tuple[str, str]]:
+    """The names of who touches, of point contacts in columns."""
+    bodies, ids = arrays.bodies, arrays.geometries
+    return [(names.of_body(bodies[a], ids[A]), names.of_body(bodies[b], ids[B])) for A, B, a, b in arrays.pair.tolist()]
+
+
 def point_items(results: ContactResults, names: Names) -> list[_PointContactVisualizerItem]:
     """Forces at points, with the names of who touches."""
-    arrays = results._arrays
-    if arrays is not None:
-        return [
-            _PointContactVisualizerItem(names.of_body(a, A), names.of_body(b, B), force, point)
-            for a, b, A, B, force, point in zip(*arrays)
-        ]
     items = []
     for info in map(results.point_pair_contact_info, range(results.num_point_pair_contacts())):
         A, B = (names.of_body(info.bodyA_index(), info.point_pair().id_A),
@@ -96,7 +99,13 @@ def point_items(results: ContactResults, names: Names) -> list[_PointContactVisu
     return items
 
 
-def surface_item(info: Any, names: Names) -> _HydroelasticContactVisualizerItem:
+def names_of_surface(info: Any, names: Names) -> tuple[str, str]:
+    """The names of who touches in one contact surface."""
+    surface = info.contact_surface()
+    return names.of_geometries_body(surface.id_M()), names.of_geometries_body(surface.id_N())
+
+
+def surface_item(info: Any, names: tuple[str, str]) -> _HydroelasticContactVisualizerItem:
     """Force and triangles of one contact surface, with the names of who touches."""
     surface = info.contact_surface()
     mesh = surface.tri_mesh_W() if surface.is_triangle() else surface.poly_mesh_W()
@@ -108,8 +117,7 @@ def surface_item(info: Any, names: Names) -> _HydroelasticContactVisualizerItem:
         faces += fan([element.vertex(i) for i in range(3 if surface.is_triangle() else element.num_vertices())])
     force = info.F_Ac_W()
     return _HydroelasticContactVisualizerItem(
-        names.of_geometries_body(surface.id_M()),
-        names.of_geometries_body(surface.id_N()),
+        *names,
         surface.centroid(),
         force.translational(),
         force.rotational(),

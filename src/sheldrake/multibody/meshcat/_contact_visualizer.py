@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import kind, overload, overloaded
@@ -14,7 +18,8 @@ from sheldrake.geometry._meshcat.tree import as_float
 from sheldrake.multibody.plant import ContactResults, MultibodyPlant
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
 
-from ._contact_items import Names, point_items, surface_item
+from ._arrow import as_floats
+from ._contact_items import Names, names_of_pairs, names_of_surface, point_items, surface_item
 from ._contact_visualizer_params import ContactVisualizerParams
 from ._hydroelastic_arrows import _HydroelasticContactVisualizer
 from ._point_contact_arrows import _PointContactVisualizer
@@ -75,6 +80,8 @@ class ContactVisualizer(LeafSystem):
                 raise RuntimeError(f"ContactVisualizer(): {name} must be positive, got {getattr(params, name)}.")
         self._meshcat, self._params = meshcat, params
         self._names = Names()
+        # The pairs of the contacts drawn last, and where these are drawn.
+        self._paths: tuple[tuple[Sequence[Any], np.ndarray] | None, list[str]] = None, []
         self._points = _PointContactVisualizer(meshcat, _below(params, "point"))
         self._surfaces = _HydroelasticContactVisualizer(meshcat, _below(params, "hydroelastic"))
         results = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
@@ -148,11 +155,30 @@ class ContactVisualizer(LeafSystem):
         inspector = query.Eval(context).inspector() if query.HasValue(context) else None
         results, time = port.Eval(context), as_float(context.get_time())
         names = self._names
-        names.look_at(results.plant(), inspector)
-        self._points.Update(time, point_items(results, names))
+        if names.look_at(results.plant(), inspector):
+            self._paths = None, []
         surfaces = [results.hydroelastic_contact_info(i) for i in range(results.num_hydroelastic_contacts())]
-        self._surfaces.Update(time, [surface_item(info, names) for info in surfaces])
+        sides = [names_of_surface(info, names) for info in surfaces]
+        draw_points = self._drawing_of_points(results, time)
+
+        def draw() -> None:
+            draw_points()
+            self._surfaces.Update(time, [surface_item(info, pair) for info, pair in zip(surfaces, sides)])
+
+        self._meshcat._defer(self._params.prefix, draw)
         return EventStatus.Succeeded()
+
+    def _drawing_of_points(self, results: ContactResults, time: float) -> Callable[[], None]:
+        """What draws the point contacts, in any thread; it keeps what it needs."""
+        arrays = results._arrays
+        if arrays is None:
+            return functools.partial(self._points.Update, time, point_items(results, self._names))
+        same, paths = self._paths
+        pairs = arrays.geometries, arrays.pair
+        if same is None or same[0] is not pairs[0] or not np.array_equal(same[1], pairs[1]):
+            paths = self._points.paths(names_of_pairs(arrays, self._names))
+            self._paths = pairs, paths
+        return functools.partial(self._points.show, time, paths, as_floats(arrays.f_Bc_W), as_floats(arrays.p_WC))
 
 
 def _below(params: ContactVisualizerParams, name: str) -> ContactVisualizerParams:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -40,39 +41,56 @@ class _PointContactVisualizer:
         self._root = full_path(params.prefix)
         self._shown, self._longest = Shown(meshcat), Longest(meshcat)
         meshcat._note(params.prefix)
+        self._forget()
+
+    def _forget(self) -> None:
         self._last: tuple[list[str], np.ndarray] = ([], np.zeros((0, 6)))
+        self._visible: tuple[list[str], np.ndarray] = ([], np.zeros(0, bool))
 
     def Delete(self) -> None:
         """Removes everything below the prefix."""
         self._meshcat.Delete(self._params.prefix)
         self._shown.clear()
         self._longest.forget()
-        self._last = ([], np.zeros((0, 6)))
+        self._forget()
 
     def Update(self, time: float, items: list[_PointContactVisualizerItem]) -> None:
         """Shows these contacts and no others, at a simulation time [s]."""
-        paths = self._paths(items)
-        self._shown.hide_others(set(paths), time)
-        if not paths:
-            return
-        forces = as_floats([item.contact_force for item in items]).reshape(-1, 3)
-        points = as_floats([item.contact_point for item in items]).reshape(-1, 3)
+        paths = self.paths([(item.body_A, item.body_B) for item in items])
+        forces, points = ([item.contact_force for item in items], [item.contact_point for item in items])
+        self.show(time, paths, as_floats(forces).reshape(-1, 3), as_floats(points).reshape(-1, 3))
+
+    def show(self, time: float, paths: list[str], forces: np.ndarray, points: np.ndarray) -> None:
+        """Shows contacts and no others.
+
+        Args:
+            time: Simulation time [s].
+            paths: Where, from paths(); the same list as long as the same contacts are meant saves time.
+            forces: On the second body of each [N], shape (n, 3).
+            points: Where they are [m], shape (n, 3).
+        """
         sizes = np.linalg.norm(forces, axis=1)
         visible = sizes >= self._params.force_threshold
-        for path, seen in zip(paths, visible.tolist()):
-            if self._shown.add(path):
-                self._make(path)
-            self._shown.show(path, seen, time)
+        last_paths, last_visible = self._visible
+        if paths is not last_paths or not np.array_equal(visible, last_visible):
+            self._visible = paths, visible
+            self._shown.hide_others(set(paths), time)
+            for path, seen in zip(paths, visible.tolist()):
+                if self._shown.add(path):
+                    self._make(path)
+                self._shown.show(path, seen, time)
+        if not paths:
+            return
         moved = visible & self._has_changed(paths, np.hstack([forces, points]))
         if moved.any():
             self._draw([path for path, m in zip(paths, moved) if m], forces[moved], points[moved], sizes[moved], time)
 
-    def _paths(self, items: list[_PointContactVisualizerItem]) -> list[str]:
-        """Returns where each contact is drawn."""
+    def paths(self, names: Iterable[tuple[str, str]]) -> list[str]:
+        """Returns where each contact is drawn, by the names of both sides."""
         seen: dict[str, int] = {}
         paths = []
-        for item in items:
-            pair = f"{self._root}/{item.body_A}+{item.body_B}"
+        for A, B in names:
+            pair = f"{self._root}/{A}+{B}"
             count = seen[pair] = seen.get(pair, 0) + 1
             paths.append(pair if count == 1 else f"{pair}.{count}")
         return paths
@@ -81,7 +99,7 @@ class _PointContactVisualizer:
         """Returns which contacts are elsewhere, or push otherwise, than drawn; all of them while recording."""
         last_paths, last = self._last
         self._last = (paths, values)
-        if last_paths != paths or self._meshcat._is_recording():
+        if (last_paths is not paths and last_paths != paths) or self._meshcat._is_recording():
             return np.ones(len(paths), dtype=bool)
         return (np.abs(values - last) > _UNSEEN * (1.0 + np.abs(last))).any(axis=1)
 

@@ -7,7 +7,7 @@ call of a part is declared and documented there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._checked import checked
 from sheldrake.common._parts import Calls, forget_calls
@@ -15,6 +15,7 @@ from sheldrake.geometry import SceneGraph, SceneGraphInspector, SourceId
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
+from sheldrake.multibody.plant._building.loops import Loops
 from sheldrake.multibody.plant._building.settings import Settings, checked_time_step
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -32,9 +33,13 @@ from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY
 from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
+
 _settings = Calls(Settings, "_parts.settings")
 _elements = Calls(Elements, "_parts.elements")
 _constraints = Calls(Constraints, "_parts.constraints")
+_loops = Calls(Loops, "_parts.loops")
 _geometry = Calls(PlantGeometry, "_parts.geometry")
 _topology = Calls(Topology, "_parts.topology")
 _coordinates = Calls(Coordinates, "_parts.coordinates")
@@ -298,6 +303,10 @@ class MultibodyPlant(LeafSystem):
     GetDistanceConstraintParams = _constraints(Constraints.GetDistanceConstraintParams)
     SetDistanceConstraintParams = _constraints(Constraints.SetDistanceConstraintParams)
 
+    SetEnableLoopTopology = _loops(Loops.SetEnableLoopTopology)
+    GetEnableLoopTopology = _loops(Loops.GetEnableLoopTopology)
+    num_loop_constraints = _loops(Loops.num_loop_constraints)
+
     # --- Geometry
 
     geometry_source_is_registered = _geometry(PlantGeometry.geometry_source_is_registered)
@@ -325,6 +334,7 @@ class MultibodyPlant(LeafSystem):
     num_positions = _coordinates(Coordinates.num_positions)
     num_velocities = _coordinates(Coordinates.num_velocities)
     num_multibody_states = _coordinates(Coordinates.num_multibody_states)
+    num_misc_continuous_states = _coordinates(Coordinates.num_misc_continuous_states)
     num_actuators = _coordinates(Coordinates.num_actuators)
     num_actuated_dofs = _coordinates(Coordinates.num_actuated_dofs)
     GetPositionNames = _coordinates(Coordinates.GetPositionNames)
@@ -430,7 +440,7 @@ class MultibodyPlant(LeafSystem):
 
     # --- what the framework asks
 
-    def AllocateContext(self) -> Any:
+    def AllocateContext(self) -> Context:
         """A context whose state is not set yet.
 
         Raises:
@@ -451,7 +461,7 @@ class MultibodyPlant(LeafSystem):
         self._parts.contexts.set_defaults(context)
         self._parts.inputs.forget_desired_states(context)
 
-    def _set_random_context(self, context: Context, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._parts.contexts.set_random_positions(context, generator)
 
     def _kernel_models(self, root: Any) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.finalize import freeze
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
+from sheldrake.multibody.plant._building.loops import Loops
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -58,6 +59,7 @@ class PlantParts:
         self.topology = Topology(elements)
         self.contexts = contexts = Contexts(plant, elements, self.family, settings.is_discrete())
         self.constraints = Constraints(elements, contexts, settings)
+        self.loops = Loops(elements, self.constraints, geometry)
         self.coordinates = coordinates = Coordinates(elements, contexts)
         self.free_bodies = FreeBodies(elements, self.topology, contexts)
         self.kinematics = kinematics = Kinematics(elements, contexts)
@@ -84,9 +86,10 @@ class PlantParts:
         if self.elements.is_finalized():
             raise RuntimeError("MultibodyPlant::Finalize(): repeated calls not allowed.")
         self.settings.refuse_dry_friction()
+        self.loops.cut()
         self.elements.finalize(freeze(self.elements, self.free_bodies.base_joint))
         state_index = self.contexts.declare()
-        self.geometry.filter_collisions(self.topology.welded_groups())
+        self.geometry.filter_collisions(self.topology.welded_groups(), self.loops.whole_of)
         self.inputs.declare(self.plant, self.elements)
         self.kernel_models.compile()
         self.output_ports.declare(self.plant, state_index)

@@ -70,21 +70,78 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
         grow(body)
 
     grow(bodies[0])
-    children = {id(j.child_body()) for j in joints}
-    joined = [b for b in bodies if incident[id(b)]]
-    only_parents = sorted((b for b in joined if id(b) not in children), key=lambda b: -len(incident[id(b)]))
-    for body in (*only_parents, *joined, *bodies):
+    for body in _bases(bodies, joints, incident):
         if id(body) not in seen:
             float_body(body)
     return steps
+
+
+class Cut(NamedTuple):
+    """A joint that closes a loop, and the body at one end of it to divide."""
+
+    body: Any
+    joint: Any
+
+
+def find_cuts(bodies: Sequence[Any], joints: Sequence[Any]) -> list[Cut]:
+    """Where loops are to be cut, so that each body is as few joints away from the world, or its base, as without.
+
+    Breadth first, as Drake does: of the two ends of a joint that closes a loop, the one further out is divided, or else
+    the joint's child.
+
+    Args:
+        bodies: All bodies, the world first.
+        joints: All joints.
+
+    Raises:
+        RuntimeError: a joint would have to be reversed that cannot be.
+    """
+    incident: dict[int, list[Any]] = {id(b): [] for b in bodies}
+    for joint in joints:
+        incident[id(joint.parent_body())].append(joint)
+        incident[id(joint.child_body())].append(joint)
+    cuts: list[Cut] = []
+    depth: dict[int, int] = {}
+    used: set[int] = set()
+    for base in (bodies[0], *_bases(bodies, joints, incident)):
+        if id(base) in depth:
+            continue
+        depth[id(base)], row = 0, [base]
+        for body in row:  # grows meanwhile
+            for joint in incident[id(body)]:
+                if id(joint) in used:
+                    continue
+                used.add(id(joint))
+                is_parent = joint.parent_body() is body
+                other = joint.child_body() if is_parent else joint.parent_body()
+                if id(other) not in depth:
+                    outer = other
+                    depth[id(other)] = depth[id(body)] + 1
+                    row.append(other)
+                else:
+                    ahead = depth[id(other)] - depth[id(body)]
+                    outer = other if ahead > 0 or (ahead == 0 and is_parent) else body
+                    cuts.append(Cut(outer, joint))
+                if joint.child_body() is not outer and not joint._type.reversible:
+                    raise _is_not_reversible(joint)
+    return cuts
+
+
+def _bases(bodies: Sequence[Any], joints: Sequence[Any], incident: dict[int, list[Any]]) -> list[Any]:
+    """The bodies from which groups that do not hang on the world are grown, if no earlier one reaches them."""
+    children = {id(j.child_body()) for j in joints}
+    joined = [b for b in bodies if incident[id(b)]]
+    only_parents = sorted((b for b in joined if id(b) not in children), key=lambda b: -len(incident[id(b)]))
+    return [*only_parents, *joined, *bodies]
 
 
 def _closes_a_loop(joint: Joint) -> RuntimeError:
     return RuntimeError(
         f"MultibodyPlant.Finalize(): the bodies and joints form a loop, closed by joint {joint.name()!r} "
         f"between bodies {joint.parent_body().name()!r} and {joint.child_body().name()!r}. Loops in the "
-        "system graph are not supported as joints; remove that joint and close the loop with a constraint "
-        "or a stiff LinearBushingRollPitchYaw instead."
+        "system graph are not supported as joints: call SetEnableLoopTopology(True), which divides a body and welds "
+        "it by a constraint, or remove that joint and close the loop with a constraint or a stiff "
+        "LinearBushingRollPitchYaw."
     )
 
 

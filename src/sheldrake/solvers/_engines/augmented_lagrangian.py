@@ -76,7 +76,7 @@ def _kinds(lower: np.ndarray, upper: np.ndarray) -> list[bool]:
     return out
 
 
-def _residues(y: Any, lower: np.ndarray, upper: np.ndarray) -> list:
+def _residues(y: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list:
     out: list = []
     for value, a, b in zip(y, lower, upper):
         if a == b:

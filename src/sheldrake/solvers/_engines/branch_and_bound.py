@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.solvers._engines.choose import MakeSolver
 from sheldrake.solvers._ids import SolutionResult, SolverId
 from sheldrake.solvers._program.program import MathematicalProgram
+from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from sheldrake.solvers._arrays import VariablesLike
 
 _INTEGRAL = 1e-5  # So far from 0 or 1 a binary variable may be.
 
@@ -58,38 +62,45 @@ class MixedIntegerBranchAndBound:
         if root.get_solution_result() is not SolutionResult.kSolutionFound:
             return root.get_solution_result()
         queue: list[tuple[float, int, dict[int, float], np.ndarray]] = []
-        heapq.heappush(queue, (root.get_optimal_cost(), next(count), {}, root.get_x_val()))
+        if not self._keep_if_integral(root):
+            heapq.heappush(queue, (root.get_optimal_cost(), next(count), {}, root.get_x_val()))
         explored = 1
         while queue:
             bound, _, fixed, x = heapq.heappop(queue)
             if self._found and bound >= self._found[0][0] - 1e-9 * max(1.0, abs(bound)):
                 break
-            doubtful = max(self._binary, key=lambda i: min(x[i], 1.0 - x[i]))
-            if min(x[doubtful], 1.0 - x[doubtful]) <= _INTEGRAL:
-                self._keep(bound, x)
-                continue
+            doubtful = self._most_doubtful(x)
             if 0 < self._options.max_explored_nodes <= explored:
                 return SolutionResult.kIterationLimit
             for value in (0.0, 1.0):
                 child = self._node({**fixed, doubtful: value})
                 explored += 1
-                if child.is_success():
+                if child.is_success() and not self._keep_if_integral(child):
                     entry = (child.get_optimal_cost(), next(count), {**fixed, doubtful: value}, child.get_x_val())
                     heapq.heappush(queue, entry)
         return SolutionResult.kSolutionFound if self._found else SolutionResult.kInfeasibleConstraints
 
-    def _node(self, fixed: dict[int, float]) -> Any:
+    def _node(self, fixed: dict[int, float]) -> MathematicalProgramResult:
         prog = self._relaxed.Clone()
         if fixed:
             vars = prog.decision_variables()[list(fixed)]
             prog.AddBoundingBoxConstraint(list(fixed.values()), list(fixed.values()), vars)
         return self._solver.Solve(prog)
 
-    def _keep(self, cost: float, x: np.ndarray) -> None:
-        x = x.copy()
+    def _most_doubtful(self, x: np.ndarray) -> int:
+        """The binary variable that is farthest from being 0 or 1."""
+        return max(self._binary, key=lambda i: min(x[i], 1.0 - x[i]))
+
+    def _keep_if_integral(self, relaxed: MathematicalProgramResult) -> bool:
+        """Keeps a solution whose binary variables are 0 or 1, be it the best one or not; tells whether it is one."""
+        x = relaxed.get_x_val()
+        doubtful = self._most_doubtful(x)
+        if min(x[doubtful], 1.0 - x[doubtful]) > _INTEGRAL:
+            return False
         x[self._binary] = np.round(x[self._binary])
-        self._found.append((cost, x))
+        self._found.append((relaxed.get_optimal_cost(), x))
         self._found.sort(key=lambda item: item[0])
+        return True
 
     def GetOptimalCost(self) -> float:
         """Returns the least cost.
@@ -114,7 +125,13 @@ class MixedIntegerBranchAndBound:
             )
         return self._found[nth_suboptimal_cost + 1][0]
 
-    def GetSolution(self, mip_var: Any = None, nth_best_solution: int = 0, *, mip_vars: Any = None) -> Any:
+    def GetSolution(
+        self,
+        mip_var: Variable | VariablesLike | None = None,
+        nth_best_solution: int = 0,
+        *,
+        mip_vars: VariablesLike | None = None,
+    ) -> Any:
         """Returns the value of a variable, or of an array of them, in one of the solutions.
 
         Raises:

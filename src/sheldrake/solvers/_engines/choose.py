@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._crew import in_parallel, threads_of
 from sheldrake.common._overloads import incompatible
-from sheldrake.solvers._engines.clarabel import ClarabelSolver
+from sheldrake.solvers._engines.clarabel import ClarabelSolver, CsdpSolver
+from sheldrake.solvers._engines.daqp import DaqpSolver
 from sheldrake.solvers._engines.equality import EqualityConstrainedQPSolver, LinearSystemSolver
 from sheldrake.solvers._engines.highs import ClpSolver, HighsSolver
 from sheldrake.solvers._engines.interface import SolverInterface
@@ -18,7 +19,7 @@ from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
 from sheldrake.solvers._engines.nlopt import NloptSolver
 from sheldrake.solvers._engines.snopt import InteriorPointSolver, SnoptSolver
 from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
-from sheldrake.solvers._engines.unavailable import CsdpSolver, GurobiSolver, MosekSolver
+from sheldrake.solvers._engines.unavailable import GurobiSolver, MosekSolver
 from sheldrake.solvers._ids import ProgramType, SolverId
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
@@ -34,10 +35,10 @@ if TYPE_CHECKING:
 _P = ProgramType
 _NLP: list[type[SolverInterface]] = [InteriorPointSolver, IpoptSolver, NloptSolver]
 _BEST: dict[ProgramType, list[type[SolverInterface]]] = {
-    _P.kLP: [GurobiSolver, MosekSolver, ClpSolver, ClarabelSolver, *_NLP, CsdpSolver, ScsSolver],
-    _P.kQP: [GurobiSolver, MosekSolver, ClarabelSolver, OsqpSolver, *_NLP, ScsSolver],
-    _P.kSOCP: [MosekSolver, GurobiSolver, ClarabelSolver, CsdpSolver, ScsSolver, *_NLP],
-    _P.kSDP: [MosekSolver, ClarabelSolver, CsdpSolver, ScsSolver],
+    _P.kLP: [GurobiSolver, MosekSolver, ClpSolver, ClarabelSolver, *_NLP, ScsSolver],
+    _P.kQP: [GurobiSolver, MosekSolver, ClarabelSolver, OsqpSolver, *_NLP, ScsSolver, DaqpSolver],
+    _P.kSOCP: [MosekSolver, GurobiSolver, ClarabelSolver, ScsSolver, *_NLP],
+    _P.kSDP: [MosekSolver, ClarabelSolver, ScsSolver],
     _P.kGP: [MosekSolver, ClarabelSolver, ScsSolver],
     _P.kCGP: [MosekSolver, ClarabelSolver, ScsSolver],
     _P.kMILP: [GurobiSolver, MosekSolver, HighsSolver],
@@ -56,6 +57,7 @@ _ALL: list[type[SolverInterface]] = [
     GurobiSolver,
     ClarabelSolver,
     OsqpSolver,
+    DaqpSolver,
     MobyLcpSolver,
     *_NLP,
     SnoptSolver,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,11 @@ from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.program import MathematicalProgram
-from sheldrake.solvers._program_type import CONIC, quadratic_costs_are_convex
+from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 _RESULTS = {
     "Solved": SolutionResult.kSolutionFound,
@@ -68,12 +72,15 @@ class ClarabelSolver(SolverInterface):
         found = solver.solve()
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
-        result._details = ClarabelSolverDetails(found.solve_time, found.iterations, status)
         outcome = _RESULTS.get(status, SolutionResult.kSolverSpecificError)
+        result._details = self._told(found, outcome, form.constant)
         result._finish(outcome, form.x(x), form.cost(x))
         if outcome is SolutionResult.kSolutionFound:
             for binding, dual in form.duals(z):
                 result._set_dual(binding, dual)
+
+    def _told(self, found: Any, outcome: SolutionResult, constant: float) -> ClarabelSolverDetails | CsdpSolverDetails:
+        return ClarabelSolverDetails(found.solve_time, found.iterations, str(found.status))
 
     def _settings(self, clarabel: Any, options: SolverOptions) -> Any:
         settings = clarabel.DefaultSettings()
@@ -83,6 +90,51 @@ class ClarabelSolver(SolverInterface):
             kind = type(getattr(settings, key))
             setattr(settings, key, kind(value))
         return settings
+
+
+class CsdpSolverDetails(NamedTuple):
+    """What is told of a solve; objectives are of a maximum, that of the negative cost.
+
+    `return_code` is 0 for solved, 1 and 2 for primal and dual infeasible, 4 for iterations spent, else 11. `y_val` and
+    `Z_val`, variables of CSDP's own form of a program, are None where another solver ran.
+    """
+
+    return_code: int
+    primal_objective: float
+    dual_objective: float
+    y_val: np.ndarray | None = None
+    Z_val: csc_matrix | None = None
+
+
+_CSDP_CODES = {
+    SolutionResult.kSolutionFound: 0,
+    SolutionResult.kInfeasibleConstraints: 1,
+    SolutionResult.kDualInfeasible: 2,
+    SolutionResult.kIterationLimit: 4,
+}
+
+
+class CsdpSolver(ClarabelSolver):
+    """Solves semidefinite programs for those who ask for CSDP. In sheldrake Clarabel does it, and results say so.
+
+    Options of CSDP are accepted without effect.
+    """
+
+    _name = "CSDP"
+    _method = "Clarabel"
+    _attributes = LINEAR | {
+        A.kLorentzConeConstraint,
+        A.kRotatedLorentzConeConstraint,
+        A.kPositiveSemidefiniteConstraint,
+    }
+
+    def _given(self, options: SolverOptions, known: Iterable[str]) -> dict[str, Any]:
+        return {}
+
+    def _told(self, found: Any, outcome: SolutionResult, constant: float) -> CsdpSolverDetails:
+        return CsdpSolverDetails(
+            _CSDP_CODES.get(outcome, 11), -found.obj_val - constant, -found.obj_val_dual - constant
+        )
 
 
 def _cone(clarabel: Any, cone: Any) -> Any:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
-from sheldrake.solvers._program_type import CONIC, LINEAR
+from sheldrake.solvers._program_type import CONIC
 
 
 class _Unavailable(SolverInterface):
@@ -100,24 +100,3 @@ class MosekSolverDetails(NamedTuple):
     optimizer_time: float
     rescode: int
     solution_status: int
-
-
-class CsdpSolver(_Unavailable):
-    """CSDP; never available."""
-
-    _name = "CSDP"
-    _attributes = LINEAR | {
-        A.kLorentzConeConstraint,
-        A.kRotatedLorentzConeConstraint,
-        A.kPositiveSemidefiniteConstraint,
-    }
-
-
-class CsdpSolverDetails(NamedTuple):
-    """What CSDP would tell of a solve."""
-
-    return_code: int
-    primal_objective: float
-    dual_objective: float
-    y_val: Any
-    Z_val: Any

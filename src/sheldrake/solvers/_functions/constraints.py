@@ -40,7 +40,7 @@ class LinearConstraint(Constraint):
     def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
 
-    def _set_linear(self, A: Any, lb: np.ndarray, ub: np.ndarray) -> None:
+    def _set_linear(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
         if A.shape[0] != lb.size or A.shape[0] != ub.size:
             raise RuntimeError(
                 f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."

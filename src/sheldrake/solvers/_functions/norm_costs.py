@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import same_count
-from sheldrake.solvers._functions.evaluators import Cost
+from sheldrake.solvers._functions.evaluators import Cost, Many
 from sheldrake.solvers._text import latex_matrix
 from sheldrake.symbolic import Expression, ToLatex
 from sheldrake.symbolic import _functions as symbolic
@@ -184,6 +185,43 @@ class L2NormCost(_NormCost):
 
     def _symbol(self, z: np.ndarray) -> Expression:
         return symbolic.sqrt(sum_of_squares(z))
+
+    def _alike(self) -> Hashable | None:
+        A = self.GetDenseA()
+        return ("L2NormCost", A.shape, A.tobytes(), self._b.tobytes())
+
+    def _many(self) -> Many:
+        return _Lengths(self.GetDenseA(), self._b)
+
+
+_ROUNDING = 1e-8  # Lengths below this count as smooth: those that constraints keep at zero have no direction.
+
+
+class _Lengths:
+    """Lengths |z| of z = A x + b at many points, as sqrt(z' z + r^2) - r, which has derivatives where z is zero."""
+
+    def __init__(self, A: np.ndarray, b: np.ndarray):
+        self._A, self._b = A, b
+
+    def _z(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = points @ self._A.T + self._b
+        return z, np.sqrt((z * z).sum(axis=1) + _ROUNDING**2)
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Lengths, shape (points, 1)."""
+        return self._z(points)[1][:, None] - _ROUNDING
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lengths and their derivatives, shape (points, 1, n)."""
+        z, lengths = self._z(points)
+        return lengths[:, None] - _ROUNDING, ((z / lengths[:, None]) @ self._A)[:, None, :]
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives times weights of shape (points, 1), shape (points, n, n)."""
+        z, lengths = self._z(points)
+        along = (z / lengths[:, None]) @ self._A
+        H = (self._A.T @ self._A)[None] - along[:, :, None] * along[:, None, :]
+        return H * (weights[:, 0] / lengths)[:, None, None]
 
 
 def sum_of_squares(z: np.ndarray) -> Expression:

@@ -219,7 +219,7 @@ class ProgramVariables:
             if v.get_id() not in self._places:
                 raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
-    def _expect_variables(self, call: str, vars: Any) -> np.ndarray:
+    def _expect_variables(self, call: str, vars: Variable | VariablesLike) -> np.ndarray:
         try:
             return _arrays.variable_vector([vars] if isinstance(vars, Variable) else vars)
         except Mismatch:
@@ -231,7 +231,7 @@ class ProgramVariables:
         """Returns the guess of all decision variables, nan where there is none."""
         return np.array(self._guess)
 
-    def GetInitialGuess(self, decision_variable: Any) -> Any:
+    def GetInitialGuess(self, decision_variable: Variable | VariablesLike) -> Any:
         """Returns the guess of a variable, or of an array of them in its shape.
 
         Raises:
@@ -245,7 +245,7 @@ class ProgramVariables:
         values = [self._guess[self.FindDecisionVariableIndex(v)] for v in vars]
         return np.array(values, dtype=float).reshape(array.shape, order="F")
 
-    def SetInitialGuess(self, decision_variable: Any, variable_guess: Any) -> None:
+    def SetInitialGuess(self, decision_variable: Variable | VariablesLike, variable_guess: ArrayLike) -> None:
         """Sets the guess of a variable, or of an array of them.
 
         Raises:
@@ -272,7 +272,9 @@ class ProgramVariables:
         overload(decision_variable=anything, decision_variable_new_value=anything, values=instance_of(np.ndarray)),
         overload(decision_variables=anything, decision_variables_new_values=anything, values=instance_of(np.ndarray)),
     )
-    def SetDecisionVariableValueInVector(self, vars: Any, new: Any, values: np.ndarray) -> None:
+    def SetDecisionVariableValueInVector(
+        self, vars: Variable | VariablesLike, new: ArrayLike, values: np.ndarray
+    ) -> None:
         """Writes the value of one or several decision variables into a vector of the values of all.
 
         Called as `(decision_variable(s), new_value(s), values)`; `values` has shape `(num_vars,)` and is changed.
@@ -287,7 +289,7 @@ class ProgramVariables:
         for v, value in self._pairs("SetDecisionVariableValueInVector", vars, new):
             values[self.FindDecisionVariableIndex(v)] = value
 
-    def _pairs(self, call: str, vars: Any, values: ArrayLike) -> list[tuple[Variable, float]]:
+    def _pairs(self, call: str, vars: Variable | VariablesLike, values: ArrayLike) -> list[tuple[Variable, float]]:
         accepted = ["(variable: Variable, value: float)", "(variables: numpy.ndarray, values: numpy.ndarray)"]
         try:
             if isinstance(vars, (Variable, Expression)):

@@ -139,7 +139,7 @@ class _Group:
         """1/2 x' Q x + b' x with Y in the place of products."""
         terms = [0.5 * Q[i, j] * self.Y[at[i], at[j]] for i, j in zip(*np.nonzero(Q))]
         terms += [value * self.y[k] for k, value in zip(at, b) if value]
-        return build.sum_of([build.as_expression(t) for t in terms])
+        return build.sum_of([build.expect("MakeSemidefiniteRelaxation", t) for t in terms])
 
 
 class _Relaxation:
@@ -211,7 +211,7 @@ class _Relaxation:
         for j in range(len(group.y)):
             for a, b, _ in rows:
                 terms = [a[i] * group.Y[i, j] for i in np.flatnonzero(a)]
-                e = build.sum_of([build.as_expression(t) for t in terms]) - b * group.y[j]
+                e = build.sum_of([build.expect("MakeSemidefiniteRelaxation", t) for t in terms]) - b * group.y[j]
                 self.program.AddLinearEqualityConstraint(e, 0.0)
 
     def _inequalities(self, group: _Group) -> None:

@@ -18,6 +18,7 @@ _COLUMNS = 64
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.store import Store
 
 
 def BatchEvalTimeDerivatives(
@@ -118,13 +119,13 @@ def _rows_of(layout: Any, group: int) -> list[int]:
     return acts + program.pre[program.pre_ptr[group] : program.pre_ptr[group + 1]].tolist()
 
 
-def _is_native(store: Any, group: int) -> bool:
+def _is_native(store: Store, group: int) -> bool:
     """Whether kernels compute all that a group does and reads."""
     return store.native and all(r >= 0 and store.layout.rows[r].native for r in _rows_of(store.layout, group))
 
 
 def _on_threads(
-    kernel: Any, context: Any, port: Any, group: int, columns: list, parallelize: Any, *more: Any
+    kernel: Any, context: Context, port: Any, group: int, columns: list, parallelize: Any, *more: Any
 ) -> np.ndarray | None:
     """What a kernel of `columns` finds, one column for each; None if it fails somewhere, which Python can explain.
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import functools
 import itertools
+import operator
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,11 @@ from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Journey
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import Place, Slot
+    from sheldrake.systems.framework._engine.store import Store
 
 
 class WorldFailure(NamedTuple):
@@ -73,15 +79,16 @@ class BatchSimulator:
         raise_failures: Whether worlds that fail raise WorldsFailed when the others are done; else see `failures`.
 
     Raises:
-        TypeError: the system is none.
+        TypeError: the system is none, or what must be a whole number is not.
         ValueError: a number is less than one, or the settings are such as only one simulator can have.
+        MemoryError: there is no room for so many worlds.
     """
 
     def __init__(
         self,
         system: System,
         num_worlds: int,
-        context: Any = None,
+        context: Context | None = None,
         *,
         config: SimulatorConfig | None = None,
         num_threads: int | None = None,
@@ -91,12 +98,13 @@ class BatchSimulator:
     ):
         if not isinstance(system, System):
             raise TypeError(f"BatchSimulator(): {system!r} is no System.")
-        if num_worlds < 1:
-            raise ValueError(f"BatchSimulator(): num_worlds must be at least 1, not {num_worlds}.")
+        count = _whole("BatchSimulator()", "num_worlds", num_worlds, 1)
         if config is not None and (config.target_realtime_rate or config.publish_every_time_step):
             raise ValueError("BatchSimulator(): worlds have no target_realtime_rate and no publish_every_time_step.")
-        self._system, self._count, self._config = system, int(num_worlds), config
-        self._seed, self._first, self._raises = int(seed), int(first_world), raise_failures
+        self._system, self._count, self._config = system, count, config
+        self._seed = _whole("BatchSimulator()", "seed", seed, 0, most=None)
+        self._first = _whole("BatchSimulator()", "first_world", first_world, 0)
+        self._raises = raise_failures
         self._monitor: Callable[[Any], Any] | None = None
         model = _simulator_of(system, config, system.CreateDefaultContext() if context is None else context.Clone())
         model.get_mutable_integrator().Initialize()
@@ -105,7 +113,14 @@ class BatchSimulator:
             store.settle()
         self._layout, self._crew = store.layout, Crew(num_threads)
         self._numbers = model.get_integrator()._numbers
-        self._worlds = Worlds(store, self._count, self._numbers)
+        self._last_instant = model._last_instant(store)
+        try:
+            self._worlds = Worlds(store, self._count, self._numbers)
+        except (MemoryError, OSError, OverflowError, ValueError) as error:
+            size = 8 * (store.S.size + store.I.size + store.L.size)
+            raise MemoryError(
+                f"BatchSimulator(): {self._count} worlds of about {size} bytes each do not fit into memory."
+            ) from error
         program, rows = self._layout.program, self._layout.rows
         in_loop = {*program.act.tolist(), *program.pre.tolist()}
         self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
@@ -175,26 +190,37 @@ class BatchSimulator:
         """How many threads, the caller's included."""
         return self._crew.num_threads
 
-    def context(self, world: int) -> Any:
+    def context(self, world: int) -> Context:
         """World number `world` as a root context: whatever takes a context works on it.
 
         After writing to the batch's arrays ask for it again: what was computed in it is then out of date.
 
         Raises:
             IndexError: there is no such world.
+            TypeError: it is no whole number.
         """
-        if not 0 <= world < self._count:
-            raise IndexError(f"BatchSimulator.context({world}): there are worlds 0 to {self._count - 1}.")
-        store = self._worlds.store(int(world))
+        store = self._worlds.store(self._number("context", world))
         store.out_of_date()
         return store.context(0)
 
     def generator(self, world: int) -> RandomGenerator:
-        """The world's own random numbers: the same whatever the number of worlds and threads is."""
+        """The world's own random numbers: the same whatever the number of worlds and threads is.
+
+        Raises:
+            IndexError: there is no such world.
+            TypeError: it is no whole number.
+        """
+        world = self._number("generator", world)
         if world not in self._generators:
             words = np.random.SeedSequence(self._seed, spawn_key=(self._first + world,)).generate_state(1)
             self._generators[world] = RandomGenerator(int(words[0]))
         return self._generators[world]
+
+    def _number(self, call: str, world: Any) -> int:
+        number = _whole(f"BatchSimulator.{call}()", "world", world, None)
+        if not 0 <= number < self._count:
+            raise IndexError(f"BatchSimulator.{call}({world}): there are worlds 0 to {self._count - 1}.")
+        return number
 
     # Arrays.
 
@@ -257,7 +283,7 @@ class BatchSimulator:
         self._worlds.I[:, self._layout.fixed0 + slot.free] = 1
         return self._columns(slot.span)
 
-    def EvalOutputs(self, port: OutputPort) -> Any:
+    def EvalOutputs(self, port: OutputPort) -> np.ndarray | list:
         """Values of an output port, up to date.
 
         Returns:
@@ -273,7 +299,7 @@ class BatchSimulator:
             self._visit("EvalOutputs", ride, self._count, tables.OUTPUTS)
         return _read_only(self._columns(slot.span))
 
-    def _context_of(self, port: Any, w: int) -> Any:
+    def _context_of(self, port: Any, w: int) -> Context:
         return port.get_system().GetMyContextFromRoot(self.context(w))
 
     def _columns(self, span: tuple[int, int]) -> np.ndarray:
@@ -287,10 +313,10 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): {system!r} is not part of {self._system._describe()}.")
         return node
 
-    def _place(self, call: str, system: System | None) -> Any:
+    def _place(self, call: str, system: System | None) -> Place:
         return self._layout.places[self._node(call, system)]
 
-    def _free_slot(self, call: str, port: InputPort) -> Any:
+    def _free_slot(self, call: str, port: InputPort) -> Slot:
         slot = self._layout.input_slot(self._node(call, port.get_system()), int(port.get_index()))
         if not slot.vector or slot.free < 0:
             why = "connected to an output port" if slot.vector else "not of vectors"
@@ -323,6 +349,8 @@ class BatchSimulator:
             if given.shape != (self._count,):
                 raise ValueError(f"BatchSimulator.{call}(): a mask has shape ({self._count},), not {given.shape}.")
             return np.flatnonzero(given)
+        if given.dtype.kind not in "iu" and given.size:
+            raise TypeError(f"BatchSimulator.{call}(): worlds are a mask or whole numbers, not {worlds!r}.")
         who = np.atleast_1d(given).astype(np.int64)
         if who.ndim != 1 or np.any(who < 0) or np.any(who >= self._count) or len(np.unique(who)) < len(who):
             raise ValueError(f"BatchSimulator.{call}(): worlds must be different numbers below {self._count}.")
@@ -361,11 +389,15 @@ class BatchSimulator:
         Args:
             time: Finite.
             worlds: A mask, shape (num_worlds,), or numbers; all if not given.
+
+        Raises:
+            ValueError: a time is not finite, or there are not as many as worlds.
         """
         who = self._numbers_of("SetTime", worlds)
-        if not np.all(np.isfinite(time)):
+        times = self._times_of("SetTime", time, who)
+        if not np.all(np.isfinite(times)):
             raise ValueError(f"BatchSimulator.SetTime(): times must be finite, not {time}.")
-        self._worlds.S[who, 0] = time
+        self._worlds.S[who, 0] = times
         self._begun[who] = False
 
     def Reset(self, worlds: Any = None) -> None:
@@ -378,6 +410,24 @@ class BatchSimulator:
         with self._alone("Reset"):
             self._worlds.set_back(who)
         self._forget_end(who)
+
+    def _times_of(self, call: str, time: Any, who: np.ndarray) -> np.ndarray:
+        """A time for each of these worlds [s]."""
+        times = np.asarray(time, float)
+        if times.shape not in ((), (1,), who.shape):
+            raise ValueError(
+                f"BatchSimulator.{call}(): expected one time, or one for each of {len(who)} worlds; found an array of "
+                f"shape {times.shape}."
+            )
+        return np.broadcast_to(times, who.shape)
+
+    def _too_late(self, t: float) -> str:
+        """Why worlds cannot be at this time [s], if numbers lie too far apart there."""
+        if not np.isfinite(t) or abs(t) < self._last_instant:
+            return ""
+        return (
+            f": numbers are {np.spacing(abs(t)):g} s apart there, more than the system's steps: time would stand still"
+        )
 
     def _forget_end(self, who: np.ndarray) -> None:
         self._begun[who] = self._terminated[who] = self._failed[who] = False
@@ -413,13 +463,13 @@ class BatchSimulator:
             KeyboardInterrupt: Ctrl-C was pressed; each world is as after any of its steps.
         """
         who = self._going("AdvanceTo", worlds)
-        T = np.broadcast_to(np.asarray(boundary_time, float), who.shape)
-        late = ~(self._worlds.S[who, 0] <= T) | ~np.isfinite(T)
+        T = self._times_of("AdvanceTo", boundary_time, who)
+        late = ~(self._worlds.S[who, 0] <= T) | ~(np.abs(T) < self._last_instant)
         if late.any():
             w = int(who[late][0])
             raise ValueError(
                 f"BatchSimulator.AdvanceTo(): world {w} is at t = {self._worlds.S[w, 0]} s and cannot advance to "
-                f"{T[late][0]} s."
+                f"{T[late][0]} s{self._too_late(T[late][0])}."
             )
         self._begin("AdvanceTo", who)
         time = self._ride.trip.time
@@ -437,8 +487,7 @@ class BatchSimulator:
         Raises:
             RuntimeError: the system has no clock, or several; and as in `AdvanceTo`.
         """
-        if num_steps < 1:
-            raise ValueError(f"BatchSimulator.AdvanceSteps(): num_steps must be at least 1, not {num_steps}.")
+        _whole("BatchSimulator.AdvanceSteps()", "num_steps", num_steps, 1)
         who = self._going("AdvanceSteps", worlds)
         self._begin("AdvanceSteps", who)
         next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
@@ -447,6 +496,7 @@ class BatchSimulator:
 
     def _set_ticks(self, call: str, ride: Ride, next_ticks: np.ndarray, num_steps: int) -> None:
         """Times of a ride: samples are `num_steps` ticks apart."""
+        _whole(f"BatchSimulator.{call}()", "steps_per_sample", num_steps, 1)
         clocks = self._layout.clocks
         if len(clocks) != 1:
             raise RuntimeError(
@@ -563,6 +613,8 @@ class BatchSimulator:
 
     def _set_times(self, ride: Ride, t0: np.ndarray, time_step: float) -> None:
         """Times of a ride: samples are `time_step` [s] apart."""
+        if not 0.0 < time_step < np.inf:
+            raise ValueError(f"BatchSimulator: time_step must be positive and finite, not {time_step} s.")
         time = ride.trip.time[: len(t0)]
         time[:, 0], time[:, 1], time[:, 2:] = t0, time_step, 1.0
 
@@ -570,8 +622,7 @@ class BatchSimulator:
         self, call: str, outputs: Any, num_samples: int, inputs: Any, input_port: Any, state: int | None
     ) -> tuple[Ride, list[tuple[int, int]] | None]:
         """The ride for these ports, made once, and where each port's values are in its samples; None: there is one."""
-        if num_samples < 1:
-            raise ValueError(f"BatchSimulator.{call}(): num_samples must be at least 1, not {num_samples}.")
+        num_samples = _whole(f"BatchSimulator.{call}()", "num_samples", num_samples, 1)
         ports = [outputs] if isinstance(outputs, OutputPort) else list(outputs)
         slots = [self._output_slot(call, port) for port in ports]
         given_at = np.zeros(0, np.int64)
@@ -588,7 +639,7 @@ class BatchSimulator:
         ends = np.cumsum([0, *(slot.span[1] - slot.span[0] for slot in slots)]).tolist()
         return self._rides[key], None if isinstance(outputs, OutputPort) else list(itertools.pairwise(ends))
 
-    def _output_slot(self, call: str, port: OutputPort) -> Any:
+    def _output_slot(self, call: str, port: OutputPort) -> Slot:
         *_, slot = self._layout.output_slot(self._node(call, port.get_system()), int(port.get_index()))
         if not slot.vector:
             raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")
@@ -614,6 +665,11 @@ class BatchSimulator:
 
     def _begin(self, call: str, who: np.ndarray) -> None:
         """Initializes those of these worlds that have not begun."""
+        late = ~(np.abs(self._worlds.S[who, 0]) < self._last_instant)
+        if late.any():
+            w = int(who[late][0])
+            t = self._worlds.S[w, 0]
+            raise ValueError(f"BatchSimulator.{call}(): world {w} is at t = {t} s{self._too_late(t)}.")
         new = who[~self._begun[who]]
         if not len(new):
             return
@@ -706,7 +762,25 @@ class BatchSimulator:
         return WorldFailure(w, time, "" if system is None else system.GetSystemPathname(), error)
 
 
-def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) -> Simulator:
+def _whole(call: str, name: str, number: Any, least: int | None, most: int | None = 1 << 53) -> int:
+    """A number that must be whole and neither too small nor too large; errors begin with the name of the call.
+
+    Raises:
+        TypeError: it is not whole.
+        ValueError: it is out of bounds.
+    """
+    try:
+        found = operator.index(number)
+    except TypeError:
+        raise TypeError(f"{call}: {name} must be a whole number, not {number!r}.") from None
+    if least is not None and found < least:
+        raise ValueError(f"{call}: {name} must be at least {least}, not {found}.")
+    if most is not None and found > most:
+        raise ValueError(f"{call}: {name} must be at most {most}, not {found}.")
+    return found
+
+
+def _simulator_of(system: System, config: SimulatorConfig | None, context: Context) -> Simulator:
     simulator = Simulator(system, context)
     if config is not None:
         ApplySimulatorConfig(config, simulator)
@@ -715,7 +789,7 @@ def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) 
 
 
 def _simulator_of_world(
-    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Any
+    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Store
 ) -> Simulator:
     """The simulator of a world that needs Python."""
     time = store.S[0]

@@ -16,6 +16,8 @@ from sheldrake.systems.framework._kernels.replay import replay
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
+    from sheldrake.systems.analysis._span import Span
+    from sheldrake.systems.framework._engine.store import Store
 
 _PATIENCE = 0.3  # [s] in which each chain of rows is called again, about
 _LARGEST = 3e7  # numbers in kept slabs, at most
@@ -105,7 +107,7 @@ def _prerequisites(layout: Any, g: int) -> list[int]:
 # Python rows.
 
 
-def _python_costs(span: Any, calls: dict[int, int]) -> list[Cost]:
+def _python_costs(span: Span, calls: dict[int, int]) -> list[Cost]:
     costs = []
     num_rows, steps = len(span.layout.rows), int(span.run.steps)
     for r, first in span.first_calls.items():
@@ -123,7 +125,7 @@ def _python_costs(span: Any, calls: dict[int, int]) -> list[Cost]:
     return costs
 
 
-def _names(store: Any, r: int) -> tuple[str, str]:
+def _names(store: Store, r: int) -> tuple[str, str]:
     """Path of the system and name of row r, or of log -1 - r."""
     layout, systems = store.layout, store.systems
     if r < 0:
@@ -177,7 +179,7 @@ def _slabs(root: Any, chain: list[int], period: float, set_state: Any, times: Se
     return found
 
 
-def _kernel_costs(store: Any, chain: list[int], calls: dict[int, int], slabs: np.ndarray) -> list[Cost]:
+def _kernel_costs(store: Store, chain: list[int], calls: dict[int, int], slabs: np.ndarray) -> list[Cost]:
     """Costs of the kernels of a chain: what k + 1 of them take, less what k of them take."""
     P = store.layout.program
     table = np.array([HERE.address(row.calc) if row.native else 0 for row in store.layout.rows], np.int64)

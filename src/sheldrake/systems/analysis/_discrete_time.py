@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def DiscreteTimeApproximation(
-    system: Any = None,
+    system: System | None = None,
     time_period: float = 0.0,
     integrator_config: Any = None,
     *,
@@ -92,7 +92,7 @@ class _Sampled(LeafSystem):
         else:
             self.DeclareAbstractOutputPort(port.get_name(), port.Allocate, calc, tickets)
 
-    def _continuous(self, context: Context) -> Any:
+    def _continuous(self, context: Context) -> Context:
         """A context of the continuous system with the values of `context`."""
         inner = self._system.CreateDefaultContext()
         inner.SetTimeAndContinuousState(context.get_time(), context.get_discrete_state_vector().value())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.framework._kernels.integrate import EULER, RK2, TABLEAU
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 
 class RungeKutta3Integrator(IntegratorBase):
     """Explicit, third order, with error control by an embedded second-order result."""
 
-    def __init__(self, system: Any, context: Context | None = None):
+    def __init__(self, system: System, context: Context | None = None):
         self._set_up(system, context)
 
 
@@ -25,7 +25,7 @@ class RungeKutta2Integrator(IntegratorBase):
 
     _scheme, _order, _supports_error_estimation, _name = RK2, 2.0, False, "runge_kutta2"
 
-    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
+    def __init__(self, system: System, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 
@@ -35,7 +35,7 @@ class ExplicitEulerIntegrator(IntegratorBase):
 
     _scheme, _order, _supports_error_estimation, _name = EULER, 1.0, False, "explicit_euler"
 
-    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
+    def __init__(self, system: System, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 
@@ -49,7 +49,7 @@ class _TableauIntegrator(IntegratorBase):
     _weights: tuple = ()
     _lower: tuple = ()
 
-    def __init__(self, system: Any, context: Context | None = None):
+    def __init__(self, system: System, context: Context | None = None):
         self._set_up(system, context)
         numbers = self._numbers
         numbers.stages = stages = len(self._nodes)

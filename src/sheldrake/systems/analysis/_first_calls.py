@@ -5,7 +5,10 @@ from __future__ import annotations
 import time
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._span import Span
 
 MOST = 64
 
@@ -22,7 +25,7 @@ class FirstCalls:
         r: the row's number.
     """
 
-    def __init__(self, run: Callable[[], int], span: Any, r: int):
+    def __init__(self, run: Callable[[], int], span: Span, r: int):
         self.run, self._span, self._r = run, weakref.ref(span), r
         self.seconds: list[float] = []
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.analysis._python_steps import PythonIntegrator
 from sheldrake.systems.analysis._schemes import SCHEMES
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._span import Span
 
 NEWTON_STEPS = 10
 KAPPA = 0.05  # by how much Newton's method is more exact than the step: Hairer and Wanner (1996), IV.8, below (8.11)
@@ -110,11 +113,11 @@ class ImplicitIntegrator(PythonIntegrator):
     def _count(self, what: int, n: int = 1) -> None:
         self._counts[self._purpose, what] += n
 
-    def _derivatives(self, span: Any, t: float, x: np.ndarray) -> np.ndarray:
+    def _derivatives(self, span: Span, t: float, x: np.ndarray) -> np.ndarray:
         self._count(EVALUATIONS)
         return super()._derivatives(span, t, x)
 
-    def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
+    def _step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
         self._rates = self._rates_in(span.store)
         if h < self.get_working_minimum_step_size():
             return self._explicit_step(span, t, x, h)
@@ -127,14 +130,14 @@ class ImplicitIntegrator(PythonIntegrator):
         end, estimate = found
         return end, self._rates.change_norm(end - estimate)
 
-    def _explicit_step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float]:
+    def _explicit_step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float]:
         """Two explicit Euler steps, for a sliver of time before an event; one gives the error."""
         f = self._derivatives(span, t, x)
         middle = x + 0.5 * h * f
         end = middle + 0.5 * h * self._derivatives(span, t + 0.5 * h, middle)
         return end, self._rates.change_norm(end - x - h * f)
 
-    def _implicit_step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+    def _implicit_step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
         """State after h [s] and the same by a step of another kind; None if Newton's method does not converge."""
         raise NotImplementedError
 
@@ -223,7 +226,7 @@ class HalvesIntegrator(ImplicitIntegrator):
         super()._forget()
         self._newton = Newton(_euler_matrix)
 
-    def _implicit_step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+    def _implicit_step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
         self._purpose = ESTIMATE
         whole = self._euler(span, t, x, h, x)
         if whole is None:
@@ -237,7 +240,7 @@ class HalvesIntegrator(ImplicitIntegrator):
         self._fresh = False
         return None if end is None else (end, whole)
 
-    def _euler(self, span: Any, t: float, x: np.ndarray, h: float, guess: np.ndarray) -> np.ndarray | None:
+    def _euler(self, span: Span, t: float, x: np.ndarray, h: float, guess: np.ndarray) -> np.ndarray | None:
         """One implicit Euler step, or None."""
         raise NotImplementedError
 
@@ -247,7 +250,7 @@ class ImplicitEulerIntegrator(HalvesIntegrator):
 
     _name = "implicit_euler"
 
-    def _euler(self, span: Any, t: float, x: np.ndarray, h: float, guess: np.ndarray) -> np.ndarray | None:
+    def _euler(self, span: Span, t: float, x: np.ndarray, h: float, guess: np.ndarray) -> np.ndarray | None:
         def increment(z: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             dx = inverse @ (x + h * self._derivatives(span, t + h, z) - z)
             return z + dx, z + dx, dx
@@ -268,7 +271,7 @@ class _RadauIntegrator(ImplicitIntegrator):
         self._newton = Newton(lambda J, h: np.eye(len(self._A) * len(J)) - h * np.kron(self._A, J))
         self._trapezoid = Newton(_trapezoid_matrix)
 
-    def _implicit_step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+    def _implicit_step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
         f0, n, shape = self._derivatives(span, t, x), len(x), (len(self._A), len(x))
 
         def jacobian() -> np.ndarray:
@@ -320,7 +323,7 @@ class VelocityImplicitEulerIntegrator(HalvesIntegrator):
     def _newton_norm(self, dx: np.ndarray) -> float:
         return float(np.linalg.norm(dx))
 
-    def _euler(self, span: Any, t: float, x: np.ndarray, h: float, guess: np.ndarray) -> np.ndarray | None:
+    def _euler(self, span: Span, t: float, x: np.ndarray, h: float, guess: np.ndarray) -> np.ndarray | None:
         rates = self._rates
         q0, y0, num_v = x[rates.q], x[rates.y], len(rates.v)
 

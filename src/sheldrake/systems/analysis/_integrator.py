@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework._kernels.integrate import RK3, Integrator, IntegratorNumbers
 from sheldrake.systems.framework._kernels.program import Run, RunWords
 from sheldrake.systems.framework._vector import plain
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._span import Span
+    from sheldrake.systems.framework import Context
+    from sheldrake.trajectories import PiecewisePolynomial
 
 nan = float("nan")
 H_MAX, H_MIN, H_IDEAL, H_INITIAL, ACCURACY, T_BREAK = map(
@@ -49,7 +54,7 @@ class IntegratorBase:
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
-    def _set_up(self, system: Any, context: Any) -> None:
+    def _set_up(self, system: Any, context: Context | None) -> None:
         self._system, self._context = system, context
         self._numbers: Any = Integrator(np.zeros(IntegratorNumbers.SIZE))
         self._run: Any = Run(np.zeros(RunWords.SIZE, np.int64))
@@ -149,13 +154,13 @@ class IntegratorBase:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
         return bool(self._numbers.throw_on_min)
 
-    def get_context(self) -> Any:
+    def get_context(self) -> Context | None:
         """The context it integrates."""
         return self._context
 
     get_mutable_context = get_context
 
-    def reset_context(self, context: Any = None) -> None:
+    def reset_context(self, context: Context | None = None) -> None:
         """Changes the context, or forgets it; `Initialize` must be called before the next step."""
         self._context, self._initialized = context, False
 
@@ -199,10 +204,10 @@ class IntegratorBase:
             raise ValueError(f"{memory[0]!r} is no step size")
         self._numbers.h_ideal = memory[0]
 
-    def _join(self, span: Any) -> None:
+    def _join(self, span: Span) -> None:
         """Gives a new event loop what this integrator has of its own."""
 
-    def _make_step(self, span: Any) -> None:
+    def _make_step(self, span: Span) -> None:
         """Makes a step in Python, for schemes that are not in the event loop."""
         raise NotImplementedError
 
@@ -220,7 +225,7 @@ class IntegratorBase:
             raise RuntimeError("StartDenseIntegration(): there is no continuous state to integrate.")
         self._dense = []
 
-    def get_dense_output(self) -> Any:
+    def get_dense_output(self) -> PiecewisePolynomial | None:
         """The trajectory kept so far (a PiecewisePolynomial), or None if none is kept."""
         if self._dense is None:
             return None
@@ -228,7 +233,7 @@ class IntegratorBase:
             self._trajectory = len(self._dense), _piecewise(self._dense)
         return self._trajectory[1]
 
-    def StopDenseIntegration(self) -> Any:
+    def StopDenseIntegration(self) -> PiecewisePolynomial | None:
         """The trajectory kept, which ends here.
 
         Raises:
@@ -241,6 +246,7 @@ class IntegratorBase:
 
     def _keep_step(self, begin: float) -> None:
         """Adds the step that began at `begin` [s] to the trajectory."""
+        assert self._context is not None
         store = self._context._store
         n, (x0, _), end = self._context.num_continuous_states(), store.layout.rk, float(store.S[0])
         if end <= begin:
@@ -309,7 +315,7 @@ class IntegratorBase:
         """Prints what only some integrators count."""
 
 
-def _piecewise(steps: list) -> Any:
+def _piecewise(steps: list) -> PiecewisePolynomial:
     """Cubic pieces with the values and slopes at the ends of each step."""
     from sheldrake.trajectories import PiecewisePolynomial
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._native.binding import HERE, Words, arguments_in_slab, join
 from sheldrake.common._native.parallel import prepare
 from sheldrake.common.kernel import Kernel
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._span import Span
 
 
 class Arguments:
@@ -21,7 +24,7 @@ class Arguments:
         slab: What is in the slab: (begin, end) of a Vector, a list of these for Vectors.
     """
 
-    def __init__(self, span: Any, values: Mapping[str, Any], slab: Mapping[str, Any]):
+    def __init__(self, span: Span, values: Mapping[str, Any], slab: Mapping[str, Any]):
         store = span.store
         own = {"program_model": span.program, "integrator": span.numbers, "S": store.S, "side": store.side}
         self._values = {**values, **own, "row_table": span.table if span.native else span.python}
@@ -54,7 +57,7 @@ class Arguments:
 
 
 def callees(
-    span: Any, kernels: Sequence[Kernel], arguments: Arguments, functions: Sequence[Callable]
+    span: Span, kernels: Sequence[Kernel], arguments: Arguments, functions: Sequence[Callable]
 ) -> tuple[Any, np.ndarray, np.ndarray]:
     """(table, words, at) with which a kernel of the span calls other kernels, and behind them Python functions.
 
@@ -68,7 +71,7 @@ def callees(
     return table, arguments.placed(words), np.array(at)
 
 
-def set_step(span: Any, kernel: Kernel, arguments: Arguments) -> None:
+def set_step(span: Span, kernel: Kernel, arguments: Arguments) -> None:
     """Has a kernel make the steps of a span; it leaves a bad status in the side by itself."""
     if not span.native:
         span.set_step(arguments.call(kernel), None)

@@ -6,11 +6,14 @@ import hashlib
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.systems.analysis._batch_simulator import BatchSimulator
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import System
 
 Job = Callable[[BatchSimulator, np.ndarray], Any]
 _ENGINES = ("here", "joblib", "ray")
@@ -118,7 +121,7 @@ def _system_of(make_system: Any) -> Any:
     return make_system() if callable(make_system) else make_system
 
 
-def _chunk(system: Any, job: Job, plan: _Plan, first: int, count: int) -> Any:
+def _chunk(system: System, job: Job, plan: _Plan, first: int, count: int) -> Any:
     """What the job gives for some worlds, as checked arrays."""
     threads = plan.num_threads or None
     batch = BatchSimulator(system, count, num_threads=threads, seed=plan.seed, first_world=first)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
 from sheldrake.common._crew import in_parallel, threads_of
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis import Simulator
 
 
 class RandomSimulationResult:
@@ -26,7 +29,9 @@ class RandomSimulationResult:
         return result
 
 
-def RandomSimulation(make_simulator: Callable, output: Callable, final_time: float, generator: Any) -> float:
+def RandomSimulation(
+    make_simulator: Callable, output: Callable, final_time: float, generator: RandomGenerator
+) -> float:
     """Makes a simulator, draws its context, advances it and gives its output.
 
     Args:
@@ -44,7 +49,7 @@ def MonteCarloSimulation(
     output: Callable,
     final_time: float,
     num_samples: int,
-    generator: Any = None,
+    generator: RandomGenerator | None = None,
     num_parallel_executions: Any = None,
 ) -> list[RandomSimulationResult]:
     """Runs `RandomSimulation` many times.
@@ -84,7 +89,7 @@ _AT_ONCE = 4
 """Simulators that wait for a thread, for each thread that there is."""
 
 
-def _draw(make_simulator: Callable, generator: Any) -> tuple[Any, Any]:
+def _draw(make_simulator: Callable, generator: RandomGenerator) -> tuple[Any, Any]:
     """The generator as it was, and a simulator whose context is drawn from it."""
     snapshot = copy.deepcopy(generator)
     simulator = make_simulator(generator)
@@ -92,6 +97,6 @@ def _draw(make_simulator: Callable, generator: Any) -> tuple[Any, Any]:
     return snapshot, simulator
 
 
-def _run(simulator: Any, output: Callable, final_time: float) -> float:
+def _run(simulator: Simulator, output: Callable, final_time: float) -> float:
     simulator.AdvanceTo(final_time)
     return float(output(simulator.get_system(), simulator.get_context()))

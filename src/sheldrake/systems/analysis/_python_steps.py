@@ -12,7 +12,8 @@ from sheldrake.systems.analysis._schemes import SCHEMES
 from sheldrake.systems.framework._kernels import integrate as _integrate
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._kernels.program import Run
 
 
 class PythonIntegrator(IntegratorBase):
@@ -21,7 +22,7 @@ class PythonIntegrator(IntegratorBase):
     _scheme = _integrate.PYTHON
     _rates_there: Any = None
 
-    def __init__(self, system: Any, context: Context | None = None):
+    def __init__(self, system: System, context: Context | None = None):
         self._set_up(system, context)
 
     def _rates_in(self, store: Any) -> Rates:
@@ -77,7 +78,7 @@ class _Stopped(Exception):
     pass
 
 
-def _derivatives(program: Any, run: Any, S: Any, side: Any, L: Any, rows: Any) -> None:
+def _derivatives(program: Any, run: Run, S: Any, side: Any, L: Any, rows: Any) -> None:
     _integrate.derivatives(program, run, S, side, L, rows, program.xdot)
 
 
@@ -86,7 +87,7 @@ class SemiExplicitEulerIntegrator(PythonIntegrator):
 
     _name, _order, _supports_error_estimation = "semi_explicit_euler", 1.0, False
 
-    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
+    def __init__(self, system: System, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.store import Store
 
 
 class Rates:
@@ -17,7 +20,7 @@ class Rates:
         memory: The slab.
     """
 
-    def __init__(self, store: Any):
+    def __init__(self, store: Store):
         layout = store.layout
         q, v, z = (_indices(parts) for parts in layout.places[0].parts)
         self.q, self.v, self.y = q, v, np.concatenate([v, z])

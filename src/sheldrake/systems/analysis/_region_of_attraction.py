@@ -11,7 +11,7 @@ from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 _STANDS_STILL = 1e-14
 
@@ -26,6 +26,8 @@ class RegionOfAttractionOptions:
         use_implicit_dynamics: Reads the dynamics as g(x, x') = 0, which may be polynomial where x' = f(x) is rational.
         solver_id: Which solver; None: one is chosen.
         solver_options: Options of the solver.
+        certificate_tolerance: How far what a solver finds may miss the equations between coefficients and the cones,
+            at most; finite and not negative. It is no option of the solver.
     """
 
     lyapunov_candidate: Expression = dataclasses.field(default_factory=lambda: Expression(0.0))
@@ -33,9 +35,12 @@ class RegionOfAttractionOptions:
     use_implicit_dynamics: bool = False
     solver_id: Any = None
     solver_options: Any = None
+    certificate_tolerance: float = 1e-6
 
 
-def RegionOfAttraction(system: Any, context: Context, options: RegionOfAttractionOptions | None = None) -> Expression:
+def RegionOfAttraction(
+    system: System, context: Context, options: RegionOfAttractionOptions | None = None
+) -> Expression:
     """The largest level set of a Lyapunov function that is certainly attracted by a fixed point.
 
     On its boundary, and outside near it, the function may stop decreasing; within, it decreases everywhere: a
@@ -51,9 +56,15 @@ def RegionOfAttraction(system: Any, context: Context, options: RegionOfAttractio
 
     Raises:
         RuntimeError: the dynamics are not polynomial, `context` is no fixed point, the candidate is not positive there
-            or uses other variables, or no largest level set is found: the region may be everything.
+            or uses other variables, or no largest level set is found: the region may be everything. Or a solver's
+            answer misses the program by more than the tolerance of certificates, or this is no tolerance.
     """
     options = options or RegionOfAttractionOptions()
+    if not 0.0 <= options.certificate_tolerance < np.inf:
+        raise RuntimeError(
+            f"RegionOfAttraction(): certificate_tolerance must be finite and not negative, not "
+            f"{options.certificate_tolerance}."
+        )
     _check(system, context)
     n, x0 = context.num_continuous_states(), context.get_continuous_state_vector().CopyToVector()
     names = _state_variables(options, n)
@@ -70,7 +81,7 @@ def RegionOfAttraction(system: Any, context: Context, options: RegionOfAttractio
     return V.Substitute(deviation) / rho
 
 
-def _check(system: Any, context: Context) -> None:
+def _check(system: System, context: Context) -> None:
     system.ValidateContext(context)
     if not context.has_only_continuous_state() or not context.num_continuous_states():
         raise RuntimeError(f"RegionOfAttraction(): {system._describe()} must have continuous state, and no other.")
@@ -94,7 +105,7 @@ def _state_variables(options: RegionOfAttractionOptions, n: int) -> list[Variabl
 class _Dynamics:
     """f(x), or g(x, x'), as expressions of the deviation x from the fixed point."""
 
-    def __init__(self, system: Any, context: Context, implicit: bool):
+    def __init__(self, system: System, context: Context, implicit: bool):
         n, x0 = context.num_continuous_states(), context.get_continuous_state_vector().CopyToVector()
         self.x = np.array([Variable(f"x({i})") for i in range(n)])
         self.xdot = np.array([Variable(f"xdot({i})") for i in range(n)])
@@ -111,7 +122,7 @@ class _Dynamics:
             self.flow = np.array([Expression(v) for v in symbolic.EvalTimeDerivatives(symbols).CopyToVector()])
 
 
-def _of_linearization(system: Any, context: Context, x: np.ndarray) -> tuple[Expression, np.ndarray]:
+def _of_linearization(system: System, context: Context, x: np.ndarray) -> tuple[Expression, np.ndarray]:
     """V of A'P + PA = -1, and the coordinates in which V and its derivative are equally round."""
     from sheldrake.systems.framework import InputPortSelection, OutputPortSelection
     from sheldrake.systems.primitives import Linearize
@@ -218,9 +229,18 @@ def _falls_near_zero(rate: Expression, x: np.ndarray) -> bool:
 def _solved(program: Any, options: RegionOfAttractionOptions) -> Any:
     from sheldrake.solvers import MakeSolver, Solve
 
-    if options.solver_id is None:
-        return Solve(program, None, options.solver_options)
-    return MakeSolver(options.solver_id).Solve(program, None, options.solver_options)
+    solve = Solve if options.solver_id is None else MakeSolver(options.solver_id).Solve
+    result = solve(program, None, options.solver_options)
+    if result.is_success():
+        x, tolerance = result.get_x_val(), options.certificate_tolerance
+        missed = [b for b in program.GetAllConstraints() if not program.CheckSatisfied(b, x, tolerance)]
+        if missed:
+            raise RuntimeError(
+                f"RegionOfAttraction(): what {result.get_solver_id().name()} found misses {len(missed)} constraints "
+                f"({type(missed[0].evaluator()).__name__} and others) by more than certificate_tolerance = "
+                f"{tolerance:g}. Let the solver be more exact, or take a larger tolerance."
+            )
+    return result
 
 
 def _level(program: Any, rho: Variable, options: RegionOfAttractionOptions) -> float:

@@ -87,14 +87,14 @@ class Simulator(SimulatorSettings):
         self._integrator.request_initial_step_size_target(1e-4)
         self._integrator.set_target_accuracy(1e-4)
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: Any) -> str | tuple:
         raise TypeError(
             "Simulator: it can be neither copied nor pickled; make another, Simulator(system, context.Clone())."
         )
 
     # What it works on.
 
-    def get_system(self) -> Any:
+    def get_system(self) -> System:
         """The system."""
         return self._system
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 import operator
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.framework._kernels.program import RunWords
 from sheldrake.systems.framework._vector import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _COUNTS = slice(operator.index(RunWords.steps), operator.index(RunWords.unrestricteds) + 1)
 
@@ -65,7 +68,7 @@ class SimulatorSettings:
         """Forgets the monitor."""
         self._monitor, self._run.has_monitor = None, False
 
-    def get_monitor(self) -> Any:
+    def get_monitor(self) -> Callable | None:
         """The monitor, or None."""
         return self._monitor
 

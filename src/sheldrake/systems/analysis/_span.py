@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import operator
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels.integrate import Integrator
 from sheldrake.systems.framework._kernels.program import Run
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.layout import Row
 
 _MOVE = 2
 """In place of 1 in `SideWords.terminate`: an update asked for what moves memory; the step goes on when that is done."""
@@ -98,7 +101,7 @@ class Span:
             row, _guard(python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
         )
 
-    def _waiting(self, row: Any, run: Any) -> Any:
+    def _waiting(self, row: Row, run: Any) -> Any:
         """An update after which memory may move before time goes on."""
         if row.kind not in (DISCRETE, UNRESTRICTED):
             return run
@@ -112,7 +115,7 @@ class Span:
 
         return update
 
-    def _checked_kernel(self, r: int, row: Any) -> Any:
+    def _checked_kernel(self, r: int, row: Row) -> Any:
         """A kernel called from Python, by `Initialize` or without a compiler: it must have its inputs."""
         store, outcome = self.store, self.outcome
 

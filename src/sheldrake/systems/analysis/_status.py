@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._enums import IndexEnum
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import System
 
 
 class SimulatorStatus:
@@ -28,7 +31,12 @@ class SimulatorStatus:
 
     @classmethod
     def _make(
-        cls, boundary: float, time: float, reason: SimulatorStatus.ReturnReason, system: Any = None, message: str = ""
+        cls,
+        boundary: float,
+        time: float,
+        reason: SimulatorStatus.ReturnReason,
+        system: System | None = None,
+        message: str = "",
     ) -> SimulatorStatus:
         status = object.__new__(cls)
         status._boundary, status._time, status._reason = boundary, time, reason
@@ -47,7 +55,7 @@ class SimulatorStatus:
         """Why it returned."""
         return self._reason
 
-    def system(self) -> Any:
+    def system(self) -> System | None:
         """The system that asked to end, or None."""
         return self._system
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._kernels.program import Run
 
 
 class WitnessWatch:
@@ -23,7 +27,7 @@ class WitnessWatch:
         integrator: What steps; its accuracy says how exactly a change of sign is located.
     """
 
-    def __init__(self, system: Any, span: Span, integrator: IntegratorBase):
+    def __init__(self, system: System, span: Span, integrator: IntegratorBase):
         self._system, self._span, self._integrator = system, span, integrator
         self._store = span.store
         self._active: list[WitnessFunction] = []
@@ -32,7 +36,7 @@ class WitnessWatch:
         for kind, row in self._store.layout.witness_rows.items():
             span.set_row(row, (lambda k: lambda: self._fire(k))(kind))
 
-    def _context(self, witness: WitnessFunction) -> Any:
+    def _context(self, witness: WitnessFunction) -> Context:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
 
     def _values(self) -> list[float]:
@@ -113,5 +117,5 @@ class WitnessWatch:
         return status
 
 
-def _integrate_until(program: Any, run: Any, S: Any, side: Any, L: Any, rows: Any, numbers: Any, t: float) -> None:
+def _integrate_until(program: Any, run: Run, S: Any, side: Any, L: Any, rows: Any, numbers: Any, t: float) -> None:
     _integrate.integrate(program, run, numbers, S, side, L, rows, np.inf, t)

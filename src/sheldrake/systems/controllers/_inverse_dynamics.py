@@ -5,7 +5,7 @@ Each keeps a plant of its own for the model, and a context of that plant for the
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.systems.controllers._pid import PidController, _vector
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class InverseDynamicsMode(IndexEnum):
@@ -39,11 +42,11 @@ class _PlantKeeper(LeafSystem):
         given = plant_context is not None
         self._plant_context = plant_context.Clone() if given else plant.CreateDefaultContext()
 
-    def _plant_at(self, x: np.ndarray) -> Any:
+    def _plant_at(self, x: np.ndarray) -> Context:
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
         return self._plant_context
 
-    def _applied_forces(self, context: Any) -> Any:
+    def _applied_forces(self, context: Context) -> Any:
         plant, forces = self._forces
         if plant is not self._plant:
             forces = MultibodyForces_[self._plant._scalar](self._plant)
@@ -87,7 +90,7 @@ class InverseDynamics(_PlantKeeper):
             self.DeclareVectorInputPort("desired_acceleration", plant.num_velocities())
         self.DeclareVectorOutputPort("generalized_force", plant.num_velocities(), self._calc_force)
 
-    def _calc_force(self, context: Any, output: Any) -> None:
+    def _calc_force(self, context: Context, output: Any) -> None:
         x = np.array(self.get_input_port(0).Eval(context))
         plant = self._plant
         if self.is_pure_gravity_compensation():
@@ -180,7 +183,7 @@ class InverseDynamicsController(Diagram):
         builder.ExportOutput(dynamics.get_output_port_generalized_force(), "generalized_force")
         builder.BuildInto(self)
 
-    def set_integral_value(self, context: Any, value: Any, /) -> None:
+    def set_integral_value(self, context: Context, value: Any, /) -> None:
         """Sets the integral of the error in positions, shape `(n,)`."""
         self.GetMutableSubsystemContext(self._pid, context).SetContinuousState(value)
 
@@ -235,7 +238,7 @@ class JointStiffnessController(_PlantKeeper):
         self.DeclareVectorInputPort("desired_state", states)
         self.DeclareVectorOutputPort("actuation", plant.num_actuated_dofs(), self._calc_actuation)
 
-    def _calc_actuation(self, context: Any, output: Any) -> None:
+    def _calc_actuation(self, context: Context, output: Any) -> None:
         x, desired = (np.array(self.get_input_port(i).Eval(context)) for i in range(2))
         n = self._plant.num_positions()
         forces = self._applied_forces(self._plant_at(x))

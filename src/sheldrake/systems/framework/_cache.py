@@ -13,6 +13,8 @@ from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Tic
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._declarations import CacheDeclaration
+    from sheldrake.systems.framework._system_base import SystemBase
 
 
 class ValueProducer:
@@ -86,13 +88,13 @@ class CacheEntry:
         raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
 
     @classmethod
-    def _make(cls, system: Any, index: int) -> CacheEntry:
+    def _make(cls, system: SystemBase, index: int) -> CacheEntry:
         entry = object.__new__(cls)
         entry._system, entry._number, entry._values = system, index, weakref.WeakValueDictionary()
         return entry
 
     @property
-    def _declaration(self) -> Any:
+    def _declaration(self) -> CacheDeclaration:
         return self._system._cache_entries[self._number]
 
     def _name(self) -> str:

@@ -5,13 +5,18 @@ from __future__ import annotations
 import dataclasses
 import types
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.kernel import Kernel
 from sheldrake.systems.framework._event import Event
 from sheldrake.systems.framework._index import PortDataType
 from sheldrake.systems.framework._vector import BasicVector
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._system import System
+    from sheldrake.systems.framework._system_base import SystemBase
 
 UNRESTRICTED, DISCRETE, PUBLISH, DERIVATIVES, OUTPUT = 0, 1, 2, 3, 4
 """Kinds of row; the first three are kinds of event, in the order in which a step handles them."""
@@ -27,7 +32,7 @@ class Callback:
     owned: bool = False
 
     @staticmethod
-    def of(system: Any, function: Any, what: str) -> Callback | Kernel | Stages:
+    def of(system: SystemBase, function: Any, what: str) -> Callback | Kernel | Stages:
         """A callback; a kernel or stages as they were given.
 
         Raises:
@@ -41,7 +46,7 @@ class Callback:
             return Callback(function.__func__, True)
         return Callback(function)
 
-    def __call__(self, system: Any, *args: Any) -> Any:
+    def __call__(self, system: System, *args: Any) -> Any:
         return self.function(system, *args) if self.owned else self.function(*args)
 
 
@@ -114,11 +119,11 @@ class EventDeclaration:
     kind: int
     trigger: str
     handler: Any
-    event: Any
+    event: Event | None
     offset: float = 0.0
     period: float = 0.0
 
-    def call(self, system: Any, context: Any, *target: Any) -> Any:
+    def call(self, system: System, context: Context, *target: Any) -> Any:
         """Calls a handler that is a Python function or an `Event`; what it returned."""
         if isinstance(self.handler, Event):
             return self.handler._call(system, context, *target)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import operator
 import weakref
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, SupportsIndex
 
 from sheldrake.common._checked import checked
 from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
@@ -17,6 +17,7 @@ from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, 
 from sheldrake.systems.framework._system import System
 
 if TYPE_CHECKING:
+    from sheldrake.common.value import AbstractValue
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._port import OutputPort
 
@@ -63,7 +64,7 @@ class Diagram(System):
             self._exported_outputs.append((child, j))
         self._changed()
 
-    def _allocate_output(self, j: int) -> Any:
+    def _allocate_output(self, j: int) -> AbstractValue:
         child, k = self._exported_outputs[j]
         return self._systems[child]._allocate_output(k)
 
@@ -132,12 +133,12 @@ class Diagram(System):
         source = self._wires.get((self._child(input.get_system()), int(input.get_index())))
         return source is not None and source == (self._child(output.get_system()), int(output.get_index()))
 
-    def GetInputPortLocators(self, port_index: Any) -> list:
+    def GetInputPortLocators(self, port_index: SupportsIndex) -> list:
         """Input ports (system, index) of subsystems that take the value of an own input port."""
         k = operator.index(port_index)
         return [(self._systems[a], InputPortIndex(i)) for (a, i), own in self._exported_inputs.items() if own == k]
 
-    def get_output_port_locator(self, port_index: Any) -> tuple:
+    def get_output_port_locator(self, port_index: SupportsIndex) -> tuple:
         """Output port (system, index) of a subsystem that an own output port shows."""
         child, j = self._exported_outputs[operator.index(port_index)]
         return self._systems[child], OutputPortIndex(j)

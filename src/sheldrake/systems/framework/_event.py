@@ -14,6 +14,7 @@ from sheldrake.common._overloads import Mismatch, expect
 if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._system import System
 
 
 class TriggerType(IndexEnum):
@@ -56,7 +57,7 @@ class EventStatus:
         raise TypeError("EventStatus: No constructor defined! Use EventStatus.Succeeded() and its like.")
 
     @classmethod
-    def _make(cls, severity: EventStatus.Severity, system: Any = None, message: str = "") -> EventStatus:
+    def _make(cls, severity: EventStatus.Severity, system: System | None = None, message: str = "") -> EventStatus:
         status = object.__new__(cls)
         status._severity, status._system, status._message = severity, system, message
         return status
@@ -76,12 +77,12 @@ class EventStatus:
         return EventStatus._make(EventStatus.Severity.kSucceeded)
 
     @staticmethod
-    def ReachedTermination(system: Any, message: str) -> EventStatus:
+    def ReachedTermination(system: System, message: str) -> EventStatus:
         """All went well and the simulation should end now."""
         return EventStatus._make(EventStatus.Severity.kReachedTermination, system, message)
 
     @staticmethod
-    def Failed(system: Any, message: str) -> EventStatus:
+    def Failed(system: System, message: str) -> EventStatus:
         """The handler could not do its work."""
         return EventStatus._make(EventStatus.Severity.kFailed, system, message)
 
@@ -165,7 +166,7 @@ class Event:
         """Why it happens."""
         return self._trigger
 
-    def _call(self, system: Any, context: Context, *args: Any) -> Any:
+    def _call(self, system: System, context: Context, *args: Any) -> Any:
         if self._system_callback is not None:
             return self._system_callback(system, context, self, *args)
         return None if self._callback is None else self._callback(context, self, *args)
@@ -218,7 +219,7 @@ class WitnessFunction:
 
     @classmethod
     def _make(
-        cls, system: Any, description: str, direction: WitnessFunctionDirection, calc: Callable, event: Event | None
+        cls, system: System, description: str, direction: WitnessFunctionDirection, calc: Callable, event: Event | None
     ) -> WitnessFunction:
         witness = object.__new__(cls)
         witness._system, witness._description, witness._direction = system, description, direction

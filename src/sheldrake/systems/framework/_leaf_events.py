@@ -183,7 +183,7 @@ class _Dispatch(Event):
         super().__init__()
         self._name, self._events = name, events
 
-    def _call(self, system: Any, context: Context, *target: Any) -> Any:
+    def _call(self, system: System, context: Context, *target: Any) -> Any:
         return getattr(system, self._name)(context, self._events, *target)
 
 

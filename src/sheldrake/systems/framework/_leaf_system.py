@@ -256,7 +256,7 @@ class LeafSystem(LeafEvents):
         self._declared_derivatives = Callback.of(self, calc, "DeclareTimeDerivatives()")
         self._changed()
 
-    def _derivatives_calc(self) -> Any:
+    def _derivatives_calc(self) -> Callback | Kernel | Stages:
         if self._declared_derivatives is not None:
             return self._declared_derivatives
         return Callback(type(self).DoCalcTimeDerivatives, True)

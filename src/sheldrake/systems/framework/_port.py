@@ -18,7 +18,10 @@ from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex,
 from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 
 if TYPE_CHECKING:
+    from sheldrake.systems.framework._cache import CacheEntry
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.memory import Slot
+    from sheldrake.systems.framework._system_base import SystemBase
 
 
 class FixedInputPortValue:
@@ -69,7 +72,7 @@ class _Port:
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     @classmethod
-    def _make(cls, system: Any, index: int) -> Any:
+    def _make(cls, system: SystemBase, index: int) -> Any:
         port = object.__new__(cls)
         port._system, port._index = system, index
         return port
@@ -131,7 +134,7 @@ def _settled(context: Context) -> Store:
     return store
 
 
-def value_at(store: Store, slot: Any) -> Any:
+def value_at(store: Store, slot: Slot) -> Any:
     """What a computed port, a state or a fixed input holds: an array of its own, or the held object."""
     if slot.row >= 0:
         store.pull(slot.row)
@@ -140,7 +143,7 @@ def value_at(store: Store, slot: Any) -> Any:
     return abstract_at(store, slot).get_value()
 
 
-def abstract_at(store: Store, slot: Any) -> AbstractValue:
+def abstract_at(store: Store, slot: Slot) -> AbstractValue:
     """The abstract value in an abstract slot that is up to date."""
     if slot.row >= 0:
         return store.output_value(slot.row)
@@ -149,7 +152,7 @@ def abstract_at(store: Store, slot: Any) -> AbstractValue:
     return store.abstract[slot.abstract_state]
 
 
-def _as_abstract(store: Store, slot: Any) -> AbstractValue:
+def _as_abstract(store: Store, slot: Slot) -> AbstractValue:
     if not slot.vector:
         if slot.row >= 0:
             store.pull(slot.row)
@@ -175,7 +178,7 @@ class InputPort(_Port):
         """Names it as a prerequisite."""
         return DependencyTicket(self._declaration.ticket)
 
-    def _slot(self, context: Context) -> Any:
+    def _slot(self, context: Context) -> Slot | None:
         node = self._node_in(context)
         store = _settled(context)
         slot = store.layout.input_slot(node, self._index)
@@ -183,7 +186,7 @@ class InputPort(_Port):
             return None
         return slot
 
-    def _required(self, context: Context) -> Any:
+    def _required(self, context: Context) -> Slot:
         slot = self._slot(context)
         if slot is None:
             raise not_connected(self._system, self._index)
@@ -377,7 +380,7 @@ class LeafOutputPort(OutputPort):
 
     __slots__ = ()
 
-    def cache_entry(self) -> Any:
+    def cache_entry(self) -> CacheEntry:
         """The cache entry its value is kept in."""
         return self._system.get_cache_entry(self._declaration.cache_index)
 

@@ -11,10 +11,13 @@ import functools
 import types
 import weakref
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
 from sheldrake.systems.framework._event import Event, WitnessFunction
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._system import System
 
 
 class _OfClass:
@@ -44,7 +47,7 @@ class SystemScalarConverter:
     def _Add(self, to: Any, source: Any, convert: Callable[[Any], Any]) -> None:
         self._entries[to, source] = convert
 
-    def _convert(self, to: Any, system: Any) -> Any:
+    def _convert(self, to: Any, system: System) -> Any:
         convert = self._entries.get((to, system._scalar))
         return None if convert is None else convert(system)
 
@@ -191,7 +194,7 @@ def _rebound(value: Any, old: Any, new: Any) -> Any:
     return value
 
 
-def _converted_to(scalar: Any, system: Any) -> Any:
+def _converted_to(scalar: Any, system: System) -> Any:
     return system._converted(scalar)
 
 

@@ -29,6 +29,7 @@ from sheldrake.systems.framework._vector import lifted
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+    from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework._context.context import Context
 
 
@@ -70,18 +71,18 @@ class System(ScalarConversion, SystemPorts):
             self.SetDefaultContext(context)
         return context
 
-    def SetDefaultContext(self, context: Any) -> None:
+    def SetDefaultContext(self, context: Context) -> None:
         """Sets state and parameters to their defaults."""
         self.ValidateContext(context)
         defaults.set_defaults(context._store, context._node)
 
-    def SetRandomContext(self, context: Any, generator: Any) -> None:
+    def SetRandomContext(self, context: Context, generator: RandomGenerator) -> None:
         """Sets state and parameters to random values, as far as systems know how; else to their defaults."""
         self.SetDefaultContext(context)
         for m in _evaluate.leaves_under(context._store, context._node):
             context._store.systems[m]._set_random_context(context._store.context(m), generator)
 
-    def GetSubsystemContext(self, subsystem: System, context: Any) -> Context:
+    def GetSubsystemContext(self, subsystem: System, context: Context) -> Context:
         """The part of `context`, which is this system's, that belongs to a subsystem.
 
         Raises:
@@ -133,7 +134,7 @@ class System(ScalarConversion, SystemPorts):
         """Values for all output ports, to be filled by `CalcOutput`."""
         return SystemOutput._of([self._allocate_output(j) for j in range(self.num_output_ports())])
 
-    def CalcOutput(self, context: Any, outputs: SystemOutput) -> None:
+    def CalcOutput(self, context: Context, outputs: SystemOutput) -> None:
         """Computes all output ports into `outputs`."""
         self.ValidateContext(context)
         for j in range(self.num_output_ports()):
@@ -155,7 +156,7 @@ class System(ScalarConversion, SystemPorts):
         """An array for the residuals of the implicit form, shape (n,)."""
         return lifted(np.zeros(self.implicit_time_derivatives_residual_size()), self._scalar)
 
-    def EvalTimeDerivatives(self, context: Any) -> ContinuousState:
+    def EvalTimeDerivatives(self, context: Context) -> ContinuousState:
         """Time derivatives of the continuous state."""
         self.ValidateContext(context)
         store = context._store
@@ -163,7 +164,7 @@ class System(ScalarConversion, SystemPorts):
         layout = store.layout
         return context._continuous_view(context._place.xc[0] + layout.xdot[0] - layout.xc[0]).Clone()
 
-    def CalcTimeDerivatives(self, context: Any, derivatives: ContinuousState) -> None:
+    def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""
         derivatives.SetFrom(self.EvalTimeDerivatives(context))
 
@@ -178,30 +179,30 @@ class System(ScalarConversion, SystemPorts):
         residual[:] = value
         return None
 
-    def CalcForcedDiscreteVariableUpdate(self, context: Any, discrete_state: DiscreteValues) -> None:
+    def CalcForcedDiscreteVariableUpdate(self, context: Context, discrete_state: DiscreteValues) -> None:
         """What the forced discrete updates would make of the discrete state, into `discrete_state`."""
         self.ValidateContext(context)
         discrete_state.SetFrom(_evaluate.discrete_update(context._store, context._node, _evaluate.forced)[0])
 
-    def CalcForcedUnrestrictedUpdate(self, context: Any, state: State) -> None:
+    def CalcForcedUnrestrictedUpdate(self, context: Context, state: State) -> None:
         """What the forced unrestricted updates would make of the state, into `state`."""
         self.ValidateContext(context)
         state.SetFrom(_evaluate.unrestricted_update(context._store, context._node, _evaluate.forced)[0])
 
-    def ForcedPublish(self, context: Any) -> None:
+    def ForcedPublish(self, context: Context) -> None:
         """Runs all forced publishes."""
         self.ValidateContext(context)
         _evaluate.publish(context._store, context._node, _evaluate.forced)
 
-    def ExecuteInitializationEvents(self, context: Any) -> None:
+    def ExecuteInitializationEvents(self, context: Context) -> None:
         """Runs all initialization events and changes the state as they say."""
         self._execute(context, _evaluate.initialization, True)
 
-    def ExecuteForcedEvents(self, context: Any, publish: bool = True) -> None:
+    def ExecuteForcedEvents(self, context: Context, publish: bool = True) -> None:
         """Runs all forced events and changes the state as they say."""
         self._execute(context, _evaluate.forced, publish)
 
-    def _execute(self, context: Any, select: Any, publish: bool) -> None:
+    def _execute(self, context: Context, select: Any, publish: bool) -> None:
         self.ValidateContext(context)
         store, n = context._store, context._node
         _evaluate.apply_unrestricted(store, n, select)
@@ -211,7 +212,7 @@ class System(ScalarConversion, SystemPorts):
 
     # Periodic updates.
 
-    def _motion_and_slopes(self, context: Any, x: Any, u: Any, i: int | None, j: int | None) -> Any:
+    def _motion_and_slopes(self, context: Context, x: Any, u: Any, i: int | None, j: int | None) -> Any:
         """x' or x+ and output j, and their derivatives by x and input i = u, where a system knows them.
 
         Returns:
@@ -233,7 +234,7 @@ class System(ScalarConversion, SystemPorts):
         times = self._periodic_discrete()
         return PeriodicEventData._make(*times.pop()) if len(times) == 1 else None
 
-    def EvalUniquePeriodicDiscreteUpdate(self, context: Any) -> DiscreteValues:
+    def EvalUniquePeriodicDiscreteUpdate(self, context: Context) -> DiscreteValues:
         """What the periodic discrete updates would make of the discrete state.
 
         Raises:
@@ -330,7 +331,7 @@ class System(ScalarConversion, SystemPorts):
 
     # Energy.
 
-    def _energy(self, context: Any, name: str) -> float:
+    def _energy(self, context: Context, name: str) -> float:
         self.ValidateContext(context)
         store = context._store
         total = store.scalar(0.0)
@@ -340,27 +341,27 @@ class System(ScalarConversion, SystemPorts):
                 total = total + hook(store.context(m))
         return total
 
-    def EvalPotentialEnergy(self, context: Any) -> float:
+    def EvalPotentialEnergy(self, context: Context) -> float:
         """Potential energy [J]."""
         return self._energy(context, "DoCalcPotentialEnergy")
 
-    def EvalKineticEnergy(self, context: Any) -> float:
+    def EvalKineticEnergy(self, context: Context) -> float:
         """Kinetic energy [J]."""
         return self._energy(context, "DoCalcKineticEnergy")
 
     CalcPotentialEnergy, CalcKineticEnergy = EvalPotentialEnergy, EvalKineticEnergy
 
-    def CalcConservativePower(self, context: Any) -> float:
+    def CalcConservativePower(self, context: Context) -> float:
         """Power of conservative forces [W]."""
         return self._energy(context, "DoCalcConservativePower")
 
-    def CalcNonConservativePower(self, context: Any) -> float:
+    def CalcNonConservativePower(self, context: Context) -> float:
         """Power of non-conservative forces [W]."""
         return self._energy(context, "DoCalcNonConservativePower")
 
     # The rest.
 
-    def GetWitnessFunctions(self, context: Any) -> list:
+    def GetWitnessFunctions(self, context: Context) -> list:
         """Witness functions that are active now."""
         self.ValidateContext(context)
         store = context._store
@@ -386,13 +387,13 @@ class System(ScalarConversion, SystemPorts):
         """
         return self._clone()
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> System:
         return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> System:
         return self.Clone()
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: Any) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")
 
 

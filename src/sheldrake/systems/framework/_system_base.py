@@ -6,7 +6,7 @@ import itertools
 import operator
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
@@ -16,10 +16,14 @@ from sheldrake.systems.framework._graphviz import Graphviz
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort, OutputPort
 
+if TYPE_CHECKING:
+    from sheldrake.common.value import AbstractValue
+    from sheldrake.systems.framework._context.context import Context
+
 _ids = itertools.count(1)
 
 
-def _static(ticket: int, what: str) -> Any:
+def _static(ticket: int, what: str) -> staticmethod[[], DependencyTicket]:
     def name() -> DependencyTicket:
         return DependencyTicket(ticket)
 
@@ -152,7 +156,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
             port = self._ports["out", j] = kind._make(self, j)
         return port
 
-    def _allocate_output(self, j: int) -> Any:
+    def _allocate_output(self, j: int) -> AbstractValue:
         raise NotImplementedError
 
     # Tickets.
@@ -291,7 +295,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         """Number of residuals of the implicit form of the derivatives."""
         return self.num_continuous_states()
 
-    def ValidateContext(self, context: Any) -> None:
+    def ValidateContext(self, context: Context) -> None:
         """Checks that a context was made for this system.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -49,11 +49,11 @@ class SystemPorts(SystemBase):
         if any(port.name == name for port in ports):
             raise RuntimeError(f"{self._describe()} already has an {kind} port named {name}")
 
-    def get_input_port(self, port_index: Any = None, warn_deprecated: bool = True) -> InputPort:
+    def get_input_port(self, port_index: SupportsIndex | None = None, warn_deprecated: bool = True) -> InputPort:
         """Input port `port_index`, or the only one."""
         return self._input_port(self._port_number(port_index, len(self._inputs), "input"))
 
-    def get_output_port(self, port_index: Any = None, warn_deprecated: bool = True) -> OutputPort:
+    def get_output_port(self, port_index: SupportsIndex | None = None, warn_deprecated: bool = True) -> OutputPort:
         """Output port `port_index`, or the only one."""
         return self._output_port(self._port_number(port_index, len(self._outputs), "output"))
 

@@ -44,9 +44,9 @@ class PySerializer(SerializerInterface):
         """A new message."""
         return AbstractValue.Make(self._lcm_type())
 
-    def Deserialize(self, message_bytes: bytes, abstract_value: AbstractValue) -> None:
+    def Deserialize(self, buffer: bytes, abstract_value: AbstractValue) -> None:  # type: ignore[override]
         """Puts the message that these bytes are into a value."""
-        abstract_value.set_value(self._lcm_type.decode(message_bytes))
+        abstract_value.set_value(self._lcm_type.decode(buffer))
 
     def Serialize(self, abstract_value: AbstractValue) -> bytes:
         """The bytes of a message."""

@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.math import BarycentricMesh
     from sheldrake.systems.framework import Context
 
 
@@ -32,7 +33,7 @@ class BarycentricMeshSystem(LeafSystem):
         self.DeclareVectorInputPort("u0", mesh.get_input_size())
         self.DeclareVectorOutputPort("y0", len(values), self._calc)
 
-    def get_mesh(self) -> Any:
+    def get_mesh(self) -> BarycentricMesh:
         """The mesh."""
         return self._mesh
 

@@ -18,7 +18,7 @@ from sheldrake.systems.framework._vector import as_vector, is_size, plain
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, InputPort
 
 
 class Adder(LeafSystem):
@@ -254,13 +254,13 @@ class PortSwitch(LeafSystem):
         self.DeclareAbstractInputPort("port_selector", Value[object](InputPortIndex(0)))
         self.DeclareVectorOutputPort("value", self._n, self._calc)
 
-    def DeclareInputPort(self, name: Any, *args: Any) -> Any:
+    def DeclareInputPort(self, name: Any, *args: Any) -> InputPort:
         """Declares one more input to choose from."""
         if args:
             return super().DeclareInputPort(name, *args)
         return super().DeclareInputPort(name, PortDataType.kVectorValued, self._n)
 
-    def get_port_selector_input_port(self) -> Any:
+    def get_port_selector_input_port(self) -> InputPort:
         """The input that tells which one."""
         return self.get_input_port(0)
 

@@ -87,7 +87,7 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
 
     def set_initial_position(self, context: Context | None = None, position: Any = None, *, state: Any = None) -> None:
         """Sets the position as if it had stood still, in a context or a State."""
-        target = context if state is None else state
+        target: Any = context if state is None else state
         if not isinstance(target, State):
             target = self.GetSubsystemContext(self._derivative, target)
         self._derivative.set_input_history(target, position)

@@ -10,7 +10,7 @@ from sheldrake.common import CalcProbabilityDensity, RandomDistribution
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, FixedInputPortValue, InputPort, OutputPort
 
 
 class LinearTransformDensity(LeafSystem):
@@ -38,27 +38,27 @@ class LinearTransformDensity(LeafSystem):
         """Distribution of each element of w_in."""
         return self._distribution
 
-    def get_input_port_w_in(self) -> Any:
+    def get_input_port_w_in(self) -> InputPort:
         """The input w_in."""
         return self.get_input_port(0)
 
-    def get_input_port_A(self) -> Any:
+    def get_input_port_A(self) -> InputPort:
         """The input A, its columns one after the other."""
         return self.get_input_port(1)
 
-    def get_input_port_b(self) -> Any:
+    def get_input_port_b(self) -> InputPort:
         """The input b; zero if it has no value."""
         return self.get_input_port(2)
 
-    def get_output_port_w_out(self) -> Any:
+    def get_output_port_w_out(self) -> OutputPort:
         """The output w_out."""
         return self.get_output_port(0)
 
-    def get_output_port_w_out_density(self) -> Any:
+    def get_output_port_w_out_density(self) -> OutputPort:
         """The output with the density of w_out."""
         return self.get_output_port(1)
 
-    def FixConstantA(self, context: Context, A: Any) -> Any:
+    def FixConstantA(self, context: Context, A: Any) -> FixedInputPortValue:
         """Fixes A, shape (output_size, input_size)."""
         A = np.asarray(A)
         if A.shape != self._shape:
@@ -67,7 +67,7 @@ class LinearTransformDensity(LeafSystem):
             )
         return self.get_input_port_A().FixValue(context, A.reshape(-1, order="F"))
 
-    def FixConstantB(self, context: Context, b: Any) -> Any:
+    def FixConstantB(self, context: Context, b: Any) -> FixedInputPortValue:
         """Fixes b, shape (output_size,)."""
         return self.get_input_port_b().FixValue(context, b)
 

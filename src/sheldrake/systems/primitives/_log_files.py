@@ -23,7 +23,7 @@ from sheldrake.systems.primitives._vector_log_sink import VectorLogSink
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 # ---- written while a simulation runs
 
@@ -45,7 +45,7 @@ class LogStream:
         path: The file.
     """
 
-    def __init__(self, simulator: Simulator, path: Any, sinks: Mapping[str, VectorLogSink], keep: bool):
+    def __init__(self, simulator: Simulator, path: str | os.PathLike, sinks: Mapping[str, VectorLogSink], keep: bool):
         self.path = os.fspath(path)
         self._simulator, self._sinks, self._keep = simulator, dict(sinks), keep
         self._store: Any = None
@@ -129,7 +129,7 @@ class LogStream:
         self.Close()
 
 
-def StreamLogs(simulator: Simulator, path: Any, logs: Any = None, *, keep: bool = True) -> LogStream:
+def StreamLogs(simulator: Simulator, path: str | os.PathLike, logs: Any = None, *, keep: bool = True) -> LogStream:
     """Writes logs to a file while the simulator advances; read it with `ReadLogs`, plot it with `sheldrake plot`.
 
     What was logged is on its way to the disk within some 0.2 s of real time, and when AdvanceTo() returns; a process
@@ -159,7 +159,7 @@ def _sinks(simulator: Simulator, logs: Any) -> dict[str, VectorLogSink]:
     return dict(getattr(logs, "sinks", logs))
 
 
-def find_sinks(system: Any, context: Context) -> dict[str, VectorLogSink]:
+def find_sinks(system: System, context: Context) -> dict[str, VectorLogSink]:
     """All VectorLogSinks in a system, by the port that each logs."""
     found: dict[str, VectorLogSink] = {}
     waiting = [system]
@@ -186,7 +186,7 @@ def log_title(sink: VectorLogSink, context: Context) -> str:
     return f"{system.get_name()}/{system.get_output_port(j, warn_deprecated=False).get_name()}"
 
 
-def read_stream(path: Any) -> LogSet:
+def read_stream(path: str | os.PathLike) -> LogSet:
     """The logs of a file that `StreamLogs` wrote, up to its end or to where it was cut off.
 
     Raises:
@@ -229,7 +229,7 @@ def read_stream(path: Any) -> LogSet:
 # ---- read back
 
 
-def ReadLogs(path: Any) -> LogSet:
+def ReadLogs(path: str | os.PathLike) -> LogSet:
     """The logs in a file: what StreamLogs() wrote, or ToNpz(), ToCsv(), ToParquet().
 
     Raises:

@@ -19,6 +19,8 @@ from sheldrake.systems.framework._vector import as_vector
 from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework import Context
     from sheldrake.trajectories import Trajectory
 
 
@@ -33,7 +35,9 @@ class TrajectorySource(LeafSystem):
 
     _generic = True
 
-    def __init__(self, trajectory: Any, output_derivative_order: int = 0, zero_derivatives_beyond_limits: bool = True):
+    def __init__(
+        self, trajectory: Trajectory, output_derivative_order: int = 0, zero_derivatives_beyond_limits: bool = True
+    ):
         super().__init__()
         if not hasattr(trajectory, "MakeDerivative"):
             raise incompatible(
@@ -44,7 +48,7 @@ class TrajectorySource(LeafSystem):
         size = trajectory.rows() * (1 + self._order)
         self.DeclareVectorOutputPort("y0", size, self._calc, {Ticket.TIME})
 
-    def _set(self, trajectory: Any) -> None:
+    def _set(self, trajectory: Trajectory) -> None:
         if trajectory.cols() != 1:
             raise RuntimeError(
                 f"TrajectorySource: the trajectory must be a column vector, not "
@@ -67,7 +71,7 @@ class TrajectorySource(LeafSystem):
             )
         self._set(trajectory)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         t = context.get_time()
         if self._pieces is not None and type(t) is float:
             output.SetFromVector(self._pieces.at(t, self._trajectory.rows() if self._zero else None))
@@ -113,7 +117,7 @@ def number_of(t: Any) -> float:
     return t if isinstance(t, float) else t.value() if hasattr(t, "value") else t.Evaluate()
 
 
-def value_at(trajectory: Any, t: Any) -> np.ndarray:
+def value_at(trajectory: Trajectory, t: Any) -> np.ndarray:
     """The value at a time [s], a float, a dual number or an expression without variables."""
     value = trajectory.value(number_of(t))
     if not hasattr(t, "derivatives") or not len(t.derivatives()):
@@ -169,11 +173,11 @@ class TrajectoryAffineSystem(LeafSystem):
             return np.zeros((self._of["B" if name == "f0" else "C"].rows(), 1))
         return value_at(trajectory, t)
 
-    def _state(self, context: Any) -> np.ndarray:
+    def _state(self, context: Context) -> np.ndarray:
         x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
         return x.CopyToVector()
 
-    def _map(self, context: Any, M: str, N: str, offset: str) -> np.ndarray:
+    def _map(self, context: Context, M: str, N: str, offset: str) -> np.ndarray:
         t = context.get_time()
         out = self._at(offset, t).ravel()
         if self._xc_counts[2] or self._xd_models:
@@ -182,13 +186,13 @@ class TrajectoryAffineSystem(LeafSystem):
             out = out + self._at(N, t) @ self.get_input_port(0).Eval(context)
         return out
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._map(context, "C", "D", "y0"))
 
-    def _update(self, context: Any, x_next: Any) -> None:
+    def _update(self, context: Context, x_next: Any) -> None:
         x_next.set_value(self._map(context, "A", "B", "f0"))
 
-    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
         derivatives.SetFromVector(self._map(context, "A", "B", "f0"))
 
     def A(self, t: float, /) -> np.ndarray:
@@ -228,7 +232,7 @@ class TrajectoryAffineSystem(LeafSystem):
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)
 
-    def _set_random_context(self, context: Any, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         if self._covariance is None:
             return
         values, vectors = np.linalg.eigh(self._covariance)

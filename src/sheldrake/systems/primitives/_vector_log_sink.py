@@ -13,7 +13,8 @@ from sheldrake.systems.primitives._log_set import LogSet
 from sheldrake.systems.primitives._vector_log import VectorLog, _ContextLog
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework import Context, DiagramBuilder, System
+    from sheldrake.systems.framework._engine.store import Store
 
 
 _SUPPORTED = (TriggerType.kForced, TriggerType.kPerStep, TriggerType.kPeriodic)
@@ -74,7 +75,7 @@ class VectorLogSink(LeafSystem):
             )
         return _ContextLog(store, store.layout.log_of[n], self._size, lambda: self._source_names(store, n))
 
-    def _source_names(self, store: Any, n: int) -> list[str] | None:
+    def _source_names(self, store: Store, n: int) -> list[str] | None:
         kind, m, j = store.layout.sources[n, 0]
         if kind != "out":
             return None
@@ -164,7 +165,7 @@ def LogAll(
     return found
 
 
-def _why_not(builder: DiagramBuilder, system: Any, port: Any) -> str:
+def _why_not(builder: DiagramBuilder, system: System, port: Any) -> str:
     if port.size() == 0:
         return "it is empty"
     if hasattr(system, "GetModelInstanceName") and port.get_name() != "state":
@@ -180,6 +181,6 @@ def _why_not(builder: DiagramBuilder, system: Any, port: Any) -> str:
     return ""
 
 
-def _is_optional(system: Any, i: int) -> bool:
+def _is_optional(system: System, i: int) -> bool:
     inputs = getattr(system, "_inputs", ())
     return i < len(inputs) and bool(getattr(inputs[i], "optional", False))

@@ -40,7 +40,7 @@ class MultibodyPositionToGeometryPose(LeafSystem):
         self.DeclareVectorInputPort("state" if input_multibody_state else "position", size)
         self.DeclareAbstractOutputPort("geometry_pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
-    def multibody_plant(self) -> Any:
+    def multibody_plant(self) -> MultibodyPlant:
         """The plant."""
         return self._plant
 

@@ -47,7 +47,7 @@ _MAKERS: dict[type, Any] = {
 class _Copied:
     """Copies are deep."""
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> _Copied:
         return copy.deepcopy(self)
 
 

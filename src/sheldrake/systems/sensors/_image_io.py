@@ -153,7 +153,7 @@ class ImageIo:
         return Metadata(format=kind, width=width, height=height, depth=1, channels=channels, scalar=scalar)
 
 
-def _format_of(path: Any, call: str) -> ImageFileFormat:
+def _format_of(path: str | os.PathLike, call: str) -> ImageFileFormat:
     extension = Path(path).suffix.lower()
     if extension not in _EXTENSIONS:
         raise RuntimeError(

@@ -13,7 +13,8 @@ from sheldrake.systems.framework._templates import SystemTemplate
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.multibody.tree import BodyIndex, RigidBody
+    from sheldrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
 
 
 class _OnBody(LeafSystem):
@@ -26,7 +27,7 @@ class _OnBody(LeafSystem):
 
     _generic = True
 
-    def __init__(self, body: Any, X_BS: RigidTransform):
+    def __init__(self, body: RigidBody, X_BS: RigidTransform):
         super().__init__()
         self._body, self._X_BS = body.index(), RigidTransform(X_BS)
 
@@ -36,7 +37,7 @@ class _OnBody(LeafSystem):
     def _of_body(self, port: Any, context: Context) -> Any:
         return port.Eval(context)[int(self._body)]
 
-    def body_index(self) -> Any:
+    def body_index(self) -> BodyIndex:
         """Index of the body."""
         return self._body
 
@@ -44,15 +45,15 @@ class _OnBody(LeafSystem):
         """Pose of the sensor's frame in the body's."""
         return self._X_BS
 
-    def get_body_poses_input_port(self) -> Any:
+    def get_body_poses_input_port(self) -> InputPort:
         """Takes the plant's body poses."""
         return self.GetInputPort("body_poses")
 
-    def get_body_velocities_input_port(self) -> Any:
+    def get_body_velocities_input_port(self) -> InputPort:
         """Takes the plant's spatial velocities."""
         return self.GetInputPort("body_spatial_velocities")
 
-    def get_measurement_output_port(self) -> Any:
+    def get_measurement_output_port(self) -> OutputPort:
         """The measurement, shape (3,)."""
         return self.get_output_port(0)
 
@@ -66,7 +67,7 @@ class Accelerometer(_OnBody):
         gravity_vector: Gravity in the world [m/s^2], shape (3,); zero measures the plain acceleration.
     """
 
-    def __init__(self, body: Any, X_BS: RigidTransform, gravity_vector: Any = (0.0, 0.0, 0.0)):
+    def __init__(self, body: RigidBody, X_BS: RigidTransform, gravity_vector: Any = (0.0, 0.0, 0.0)):
         super().__init__(body, X_BS)
         self._gravity = np.array(gravity_vector, float).reshape(3)
         for name in ("body_poses", "body_spatial_velocities", "body_spatial_accelerations"):
@@ -77,7 +78,7 @@ class Accelerometer(_OnBody):
         """Gravity in the world [m/s^2], shape (3,)."""
         return self._gravity.copy()
 
-    def get_body_accelerations_input_port(self) -> Any:
+    def get_body_accelerations_input_port(self) -> InputPort:
         """Takes the plant's spatial accelerations."""
         return self.GetInputPort("body_spatial_accelerations")
 
@@ -93,7 +94,7 @@ class Accelerometer(_OnBody):
 
     @classmethod
     def AddToDiagram(
-        cls, body: Any, X_BS: RigidTransform, gravity_vector: Any, plant: MultibodyPlant, builder: DiagramBuilder
+        cls, body: RigidBody, X_BS: RigidTransform, gravity_vector: Any, plant: MultibodyPlant, builder: DiagramBuilder
     ) -> Accelerometer:
         """Adds one to a diagram and connects it to the plant."""
         sensor = builder.AddSystem(cls(body, X_BS, gravity_vector))
@@ -111,7 +112,7 @@ class Gyroscope(_OnBody):
         X_BS: Pose of the sensor's frame S in B.
     """
 
-    def __init__(self, body: Any, X_BS: RigidTransform):
+    def __init__(self, body: RigidBody, X_BS: RigidTransform):
         super().__init__(body, X_BS)
         for name in ("body_poses", "body_spatial_velocities"):
             self._declare(name)
@@ -124,7 +125,9 @@ class Gyroscope(_OnBody):
         output.SetFromVector(R_WS.inverse() @ w_WB)
 
     @classmethod
-    def AddToDiagram(cls, body: Any, X_BS: RigidTransform, plant: MultibodyPlant, builder: DiagramBuilder) -> Gyroscope:
+    def AddToDiagram(
+        cls, body: RigidBody, X_BS: RigidTransform, plant: MultibodyPlant, builder: DiagramBuilder
+    ) -> Gyroscope:
         """Adds one to a diagram and connects it to the plant."""
         sensor = builder.AddSystem(cls(body, X_BS))
         builder.Connect(plant.get_body_poses_output_port(), sensor.get_body_poses_input_port())

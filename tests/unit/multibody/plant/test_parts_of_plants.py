@@ -20,7 +20,7 @@ from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.coordinates import Coordinates
 from sheldrake.multibody.plant._context.kinematics import Kinematics
 from sheldrake.multibody.plant._parts import PlantParts, parts_of
-from sheldrake.multibody.tree import RevoluteJoint, default_model_instance
+from sheldrake.multibody.tree import QuaternionFloatingJoint, RevoluteJoint, default_model_instance
 from sheldrake.systems.framework import LeafSystem
 
 FOLDER = pathlib.Path(sheldrake.multibody.plant.__file__).parent
@@ -56,7 +56,7 @@ def test_elements_alone(elements):
 
 
 def test_a_model_without_a_system(elements):
-    model = freeze(elements, {})
+    model = freeze(elements, QuaternionFloatingJoint)
     assert (model.nq, model.nv, model.nu, model.num_bodies) == (1, 1, 0, 2)
     assert model.row_of(elements.GetBodyByName("arm")) == 1
     assert model.default_positions().tolist() == [0.0]
@@ -66,8 +66,14 @@ def test_a_model_without_a_system(elements):
 
 
 def test_a_body_without_a_joint_floats_where_it_is_said(elements):
-    free = elements.add_body("free", (SpatialInertia.SolidSphereWithMass(1.0, 0.1),), {})
-    model = freeze(elements, {int(free.index()): RigidTransform([1.0, 2.0, 3.0])})
+    elements.add_body("free", (SpatialInertia.SolidSphereWithMass(1.0, 0.1),), {})
+
+    def base_joint(name, body):
+        joint = QuaternionFloatingJoint(name, elements.world_frame(), body.body_frame())
+        joint.SetDefaultPose(RigidTransform([1.0, 2.0, 3.0]))
+        return joint
+
+    model = freeze(elements, base_joint)
     assert model.default_positions().tolist() == [0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0]
 
 

@@ -390,10 +390,54 @@ def test_misuse_is_explained():
         (ValueError, "cannot advance", lambda: batch.AdvanceTo(-1.0)),
         (ValueError, "finite", lambda: batch.SetTime(np.inf)),
         (IndexError, "groups", lambda: batch.parameters(plant, 10**6)),
+        (TypeError, r"num_worlds must be a whole number, not 2.5", lambda: BatchSimulator(diagram, 2.5)),
+        (TypeError, r"num_worlds must be a whole number, not nan", lambda: BatchSimulator(diagram, np.nan)),
+        (
+            ValueError,
+            r"num_worlds must be at most \d+, not 18446744073709551616",
+            lambda: BatchSimulator(diagram, 2**64),
+        ),
+        (MemoryError, r"10000000000000 worlds of about \d+ bytes each", lambda: BatchSimulator(diagram, 10**13)),
+        (
+            TypeError,
+            r"num_threads must be a whole number, not 1.5",
+            lambda: BatchSimulator(diagram, 1, num_threads=1.5),
+        ),
+        (ValueError, r"seed must be at least 0, not -1", lambda: BatchSimulator(diagram, 1, seed=-1)),
+        (TypeError, r"context\(\): world must be a whole number, not 0.5", lambda: batch.context(0.5)),
+        (IndexError, r"generator\(-1\): there are worlds 0 to 1", lambda: batch.generator(-1)),
+        (TypeError, r"mask or whole numbers, not \[0.5\]", lambda: batch.Reset([0.5])),
+        (TypeError, r"num_steps must be a whole number, not nan", lambda: batch.AdvanceSteps(np.nan)),
+        (ValueError, r"num_steps must be at most", lambda: batch.AdvanceSteps(10**20)),
+        (ValueError, r"one for each of 2 worlds; found an array of shape \(3,\)", lambda: batch.AdvanceTo(np.ones(3))),
+        (ValueError, r"cannot advance to 1e\+300 s: .* time would stand still", lambda: batch.AdvanceTo(1e300)),
+        (TypeError, r"num_samples must be a whole number", lambda: batch.Record(plant.get_state_output_port(), 2.5)),
+        (
+            ValueError,
+            r"time_step must be positive and finite, not nan",
+            lambda: batch.Record(plant.get_state_output_port(), 2, time_step=np.nan),
+        ),
     ]
     for error, message, call in calls:
         with pytest.raises(error, match=message):
             call()
+
+
+@compiled
+def test_time_does_not_stand_still():
+    """Where numbers lie further apart than the system's steps, no step would ever end."""
+    diagram, plant, _ = block()
+    batch = BatchSimulator(diagram, 2)
+    batch.SetTime(1e17, worlds=[1])
+    for call in (
+        lambda: batch.AdvanceSteps(1),
+        lambda: batch.AdvanceTo(2e17),
+        lambda: batch.Record(plant.get_state_output_port(), 3),
+    ):
+        with pytest.raises(ValueError, match=r"time would stand still"):
+            call()
+    batch.AdvanceSteps(1, worlds=[0])
+    assert batch.times.tolist() == [1e-3, 1e17]
 
 
 def test_a_world_keeps_its_layout():

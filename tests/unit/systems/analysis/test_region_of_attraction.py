@@ -106,3 +106,14 @@ def values(name, case):
 def test_equals_pydrakes(case):
     pytest.importorskip("pydrake")
     np.testing.assert_allclose(values("sheldrake", case), values("pydrake", case), rtol=1e-6)
+
+
+def test_a_certificate_must_hold_to_the_tolerance_asked_for():
+    y = Variable("y")
+    line = ([y], [-y + y**3], [0.0])
+    assert region(*line, certificate_tolerance=1e-3, state_variables=np.array([y])).GetVariables().size() == 1
+    with pytest.raises(RuntimeError, match=r"misses .* by more than certificate_tolerance = 1e-16"):
+        region(*line, certificate_tolerance=1e-16)
+    for wrong in (-1.0, np.inf, np.nan):
+        with pytest.raises(RuntimeError, match="finite and not negative"):
+            region(*line, certificate_tolerance=wrong)

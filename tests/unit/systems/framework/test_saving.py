@@ -144,6 +144,26 @@ def test_an_archive_of_others_is_refused(tmp_path):
         LoadContext(_diagram(), tmp_path / "c.npz")
 
 
+def test_values_nested_without_end_are_refused(tmp_path):
+    system = LeafSystem()
+    system.DeclareAbstractState(Value[object]([1.0]))
+    SaveContext(system.CreateDefaultContext(), tmp_path / "c.npz")
+    with np.load(tmp_path / "c.npz") as archive:
+        found = dict(archive)
+    text = str(found["meta"])
+    plain = '{"list": [{"plain": 1.0}]}'
+    assert plain in text
+    for depth in (100, 900, 100_000):
+        deep = '{"list": [' * depth + plain + "]}" * depth
+        found["meta"] = np.array(text.replace(plain, deep))
+        np.savez(tmp_path / "deep.npz", **found)
+        if depth == 100:
+            LoadContext(system, tmp_path / "deep.npz")
+            continue
+        with pytest.raises(RuntimeError, match="no file of SaveContext"):
+            LoadContext(system, tmp_path / "deep.npz")
+
+
 def test_no_file(tmp_path):
     with pytest.raises(FileNotFoundError):
         LoadContext(_diagram(), tmp_path / "none.npz")

@@ -5,6 +5,12 @@ tree: L L^T, or for the unsymmetric matrix of kTamsi L U. All of the order depen
 contacts give the same order, and with it the same bits.
 """
 
+from sheldrake.common._kernels.base_of_six import (
+    read_triangle,
+    subtract_dot_six_backwards,
+    take_row,
+    write_triangle,
+)
 from sheldrake.common._kernels.generic import is_positive, sqrt
 from sheldrake.common._kernels.vec import SIX, dot_six, load_six, magnitude, store_six, subtract_scaled_six
 from sheldrake.common.kernel import kernel
@@ -12,8 +18,10 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     contacts_of_island,
     diagonal,
     dofs_above,
+    dofs_above_from,
     dofs_of_island,
     dofs_of_tree,
+    has_base_of_six,
     is_chain_of_six,
     rows_of_island,
 )
@@ -189,6 +197,7 @@ def lay_out_branches(model, problem, contacts, rows, factor):
         dof.depth = factor.dofs[dof.parent].depth + 1 if dof.parent >= 0 else 0
         dof.row_start = size
         size += dof.depth + 1
+    problem.base_dofs = SIX if has_base_of_six(factor, first, end) else 0
     return size
 
 
@@ -365,25 +374,47 @@ def in_blocks(places, constraint, i, j):
 # ---- Cholesky along branches
 
 
+@kernel
+def take_from_rows_above(factor, k, r, begin):
+    """Takes row k, r being 1/D of it, from those on the way to the base, down to dof `begin`."""
+    L = factor.L
+    row = factor.dofs[k].row_start
+    for i, at in dofs_above_from(factor, k, begin):
+        above = factor.dofs[i].row_start
+        a = L[at] * r
+        for j in range(at - row + 1):
+            L[above + j] -= a * L[row + j]
+        L[at] = a
+
+
+@kernel(outline=True)
+def factorise_rows(factor, first, begin, end):
+    """Replaces rows of `begin` to `end` - 1 by 1/D and L, but for the columns of dofs before `first`; a status."""
+    L = factor.L
+    for k in range(end - 1, begin - 1, -1):
+        D = diagonal(factor, k)
+        if not is_positive(L[D]):
+            return HESSIAN_NOT_POSITIVE
+        L[D] = 1.0 / L[D]
+        take_from_rows_above(factor, k, L[D], first)
+    return SOLVED
+
+
 @kernel(outline=True)
 def factorise_branches(model, problem, factor):
     """Replaces H by 1/D on the diagonal and L below it; a status."""
     L = factor.L
     first, end = dofs_of(model, problem)
-    for k in range(end - 1, first - 1, -1):
-        row = factor.dofs[k].row_start
-        D = diagonal(factor, k)
-        if not is_positive(L[D]):
-            return HESSIAN_NOT_POSITIVE
-        r = 1.0 / L[D]
-        L[D] = r
-        for i, at in dofs_above(factor, k):
-            above = factor.dofs[i].row_start
-            a = L[at] * r
-            for j in range(at - row + 1):
-                L[above + j] -= a * L[row + j]
-            L[at] = a
-    return SOLVED
+    begin = first + problem.base_dofs
+    status = factorise_rows(factor, begin, begin, end)
+    if status == SOLVED and begin > first:
+        row = factor.dofs[first].row_start
+        S = read_triangle(L, row)
+        for k in range(end - 1, begin - 1, -1):
+            S = take_row(L, factor.dofs[k].row_start, L[diagonal(factor, k)], S)
+        write_triangle(L, row, S)
+        status = factorise_rows(factor, first, first, begin)
+    return status
 
 
 @kernel(outline=True)
@@ -391,15 +422,34 @@ def solve_branches(model, problem, factor):
     """dv = -H^-1 gradient."""
     L, x = factor.L, factor.rhs
     first, end = dofs_of(model, problem)
+    begin = first + problem.base_dofs
     for k in range(first, end):
         x[k] = -problem.gradient[k]
-    for k in range(end - 1, first - 1, -1):
-        for i, at in dofs_above(factor, k):
+    for k in range(end - 1, begin - 1, -1):
+        for i, at in dofs_above_from(factor, k, begin):
             x[i] -= L[at] * x[k]
-    for k in range(first, end):
+    base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if begin > first:
+        base = load_six(x, first)
+        for k in range(end - 1, begin - 1, -1):
+            base = subtract_scaled_six(base, x[k], load_six(L, factor.dofs[k].row_start))
+        store_six(x, first, base)
+        for k in range(begin - 1, first - 1, -1):
+            for i, at in dofs_above(factor, k):
+                x[i] -= L[at] * x[k]
+        for k in range(first, begin):
+            x_k = x[k] * L[diagonal(factor, k)]
+            for i, at in dofs_above(factor, k):
+                x_k -= L[at] * x[i]
+            x[k] = x_k
+            problem.dv[k] = x_k
+        base = load_six(x, first)
+    for k in range(begin, end):
         x_k = x[k] * L[diagonal(factor, k)]
-        for i, at in dofs_above(factor, k):
+        for i, at in dofs_above_from(factor, k, begin):
             x_k -= L[at] * x[i]
+        if begin > first:
+            x_k = subtract_dot_six_backwards(x_k, load_six(L, factor.dofs[k].row_start), base)
         x[k] = x_k
         problem.dv[k] = x_k
 

@@ -188,9 +188,8 @@ def soft_slip(contact, x, y):
 
 # ---- kLagged
 #
-# kLagged: Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the step's start.
-#
-# Castro, Han, Masterjohn 2023, "A theory of irrotational contact fields", section V-A.
+# Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the start of the step (Castro, Han,
+# Masterjohn 2023, "A theory of irrotational contact fields", section V-A).
 
 
 @kernel
@@ -217,10 +216,8 @@ def lagged_impulse(contact, dt, vc):
 
 # ---- kSimilar
 #
-# kSimilar: normal impulse and friction share one argument, so that dissipation acts with a Coulomb cone coupled to
-# it.
-#
-# Castro, Han, Masterjohn 2023, "A theory of irrotational contact fields", section V-B.
+# Normal impulse and friction share one argument, so that dissipation acts with a Coulomb cone coupled to it (the same,
+# section V-B).
 
 
 @kernel
@@ -255,9 +252,8 @@ def similar_impulse(contact, dt, vc):
 
 # ---- kSap
 #
-# kSap: linear compliance with a relaxation time and the exact friction cone, regularised.
-#
-# Castro, Permenter, Han 2022, "An unconstrained convex formulation of compliant contact", sections III and V.
+# Linear compliance with a relaxation time and the exact friction cone, regularised (Castro, Permenter, Han 2022, "An
+# unconstrained convex formulation of compliant contact", sections III and V).
 
 
 @kernel

@@ -252,7 +252,7 @@ def iterate(model, problem, contacts, rows, factor):
 
 @kernel(outline=True)
 def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
-    """Iterations of a step that is to settle, from an iterate whose `optimality` is known; a status.
+    """Iterations until what can rest does, from an iterate whose `optimality` is known; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
     being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
@@ -321,7 +321,7 @@ def with_slopes(model, problem, contacts, rows, factor, excess):
 
 # ---- the slip of the end of the step
 #
-# kSap, where steps are to settle: what slides is expected to slide at the end of the step, too.
+# kSap until it rests: what slides is expected to slide at the end of the step, too.
 #
 # The cone of kSap lets what slides at vt glide away from the surface at mu vt, until the gap is (dt + tau) mu vt and
 # the contact is lost: a box that slides would hop. So mu times the slip at the end of the step is taken off the
@@ -498,7 +498,7 @@ def reduce_to_rest(model, problem, contacts, rows, factor, soft):
     return status, moves
 
 
-# Stages of a solve, from the first iterate v0 of a prepared island on; each gives a status.
+# ---- how an island is solved, from its first iterate v0 on; each gives a status
 
 
 @kernel

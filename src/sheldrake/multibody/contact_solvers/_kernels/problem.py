@@ -10,6 +10,7 @@ joints.
 
 from typing import Annotated, NamedTuple
 
+from sheldrake.common._kernels.base_of_six import add_dot_six_backwards
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import (
     SIX,
@@ -124,6 +125,7 @@ class Counts(Record):
     ends = integers(3, "of trees, contacts and rows", same_as=trees_end)
     factor_size = integer("numbers in the island's factor")
     along_branches = integer("1 if they are rows along the branches of a tree, 0 if blocks")
+    base_dofs = integer("then 6 if all its dofs but the first six hang on these, else 0")
 
 
 class ContactIndex(Record):
@@ -371,6 +373,28 @@ def dofs_above(packed, k):
         i = packed.dofs[i].parent
 
 
+@kernel
+def dofs_above_from(packed, k, begin):
+    """`dofs_above` before it comes to a dof less than `begin`."""
+    at = diagonal(packed, k)
+    i = packed.dofs[k].parent
+    while i >= begin:
+        at -= 1
+        yield i, at
+        i = packed.dofs[i].parent
+
+
+@kernel
+def has_base_of_six(packed, first, end):
+    """Whether all dofs of a tree but its first six hang on these, so that all other rows begin with their columns."""
+    if end - first < SIX or packed.dofs[first + 5].depth != 5:
+        return False
+    for k in range(first + SIX, end):
+        if packed.dofs[k].parent < first + 5:
+            return False
+    return True
+
+
 # ---- A x, the momentum
 
 
@@ -389,13 +413,29 @@ def mul_A(model, problem, x, y):
         if is_chain_of_six(model, t):
             store_six(y, first, mul_packed_six(problem.A, model.dofs[first].row_start, load_six(x, first)))
             continue
-        for k in range(first, first + model.trees[t].num_dofs):
-            x_k = x[k]
-            y_k = problem.A[diagonal(model, k)] * x_k
-            for j, at in dofs_above(model, k):
-                y_k += problem.A[at] * x[j]
-                y[j] += problem.A[at] * x_k
-            y[k] = y_k
+        end = first + model.trees[t].num_dofs
+        begin = first + SIX if has_base_of_six(model, first, end) else first
+        mul_rows(model, problem.A, first, first, begin, x, y)
+        if begin > first:
+            base = load_six(y, first)
+            for k in range(begin, end):
+                base = add_scaled_six(base, x[k], load_six(problem.A, model.dofs[k].row_start))
+            store_six(y, first, base)
+        mul_rows(model, problem.A, first, begin, end, x, y)
+
+
+@kernel
+def mul_rows(model, A, first, begin, end, x, y):
+    """Rows `begin` to `end` - 1 in y = A x, and what their columns add to rows before; y of a base has that already."""
+    for k in range(begin, end):
+        x_k = x[k]
+        y_k = A[diagonal(model, k)] * x_k
+        for j, at in dofs_above_from(model, k, begin):
+            y_k += A[at] * x[j]
+            y[j] += A[at] * x_k
+        if begin > first:
+            y_k = add_dot_six_backwards(y_k, load_six(A, model.dofs[k].row_start), load_six(x, first))
+        y[k] = y_k
 
 
 @kernel(outline=True)

@@ -3,7 +3,6 @@
 Islands are trees that constraints connect, directly or through others. In one step nothing passes between islands.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 from sheldrake.common._kernels.vec import inverse_packed_diagonal_six, store_six
@@ -349,7 +348,7 @@ class Approximation(NamedTuple):
         law: Number of the law of its contacts, where that is one of the convex problem.
         as_drake: Solves as Drake iterates.
         to_rest: Solves until what can rest does, where pairs touch at several points.
-        margin: How far ahead contacts of such pairs are seen [m], by the time step [s].
+        margin: `(dt)`: how far ahead contacts of such pairs are seen [m].
         bounces: Whether contacts without dissipation give back all their energy.
         scalar_rows: Whether limits, damping and gains of joints, and constraints, are part of the problem.
         symmetric: Whether its matrix is.
@@ -359,7 +358,7 @@ class Approximation(NamedTuple):
     law: int
     as_drake: Solver
     to_rest: Solver
-    margin: Callable[[float], float]
+    margin: Kernel
     bounces: bool = False
     scalar_rows: bool = True
     symmetric: bool = True
@@ -372,6 +371,25 @@ GLIDE = 2.0
 FALL = 10.0
 """Gravity, of which kSap sees what falls within a step [m/s²]."""
 
+
+@kernel
+def fixed_margin(dt):
+    """As far whatever the time step is."""
+    return CONTACT_MARGIN
+
+
+@kernel
+def falling_margin(dt):
+    """What slides must not fall freely for a step when it loses the ground."""
+    return min(CONTACT_MARGIN, FALL * dt**2)
+
+
+@kernel
+def gliding_margin(dt):
+    """What slides floats dt mu v above the ground (Castro, Han, Masterjohn 2023): it is seen there."""
+    return CONTACT_MARGIN + GLIDE * dt
+
+
 APPROXIMATIONS = {
     approximation.name: approximation
     for approximation in (
@@ -380,23 +398,23 @@ APPROXIMATIONS = {
             -1,
             Solver(prepare_tamsi, solve_tamsi),
             Solver(prepare_tamsi, solve_tamsi_by_islands),
-            lambda dt: CONTACT_MARGIN,
+            fixed_margin,
             scalar_rows=False,
             symmetric=False,
         ),
-        Approximation(  # what slides must not fall freely for a step when it loses the ground
+        Approximation(
             "sap",
             SAP,
             Solver(prepare_sap, solve),
             Solver(prepare_sap_to_rest, solve_to_rest_on_cones),
-            lambda dt: min(CONTACT_MARGIN, FALL * dt**2),
+            falling_margin,
         ),
-        Approximation(  # what slides floats dt mu v above the ground (Castro, Han, Masterjohn 2023)
+        Approximation(
             "similar",
             SIMILAR,
             Solver(prepare_hunt_crossley_contacts, solve),
             Solver(prepare_hunt_crossley_contacts, solve_to_rest),
-            lambda dt: CONTACT_MARGIN + GLIDE * dt,
+            gliding_margin,
             bounces=True,
         ),
         Approximation(
@@ -404,7 +422,7 @@ APPROXIMATIONS = {
             LAGGED,
             Solver(prepare_hunt_crossley_contacts, solve),
             Solver(prepare_hunt_crossley_contacts, solve_to_rest),
-            lambda dt: CONTACT_MARGIN,
+            fixed_margin,
             bounces=True,
         ),
     )

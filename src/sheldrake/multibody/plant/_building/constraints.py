@@ -111,15 +111,23 @@ class Constraints:
     def __init__(self, elements: Elements, contexts: ContextNumbers, settings: Settings) -> None:
         self._elements, self._contexts, self._settings = elements, contexts, settings
 
-    def _add(
-        self, call: str, kind: str, A: NamedElement, B: NamedElement, numbers: Iterable[float], **options: Any
-    ) -> MultibodyConstraintId:
-        self._elements.require_not_finalized(call)
+    def require_rows(self, call: str) -> None:
+        """Makes sure that the plant's solver takes constraints.
+
+        Raises:
+            RuntimeError: it does not.
+        """
         if self._settings.is_discrete() and not self._settings.kind.scalar_rows:
             raise RuntimeError(
                 f"{call}(): Currently this MultibodyPlant is set to use the TAMSI solver, which takes no constraints. "
                 "Choose another DiscreteContactApproximation."
             )
+
+    def _add(
+        self, call: str, kind: str, A: NamedElement, B: NamedElement, numbers: Iterable[float], **options: Any
+    ) -> MultibodyConstraintId:
+        self._elements.require_not_finalized(call)
+        self.require_rows(call)
         self._elements.require_mine(call, A, B)
         new = MultibodyConstraintId.get_new_id()
         self._elements.constraints[new] = ConstraintRecord(kind, A, B, [float(x) for x in numbers], **options)

@@ -238,6 +238,12 @@ class Elements:
         frame._adopt(self._owner, self.frames.add(frame))
         return body
 
+    def add_part(self, body: RigidBody, name: str, inertia: SpatialInertia) -> RigidBody:
+        """Adds a body that Finalize() makes of another one, in its model instance."""
+        part = self._add_body(RigidBody(name, body.model_instance(), inertia))
+        part._ephemeral = True
+        return part
+
     def num_bodies(self) -> int:
         """Number of bodies, the world included."""
         return len(self.bodies)
@@ -374,6 +380,12 @@ class Elements:
         self.joints.add(joint)
         self.joint_between[frozenset((joint.parent_body(), joint.child_body()))] = joint
         return joint
+
+    def move_joint(self, joint: Joint, F: Frame, M: Frame) -> None:
+        """Lets a joint join other frames."""
+        del self.joint_between[frozenset((joint.parent_body(), joint.child_body()))]
+        joint._F, joint._M = F, M
+        self.joint_between[frozenset((joint.parent_body(), joint.child_body()))] = joint
 
     @checked
     def WeldFrames(

@@ -261,11 +261,12 @@ class PlantGeometry:
         """Whether two bodies with a joint between them may not touch."""
         return self.adjacent_filters
 
-    def filter_collisions(self, welded: list[list[RigidBody]]) -> None:
+    def filter_collisions(self, welded: list[list[RigidBody]], whole_of: dict[RigidBody, RigidBody]) -> None:
         """Default filters: within a body, within what is welded together, and between neighbours.
 
         Args:
             welded: Groups of bodies that are welded together.
+            whole_of: The bodies that parts of divided ones belong to; these have the geometry.
         """
         if self.scene_graph is None:
             return
@@ -279,7 +280,7 @@ class PlantGeometry:
         if not self.adjacent_filters:
             return
         for joint in self._elements.joints:
-            parent, child = joint.parent_body(), joint.child_body()
+            parent, child = (whole_of.get(b, b) for b in (joint.parent_body(), joint.child_body()))
             if parent.index() != 0 and child.index() != 0 and joint.type_name() != "quaternion_floating":
                 declaration = CollisionFilterDeclaration().ExcludeBetween(geometries(parent), geometries(child))
                 manager.Apply(declaration)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.tree import BodyIndex
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import PenetrationAsPointPair
+    from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
 
 
 class PointPairContactInfo:
@@ -64,7 +68,7 @@ class PointPairContactInfo:
         """Tangential speed of the two points [m/s]."""
         return self._slip
 
-    def point_pair(self) -> Any:
+    def point_pair(self) -> PenetrationAsPointPair:
         """The PenetrationAsPointPair it comes from."""
         return self._pair
 
@@ -84,12 +88,19 @@ class PointPairContactInfo:
 
 
 class PointContactArrays(NamedTuple):
-    """Point contacts in columns: bodies and geometries A and B, f_Bc_W [N] and p_WC [m], shape (n, 3) each."""
+    """Point contacts in columns.
 
-    body_A: list[BodyIndex]
-    body_B: list[BodyIndex]
-    geometry_A: list[Any]
-    geometry_B: list[Any]
+    Attributes:
+        pair: Places of geometries A and B in `geometries`, then of bodies A and B in `bodies`, shape (n, 4).
+        geometries: All geometries that may touch.
+        bodies: All bodies.
+        f_Bc_W: Forces on B [N], shape (n, 3).
+        p_WC: Points [m], shape (n, 3).
+    """
+
+    pair: np.ndarray
+    geometries: Sequence[Any]
+    bodies: Sequence[BodyIndex]
     f_Bc_W: np.ndarray
     p_WC: np.ndarray
 
@@ -141,7 +152,7 @@ class ContactResults:
         """Number of hydroelastic contacts."""
         return len(self._hydroelastic)
 
-    def hydroelastic_contact_info(self, i: int) -> Any:
+    def hydroelastic_contact_info(self, i: int) -> HydroelasticContactInfo:
         """Hydroelastic contact number i.
 
         Raises:
@@ -158,7 +169,7 @@ class ContactResults:
         return 0
 
     @checked
-    def deformable_contact_info(self, i: int) -> Any:
+    def deformable_contact_info(self, i: int) -> NoReturn:
         """There are no deformable bodies.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,8 +14,12 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Joint
-from sheldrake.systems.framework import BasicVector, Context, LeafSystem, State
+from sheldrake.systems.framework import BasicVector, Context, ContinuousStateIndex, LeafSystem, State
 from sheldrake.systems.framework._vector import lifted, plain
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework import DiscreteStateIndex
 
 
 class Contexts:
@@ -71,7 +75,7 @@ class Contexts:
 
     # --- defaults
 
-    def declare(self) -> Any:
+    def declare(self) -> DiscreteStateIndex | ContinuousStateIndex:
         """Declares parameters and state of a finalized plant; the index of the state."""
         self._plant._declare_numeric_parameters(self._model.parameters.defaults)
         if self._is_discrete:
@@ -92,7 +96,7 @@ class Contexts:
             numbers = np.array([actuator.default_rotor_inertia(), actuator.default_gear_ratio()])
             store.S[first : first + 2] = lifted(numbers, store.scalar)
 
-    def set_random_positions(self, context: Context, generator: Any) -> None:
+    def set_random_positions(self, context: Context, generator: RandomGenerator) -> None:
         """Draws positions from the distributions that joints were given."""
         from sheldrake.math import UniformlyRandomQuaternion
         from sheldrake.symbolic import Expression

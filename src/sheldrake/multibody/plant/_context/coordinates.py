@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,9 @@ from sheldrake.multibody.tree import Joint, JointActuator, JointIndex, ModelInst
 from sheldrake.multibody.tree._element import finite, vector
 from sheldrake.systems.framework import Context
 from sheldrake.systems.framework._vector import lifted
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
@@ -131,6 +134,15 @@ class Coordinates:
         """Number of positions and velocities, of all or of one model instance."""
         call = "num_multibody_states"
         return self.count(call, "q", model_instance) + self.count(call, "v", model_instance)
+
+    def num_misc_continuous_states(self) -> int:
+        """Number of continuous variables that are neither positions nor velocities: none.
+
+        Raises:
+            RuntimeError: before Finalize().
+        """
+        self._elements.require_finalized("num_misc_continuous_states")
+        return 0
 
     def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of actuators, of all or of one model instance."""
@@ -474,7 +486,7 @@ class Coordinates:
             B[a.joint()._v_start, a._input_start] = 1.0
         return B
 
-    def MakeActuationMatrixPseudoinverse(self) -> Any:
+    def MakeActuationMatrixPseudoinverse(self) -> csc_matrix:
         """B⁺ with u = B⁺ tau, a scipy.sparse.csc_matrix; shape (num_actuated_dofs, nv)."""
         from scipy.sparse import csc_matrix
 

@@ -14,9 +14,16 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     share,
     static_share,
 )
-from sheldrake.multibody.contact_solvers._kernels.problem import VC, Contacts, Problem, SolverModel, put_velocity
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    VC,
+    Contacts,
+    Problem,
+    SolverModel,
+    put_velocity,
+    trees_of_six,
+)
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
-from sheldrake.multibody.plant._kernels.locks import lock_contacts
+from sheldrake.multibody.plant._kernels.forces import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.kinematics import from_root
 from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork
@@ -220,6 +227,7 @@ def static_friction(
     for c in range(table.num_contacts):
         A, B = geometry_model[table[c].geometry_A], geometry_model[table[c].geometry_B]
         contact = contacts[c]
+        contact.sixes = trees_of_six(solver_model, contact)
         put_velocity(contact, problem.v0, VC)
         x, y, _ = contact.vc
         part = static_share(sqrt(x * x + y * y) / solver_model.stiction)

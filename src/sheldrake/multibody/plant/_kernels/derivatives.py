@@ -21,9 +21,10 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
     add_element_forces,
+    is_locked,
+    lock_mass_matrix,
     put_passive_forces,
 )
-from sheldrake.multibody.plant._kernels.locks import is_locked, lock_mass_matrix
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.dynamics import (
     bias_term,
@@ -168,7 +169,7 @@ def traction_on_B(tree_model, tree, flow, body_a, body_b, p_WQ, pressure, normal
 
 
 @kernel
-def add_force(tree_model, tree, flow, f, body_a, body_b, p_WQ, centroid, force):
+def add_face_force(tree_model, tree, flow, f, body_a, body_b, p_WQ, centroid, force):
     """Adds a force on B at Q, and its opposite on A; notes both force and moment of face f."""
     add_point_force(tree_model, tree, flow.F, body_b, p_WQ, force)
     add_point_force(tree_model, tree, flow.F, body_a, p_WQ, neg3(force))
@@ -192,7 +193,7 @@ def add_triangle_point(tree_model, tree, surfaces, flow, f, body_a, body_b, corn
     p, pressure = corner_mix(surfaces, corners[0], corners[1], corners[2])
     traction = traction_on_B(tree_model, tree, flow, body_a, body_b, p, pressure, face.normal, d, mu)
     force = scale3(traction, face.area / 3.0)
-    add_force(tree_model, tree, flow, f, body_a, body_b, p, face.p_WC, force)
+    add_face_force(tree_model, tree, flow, f, body_a, body_b, p, face.p_WC, force)
 
 
 # ---- stages
@@ -282,7 +283,7 @@ def surface_forces(
             C = face.p_WC
             traction = traction_on_B(tree_model, tree, flow, body_a, body_b, C, face.pressure, face.normal, d, mu)
             force = scale3(traction, face.area)
-            add_force(tree_model, tree, flow, f, body_a, body_b, C, C, force)
+            add_face_force(tree_model, tree, flow, f, body_a, body_b, C, C, force)
     add_projected(tree_model, flow, tree, flow.contact_force)
     return SOLVED
 

@@ -7,10 +7,10 @@ from typing import Annotated, NamedTuple
 from sheldrake.common._kernels.vec import add3, rotate, scale3
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, number, numbers, table
-from sheldrake.multibody.plant._kernels.derivatives import DerivativeVectors, add_force
+from sheldrake.multibody.plant._kernels.derivatives import DerivativeVectors
 from sheldrake.multibody.plant._kernels.model import StepVectors
 from sheldrake.multibody.tree._kernels.dynamics import project_forces
-from sheldrake.multibody.tree._kernels.forces import add_point_force, clear
+from sheldrake.multibody.tree._kernels.forces import add_force, add_point_force, clear
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 

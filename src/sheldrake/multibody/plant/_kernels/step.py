@@ -25,15 +25,22 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_applied_forces,
     add_element_forces,
     add_limit_penalties,
+    lock_contacts,
+    lock_mass_matrix,
+    lock_motion,
+    lock_rows,
     put_passive_forces,
 )
-from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
 from sheldrake.multibody.plant._kernels.rows import put_actuators, put_constraints, put_dry_friction, put_limits
-from sheldrake.multibody.plant._kernels.spin import hold_back_gyroscopic_torques, keep_momentum, shorten_quaternions
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, ltdl, ltdl_solve, mass_matrix
 from sheldrake.multibody.tree._kernels.forces import ForceModel
-from sheldrake.multibody.tree._kernels.integrate import integrate_positions
+from sheldrake.multibody.tree._kernels.integrate import (
+    hold_back_gyroscopic_torques,
+    integrate_positions,
+    keep_momentum,
+    shorten_quaternions,
+)
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
@@ -207,5 +214,6 @@ def next_state_with_momentum(
     """`next_state`, in which what spins freely keeps its angular momentum."""
     take_step(tree_model, solver_model, xd, tree, problem, rows, step, out)
     nq = xd.shape[0] - step.v.shape[0]
-    keep_momentum(tree_model, solver_model, tree, step.v, step.v_next, xd, out, nq)
+    dt, resolved = solver_model.dt, solver_model.resolved_turn
+    keep_momentum(tree_model, tree, step.v, step.v_next, dt, resolved, xd, out, nq)
     shorten_quaternions(tree_model, out)

@@ -7,7 +7,7 @@ Python comes before those of the step or the derivatives: it turns the list into
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,11 +20,14 @@ from sheldrake.multibody.tree._kernels.model import BodyPose
 from sheldrake.systems.framework import Context, InputPort, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import FixedInputPortValue
+
 
 class SpatialForcePort(InputPort):
     """The applied_spatial_force port: fixing it makes the plant look at it."""
 
-    def FixValue(self, context: Context, value: Any) -> Any:
+    def FixValue(self, context: Context, value: Any) -> FixedInputPortValue:
         """Gives it this value in this context."""
         fixed = super().FixValue(context, value)
         plant = self.get_system()

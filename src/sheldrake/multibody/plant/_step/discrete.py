@@ -135,37 +135,30 @@ class DiscreteUpdate:
         if view.contact_room is None or view.contact_room.work is not work:
             view.contact_room = contact_room(work, geometry.model.material[:, Material.stiffness], dt)
         contacts = step_contacts(view.contact_room)
-        pair = contacts.pair.tolist()
         bodies = view.frozen.body_indices
-        arrays = PointContactArrays(
-            [bodies[a] for _, _, a, _ in pair],
-            [bodies[b] for _, _, _, b in pair],
-            [ids[A] for A, *_ in pair],
-            [ids[B] for _, B, *_ in pair],
-            contacts.f_Bc_W,
-            contacts.p_WC,
-        )
+        arrays = PointContactArrays(contacts.pair, ids, bodies, contacts.f_Bc_W, contacts.p_WC)
         results._set_points(arrays, lambda: _infos(contacts, arrays))
 
 
 def _infos(contacts: StepContacts, arrays: PointContactArrays) -> list[PointPairContactInfo]:
     """Point contacts as objects."""
+    bodies, geometries = arrays.bodies, arrays.geometries
     return [
         PointPairContactInfo(
-            arrays.body_A[i],
-            arrays.body_B[i],
+            bodies[a],
+            bodies[b],
             contacts.f_Bc_W[i],
             contacts.p_WC[i],
             contacts.separation_speed[i],
             contacts.slip_speed[i],
             point_pair(
-                arrays.geometry_A[i],
-                arrays.geometry_B[i],
+                geometries[A],
+                geometries[B],
                 contacts.p_WCa[i],
                 contacts.p_WCb[i],
                 contacts.nhat_BA_W[i],
                 contacts.depth[i],
             ),
         )
-        for i in range(len(contacts.depth))
+        for i, (A, B, a, b) in enumerate(arrays.pair.tolist())
     ]

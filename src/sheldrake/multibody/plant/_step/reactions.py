@@ -174,9 +174,9 @@ def _fill_contacts(room: _Room, results: ContactResults, row_of: list[int]) -> N
     if arrays is None:
         infos = results._point_pairs
         pairs = [(info.bodyA_index(), info.bodyB_index()) for info in infos]
+        room.touching[: 2 * count] = [row_of[int(body)] for pair in pairs for body in pair]
         room.points[:count] = [info.contact_point() for info in infos]
         room.forces[:count] = [info.contact_force() for info in infos]
     else:
-        pairs = list(zip(arrays.body_A, arrays.body_B))
+        room.touching[: 2 * count] = arrays.pair[:, 2:].ravel()
         room.points[:count], room.forces[:count] = arrays.p_WC, arrays.f_Bc_W
-    room.touching[: 2 * count] = [row_of[int(body)] for pair in pairs for body in pair]

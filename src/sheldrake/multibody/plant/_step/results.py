@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sheldrake.multibody.plant._kernels.contact_report import PointContact, Poin
 from sheldrake.multibody.plant._kernels.contacts import contact_frame
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels.model import TreeModel
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import PenetrationAsPointPair
 
 
 class StepContacts(NamedTuple):
@@ -127,7 +130,9 @@ def accelerations(work: StepWork, dt: float) -> np.ndarray:
     return (work.step.v_next - work.step.v) / dt
 
 
-def point_pair(id_A: GeometryId, id_B: GeometryId, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any) -> Any:
+def point_pair(
+    id_A: GeometryId, id_B: GeometryId, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any
+) -> PenetrationAsPointPair:
     """A PenetrationAsPointPair."""
     from sheldrake.geometry import PenetrationAsPointPair
 

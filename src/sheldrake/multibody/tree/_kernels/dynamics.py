@@ -4,8 +4,10 @@ Roy Featherstone, Rigid Body Dynamics Algorithms, Springer 2008: tables 5.1 and 
 tree so that nothing is transformed between bodies.
 """
 
+from sheldrake.common._kernels.base_of_six import read_triangle, subtract_dot_six, take_row, write_triangle
 from sheldrake.common._kernels.generic import is_positive, is_zero
 from sheldrake.common._kernels.vec import (
+    SIX,
     add3,
     add6,
     add_inertia,
@@ -14,6 +16,7 @@ from sheldrake.common._kernels.vec import (
     dot3,
     dot6,
     load6,
+    load_six,
     mul_inertia,
     read3,
     read6,
@@ -23,8 +26,10 @@ from sheldrake.common._kernels.vec import (
     scale3,
     scale6,
     store6,
+    store_six,
     sub3,
     sub6,
+    subtract_scaled_six,
     write3,
     write4,
     write6,
@@ -190,8 +195,9 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
         if body.kind == FREE:
             store_free_rows(work.M, model.dofs[dof].row, I)
         else:
+            first, begin, _end = dofs_beyond_base(model, body.tree)
             for k in range(dof, dof + body.num_dofs):
-                store_row(model, work, k, mul_inertia(I, work.dofs[k].S))
+                store_row(model, work, k, mul_inertia(I, work.dofs[k].S), first, begin)
         parent = body.parent
         if parent == b - 1:
             outboard = I
@@ -203,15 +209,20 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
 
 
 @kernel
-def store_row(model, work, k, F):
-    """The packed row of dof k, which at unit acceleration needs the spatial force F."""
+def store_row(model, work, k, F, first, begin):
+    """The packed row of dof k, which at unit acceleration needs the spatial force F.
+
+    Dofs `first` to `begin` - 1 of its tree are of a free body, whose S are unit vectors.
+    """
+    if begin > first:
+        write6(work.M, model.dofs[k].row, F)
     end = k
-    while end >= 0:
-        first = model.dofs[end].run
-        shift = model.dofs[k].row + model.dofs[first].depth - first
-        for j in range(first, end + 1):
+    while end >= begin:
+        run = max(model.dofs[end].run, begin)
+        shift = model.dofs[k].row + model.dofs[run].depth - run
+        for j in range(run, end + 1):
             work.M[shift + j] = dot6(work.dofs[j].S, F)
-        end = model.dofs[first].parent
+        end = model.dofs[run].parent
 
 
 @kernel
@@ -243,6 +254,15 @@ def damped_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, dt: float) -
 
 
 @kernel
+def dofs_beyond_base(model, t):
+    """Dofs of a tree: the first, the first after those of a free body that all hang on, and the one after the last."""
+    tree = model.trees[t]
+    first = tree.first_dof
+    free = tree.num_dofs >= SIX and model.bodies[model.dofs[first].body].kind == FREE
+    return first, first + SIX if free else first, first + tree.num_dofs
+
+
+@kernel
 def ltdl(model: TreeModel, L: Vector) -> int:
     """Replaces a packed symmetric matrix by its factor: 1/D on the diagonal, the unit lower triangle below it.
 
@@ -250,34 +270,43 @@ def ltdl(model: TreeModel, L: Vector) -> int:
         -1, or the dof whose pivot is not positive (the factor is then of no use).
     """
     bad = -1
-    k = len(model.dofs) - 1
-    while k >= 0:
-        if is_of_free_body(model, k):
-            pivot_of_6 = ltdl_of_6(L, model.dofs[k - 5].row)
-            if pivot_of_6 >= 0:
-                bad = k - 5 + pivot_of_6
-            k -= 6
-        else:
-            row_k = model.dofs[k].row
-            pivot = row_k + model.dofs[k].depth
+    for t in range(len(model.trees) - 1, -1, -1):
+        first, begin, end = dofs_beyond_base(model, t)
+        for k in range(end - 1, begin - 1, -1):
+            pivot = model.dofs[k].row + model.dofs[k].depth
             if not is_positive(L[pivot]):
                 bad = k
-            r = 1.0 / L[pivot]
-            L[pivot] = r
-            i = model.dofs[k].parent
-            while i >= 0:
-                dof_i = model.dofs[i]
-                row_i, depth, first = dof_i.row, dof_i.depth, dof_i.run
-                for _ in range(first, i + 1):  # from the end of the run to its beginning
-                    a = L[row_k + depth] * r
-                    for j in range(depth + 1):
-                        L[row_i + j] -= a * L[row_k + j]
-                    L[row_k + depth] = a
-                    row_i -= depth
-                    depth -= 1
-                i = model.dofs[first].parent
-            k -= 1
+            L[pivot] = 1.0 / L[pivot]
+            take_from_rows_above(model, L, k, begin)
+        if begin > first:
+            row = model.dofs[first].row
+            S = read_triangle(L, row)
+            for k in range(end - 1, begin - 1, -1):
+                S = take_row(L, model.dofs[k].row, L[model.dofs[k].row + model.dofs[k].depth], S)
+            write_triangle(L, row, S)
+            pivot_of_6 = ltdl_of_6(L, row)
+            if pivot_of_6 >= 0:
+                bad = first + pivot_of_6
     return bad
+
+
+@kernel
+def take_from_rows_above(model, L, k, begin):
+    """Takes row k, with 1/D on its diagonal, from those on the way to the base, down to dof `begin`."""
+    row_k = model.dofs[k].row
+    r = L[row_k + model.dofs[k].depth]
+    i = model.dofs[k].parent
+    while i >= begin:
+        dof_i = model.dofs[i]
+        row_i, depth, first = dof_i.row, dof_i.depth, max(dof_i.run, begin)
+        for _ in range(first, i + 1):  # from the end of the run to its beginning
+            a = L[row_k + depth] * r
+            for j in range(depth + 1):
+                L[row_i + j] -= a * L[row_k + j]
+            L[row_k + depth] = a
+            row_i -= depth
+            depth -= 1
+        i = model.dofs[first].parent
 
 
 @kernel
@@ -330,50 +359,48 @@ def subtract(L, at, i, row, r):
 @kernel
 def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
     """Replaces x, shape (nv,), by the solution of the factored matrix times itself = x."""
-    ltdl_solve_span(model, L, 0, len(model.dofs), x, 0)
+    for t in range(len(model.trees)):
+        first, begin, end = dofs_beyond_base(model, t)
+        for k in range(end - 1, begin - 1, -1):
+            row = model.dofs[k].row
+            x_k = x[k]
+            i = model.dofs[k].parent
+            while i >= begin:
+                run = max(model.dofs[i].run, begin)
+                column = row + model.dofs[run].depth - run
+                for j in range(run, i + 1):
+                    x[j] -= L[column + j] * x_k
+                i = model.dofs[run].parent
+        if begin > first:
+            base = load_six(x, first)
+            for k in range(end - 1, begin - 1, -1):
+                base = subtract_scaled_six(base, x[k], load_six(L, model.dofs[k].row))
+            store_six(x, first, base)
+            ltdl_solve_of_6(L, model.dofs[first].row, x, first)
+        for k in range(begin, end):
+            x[k] = substitute_back(model, L, x, k, first, begin)
 
 
 @kernel
-def ltdl_solve_span(model: TreeModel, L: Vector, start: int, end: int, x: Vector, at: int) -> None:
-    """The same for the dofs of one tree or more, [start, end); dof k is at x[k - start + at]."""
-    shift = at - start
-    k = end - 1
-    while k >= start:
-        if is_of_free_body(model, k):
-            ltdl_solve_of_6(L, model.dofs[k - 5].row, x, shift + k - 5)
-            k -= 6
-        else:
-            row = model.dofs[k].row
-            x_k = x[shift + k]
-            i = model.dofs[k].parent
-            while i >= 0:
-                first = model.dofs[i].run
-                column = row + model.dofs[first].depth - first
-                for j in range(first, i + 1):
-                    x[shift + j] -= L[column + j] * x_k
-                i = model.dofs[first].parent
-            k -= 1
-    k = start
-    while k < end:
-        if is_of_free_body(model, k):
-            k += 6
-        else:
-            row = model.dofs[k].row
-            x_k = x[shift + k] * L[row + model.dofs[k].depth]
-            i = model.dofs[k].parent
-            while i >= 0:
-                first = model.dofs[i].run
-                column = row + model.dofs[first].depth - first
-                for j in range(first, i + 1):
-                    x_k -= L[column + j] * x[shift + j]
-                i = model.dofs[first].parent
-            x[shift + k] = x_k
-            k += 1
-
-
-@kernel
-def is_of_free_body(model, k):
-    return model.bodies[model.dofs[k].body].kind == FREE
+def substitute_back(model, L, x, k, first, begin):
+    """x of dof k from those of the dofs that it hangs on; the first ones, up to `begin`, are of a free body."""
+    row = model.dofs[k].row
+    x_k = x[k] * L[row + model.dofs[k].depth]
+    base_is_left = begin > first
+    i = model.dofs[k].parent
+    while i >= begin:
+        run = model.dofs[i].run
+        if run < begin:
+            run = begin
+            x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
+            base_is_left = False
+        column = row + model.dofs[run].depth - run
+        for j in range(run, i + 1):
+            x_k -= L[column + j] * x[j]
+        i = model.dofs[run].parent
+    if base_is_left:
+        x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
+    return x_k
 
 
 @kernel

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._system import System
 
 
 class ContextBase:
@@ -31,7 +34,7 @@ class ContextBase:
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
 
     @classmethod
-    def _make(cls, store: Store, node: int, system: Any) -> Any:
+    def _make(cls, store: Store, node: int, system: System) -> Any:
         context = object.__new__(cls)
         context._store, context._node, context._system = store, node, system
         context._place, context._reads = store.layout.places[node], {}

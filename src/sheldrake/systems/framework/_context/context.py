@@ -344,15 +344,15 @@ class Context(ContextBase):
             RuntimeError: this is not a root context.
         """
         self._must_be_root("Clone")
-        return self._store.clone().context(0)
+        return self._store.clone().context(0)  # type: ignore[return-value]  # of the same class
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.Clone()
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: Any) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object: SaveContext() writes its content")
 
     def SetStateAndParametersFrom(self, source: Context) -> None:

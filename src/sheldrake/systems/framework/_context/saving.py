@@ -7,7 +7,7 @@ import os
 import re
 import zipfile
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,16 +17,20 @@ from sheldrake.systems.framework._engine.scratch import views_of
 from sheldrake.systems.framework._engine.store import CONTINUOUS, Store, tree_of
 from sheldrake.systems.framework._kernels.program import Log
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._system import System
+
 FORMAT = 1
 _PLAIN = (bool, int, float, str, type(None))
 _PARTS = {"S": np.float64, "I": np.int64, "L": np.float64}
 _AS_DEFAULT = {"as": "default"}
 _MANY = 1 << 53
-_FAULTS = (LookupError, ValueError, TypeError, AttributeError, OverflowError)
+_FAULTS = (LookupError, ValueError, TypeError, AttributeError, OverflowError, RecursionError)
 _MADE_UP = re.compile(r"@[0-9a-f]{16}(?=::|$)")
 
 
-def SaveContext(context: Any, path: str | os.PathLike) -> None:
+def SaveContext(context: Context, path: str | os.PathLike) -> None:
     """Writes a root context (time, state, parameters, fixed inputs, logs) to a NumPy archive (.npz).
 
     Numbers are kept to the last bit. Abstract values may be numbers, strings, arrays, lists and dicts of these, and
@@ -79,7 +83,7 @@ def SaveContext(context: Any, path: str | os.PathLike) -> None:
         np.savez(file, allow_pickle=False, meta=np.array(text), **slab)
 
 
-def LoadContext(system: Any, path: str | os.PathLike) -> Any:
+def LoadContext(system: System, path: str | os.PathLike) -> Context:
     """A context for `system` with what `SaveContext` wrote for a system built the same way.
 
     Args:
@@ -100,7 +104,7 @@ def LoadContext(system: Any, path: str | os.PathLike) -> Any:
         raise RuntimeError(f"LoadContext(): {path} is no file of SaveContext(): {error}.") from error
 
 
-def _load(system: Any, path: str, meta: dict, found: dict) -> Any:
+def _load(system: System, path: str, meta: dict, found: dict) -> Context:
     systems = tree_of(system)
     overrides = frozenset((_whole(n, len(systems)), int(i)) for n, i in meta["overrides"])
     for n, i in overrides:
@@ -230,7 +234,7 @@ def _read(path: str) -> tuple[dict, dict]:
             raise ValueError("its arrays have other types")
     except FileNotFoundError:
         raise
-    except (*_FAULTS, OSError, EOFError, RecursionError, MemoryError, zipfile.BadZipFile) as error:
+    except (*_FAULTS, OSError, EOFError, MemoryError, zipfile.BadZipFile) as error:
         raise RuntimeError(f"LoadContext(): {path} is no file of SaveContext(): {error}.") from error
     return meta, found
 
@@ -247,7 +251,7 @@ def _structure(store: Store) -> list:
     return [*entries, ["memory", "numbers", {"slab": layout.size, "side": layout.side_size}]]
 
 
-def _plain_name(path: Any) -> str:
+def _plain_name(path: str | os.PathLike) -> str:
     """A path without the counter in names that nobody gave: the same system built again has others."""
     return _MADE_UP.sub("@", str(path))
 

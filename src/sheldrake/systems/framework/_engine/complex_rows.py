@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,16 +19,19 @@ from sheldrake.common.kernel import jit_enabled
 from sheldrake.systems.framework._declarations import DERIVATIVES
 from sheldrake.systems.framework._engine.scratch import size_of
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.store import Store
+
 _calls: dict[tuple, int] = {}
 """How often chains of kernels ran as Python; -1: they cannot be compiled on complex numbers."""
 
 
-def chain_of(store: Any, rows: list[int]) -> ComplexChain | None:
+def chain_of(store: Store, rows: list[int]) -> ComplexChain | None:
     """The machine code of rows that run after each other; None if it is not ready."""
     return on_complex(store, [store.layout.rows[r] for r in rows], lambda: ComplexChain(store, rows))
 
 
-def on_complex(store: Any, rows: list[Any], make: Callable[[], Any]) -> Any:
+def on_complex(store: Store, rows: list[Any], make: Callable[[], Any]) -> Any:
     """What `make` makes of the machine code of these kernel rows on complex numbers; None if it is not ready."""
     if not rows or not jit_enabled():
         return None
@@ -53,7 +56,7 @@ def on_complex(store: Any, rows: list[Any], make: Callable[[], Any]) -> Any:
 class ComplexChain:
     """Rows of one leaf that run after each other, on complex memory that has the slab's layout."""
 
-    def __init__(self, store: Any, rows: list[int]):
+    def __init__(self, store: Store, rows: list[int]):
         layout = store.layout
         found = [layout.rows[r] for r in rows]
         self.node = found[0].node

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +13,13 @@ from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
 from sheldrake.systems.framework._engine import complex_rows
 from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.store import Store
+
 
 def motion_by_rows(
-    system: Any, context: Any, n: int, i: int | None, j: int | None, period: float
+    system: Any, context: Context, n: int, i: int | None, j: int | None, period: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """x' or x+ and y, and their derivatives by x and u, from the kernels that compute them.
 
@@ -36,7 +40,7 @@ def motion_by_rows(
 
 
 def rows_of_motion(
-    system: Any, context: Any, n: int, i: int | None, j: int | None, period: float
+    system: Any, context: Context, n: int, i: int | None, j: int | None, period: float
 ) -> tuple[RowDerivatives, np.ndarray, np.ndarray] | None:
     """What `motion_by_rows` evaluates: the rows, and the places of (x, u) and of (x' or x+, y) in the slab."""
     store = context._store
@@ -54,7 +58,7 @@ def rows_of_motion(
     return rows, np.concatenate([x, u]), np.concatenate([moved, y])
 
 
-def linear_rows(store: Any, kind: int | None, output: int | None) -> RowDerivatives | None:
+def linear_rows(store: Store, kind: int | None, output: int | None) -> RowDerivatives | None:
     """The rows of a root context that make x' or x+, and an output port, ready for derivatives.
 
     Args:
@@ -77,7 +81,7 @@ def linear_rows(store: Any, kind: int | None, output: int | None) -> RowDerivati
     return found
 
 
-def _rows_for(store: Any, kind: int | None, output: int | None) -> list[int] | None:
+def _rows_for(store: Store, kind: int | None, output: int | None) -> list[int] | None:
     layout = store.layout
     program, rows = layout.program, []
     for g, (its_kind, clock, acting, _) in enumerate(layout.group_list):
@@ -108,7 +112,7 @@ class RowDerivatives:
 
     _dtype: Any = object
 
-    def __init__(self, store: Any, rows: list[Any]):
+    def __init__(self, store: Store, rows: list[Any]):
         self._store, self.rows = store, rows
         self._T = np.zeros(store.layout.size, self._dtype)
         self._initial: list[tuple[np.ndarray, Any]] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
@@ -18,8 +18,12 @@ from sheldrake.systems.framework._declarations import (
 from sheldrake.systems.framework._engine.layout import Row
 from sheldrake.systems.framework._vector import BasicVector
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.store import Store
 
-def call(store: Any, r: int, row: Row) -> Any:
+
+def call(store: Store, r: int, row: Row) -> Any:
     """Calls the Python function of a row; what an event's handler returned."""
     system, context = store.systems[row.node], store.context(row.node)
     if isinstance(row.calc, PythonStage):
@@ -32,7 +36,7 @@ def call(store: Any, r: int, row: Row) -> Any:
     return row.event.call(system, context, event_argument(store, row.kind, context))
 
 
-def bound(store: Any, r: int) -> Callable[[], Any]:
+def bound(store: Store, r: int) -> Callable[[], Any]:
     """`call` without arguments; what it calls with is made once, unless it is abstract and so may be exchanged."""
     row = store.layout.rows[r]
     system, context = store.systems[row.node], store.context(row.node)
@@ -46,7 +50,7 @@ def bound(store: Any, r: int) -> Callable[[], Any]:
     return functools.partial(calc.function, *((system,) if calc.owned else ()), context, *target)
 
 
-def _target(store: Any, r: int, row: Row, context: Any) -> Any:
+def _target(store: Store, r: int, row: Row, context: Context) -> Any:
     """What an output, derivatives or a discrete update fills."""
     if row.kind == DISCRETE:
         return context._discrete_view(store.layout.plus)
@@ -59,7 +63,7 @@ def _target(store: Any, r: int, row: Row, context: Any) -> Any:
     return model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
 
 
-def event_argument(store: Any, kind: int, context: Any) -> Any:
+def event_argument(store: Store, kind: int, context: Context) -> Any:
     """What an update of this kind writes: x+ in the slab, abstract values aside until they are committed."""
     if kind == DISCRETE:
         return context._discrete_view(store.layout.plus)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from sheldrake.systems.framework._engine.waiting import Waiting
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels.program import Side
 from sheldrake.systems.framework._vector import BasicVector, lifted
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.memory import Slot
+    from sheldrake.systems.framework._system import System
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
 FAILED = -1000
@@ -125,7 +130,7 @@ class Store:
         self.written: list[tuple[Any, Any]] = []
         self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
         self.twins: dict[int, tuple] = {}
-        self.chains: dict[int, Any] = {}  # of kernels on complex numbers, by their first row
+        self.chains: dict[Any, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
         self.pending: dict[int, list[AbstractValue]] = {}
         self._scratch: dict[int, tuple[np.ndarray, Any, Any]] = {}  # of leaves: views, and of what they are
@@ -366,7 +371,7 @@ class Store:
             self.busy -= 1
             self.lock.release()
 
-    def reader(self, slot: Any) -> Callable[[], Any] | None:
+    def reader(self, slot: Slot) -> Callable[[], Any] | None:
         """A function that brings a port up to date and gives its value; None where `pull` has more to look at.
 
         Of a vector it gives a copy, of another value the object that the port carries.
@@ -521,7 +526,7 @@ class Store:
             value = self.values[r] = system._allocate_output(row.output)
         return value
 
-    def context(self, n: int) -> Any:
+    def context(self, n: int) -> Context:
         """The context of node `n`; the same object while somebody holds it."""
         context = self.contexts.get(n)
         if context is None:
@@ -564,7 +569,7 @@ def _argument(parameter: Parameter, array: np.ndarray) -> Any:
     return parameter.cls(array) if parameter.kind == "tuple" else array
 
 
-def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:
+def not_connected(system: System, i: int, exported: Any = None) -> RuntimeError:
     """The error for an input port without a value."""
     also = ""
     if exported is not None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common.kernel import Kernel, Parameter
 from sheldrake.systems.framework._declarations import OutputDeclaration
 from sheldrake.systems.framework._index import Ticket
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._system import System
 
 Source = tuple[str, int, int]
 """("out", node, output) of a leaf, or ("free", node, input): the topmost port, whose value may be fixed."""
@@ -168,7 +171,7 @@ class Topology:
 ALL = frozenset(range(1, Ticket.FIRST_INDEXED))
 
 
-def needs_of(system: Any, output: OutputDeclaration) -> set:
+def needs_of(system: System, output: OutputDeclaration) -> set:
     """What an output depends on: built-in tickets, ("in", i) for inputs, and "work".
 
     A kernel tells by the names of its parameters, a Python function by its tickets.
@@ -178,7 +181,7 @@ def needs_of(system: Any, output: OutputDeclaration) -> set:
     return expand_tickets(system, output.tickets)
 
 
-def kernel_needs(system: Any, calc: Kernel) -> set:
+def kernel_needs(system: System, calc: Kernel) -> set:
     """What a kernel reads, from the names of all its parameters but the last."""
     names = set(calc.names[:-1])
     found: set = {ticket for name, ticket in _OF_NAME.items() if name in names}
@@ -190,7 +193,7 @@ def kernel_needs(system: Any, calc: Kernel) -> set:
     return found
 
 
-def inputs_as(parameter: Parameter, system: Any, inputs: list) -> Any:
+def inputs_as(parameter: Parameter, system: System, inputs: list) -> Any:
     """What a kernel's parameter `u` is given: all inputs, or, if it is a record, the only one that is a vector.
 
     Raises:
@@ -226,7 +229,7 @@ _EXPAND = {
 _WITH_INPUTS = {Ticket.ALL_SOURCES, Ticket.XCDOT, Ticket.PNC}
 
 
-def expand_tickets(system: Any, tickets: Any) -> set:
+def expand_tickets(system: System, tickets: Any) -> set:
     """Tickets in terms of sources; those of cache entries are followed."""
     found: set = set()
     todo, seen = [int(t) for t in tickets], set()

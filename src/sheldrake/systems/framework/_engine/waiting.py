@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common.value import AbstractValue
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.store import Store
 
 
 @dataclasses.dataclass
@@ -24,7 +27,7 @@ class Waiting:
     samples: list[tuple[int, int, Any, Any]] = dataclasses.field(default_factory=list)
     room: dict[int, int] = dataclasses.field(default_factory=dict)
 
-    def move_logs(self, store: Any) -> None:
+    def move_logs(self, store: Store) -> None:
         """Makes room in the logs, and puts samples where they belong."""
         if self.samples or self.room:
             from sheldrake.systems.framework._engine import logs  # it imports the store
