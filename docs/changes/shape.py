@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake.geometry import CalcObb, CalcVolume, Cone
+from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.parsing import Parser
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.multibody.tree import CalcSpatialInertia
@@ -69,4 +70,15 @@ for p_GQ, distance in (
 hits = query.ComputeRayIntersections([1.0, 0.0, 0.2], [-1.0, 0.0, 0.0])
 assert hits.id_G == [cone_id]
 np.testing.assert_allclose(hits.distance, 0.95, atol=1e-4)
+
+# Upside down, its tip a centimetre in the ground: that is where it touches.
+upside_down = RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0.0, 0.0, 0.19])
+root = diagram.CreateDefaultContext()
+plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(root), plant.GetBodyByName("cone"), upside_down)
+query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(root))
+contacts = query.ComputePointPairPenetration()
+assert len(contacts) == 1
+contact = contacts[0]
+np.testing.assert_allclose(contact.depth, 0.01, atol=1e-12)
+np.testing.assert_allclose([contact.p_WCa[:2], contact.p_WCb[:2]], np.zeros((2, 2)), atol=1e-12)
 print("ok")

@@ -42,7 +42,7 @@ def test_all_changes_are_counted():
 @pytest.mark.parametrize("name", PLACES)
 def test_a_change_applies_in_few_places_and_works(name, tmp_path):
     diff = CHANGES / f"{name}.diff"
-    files = files_of(diff.read_text())
+    files = files_of(diff.read_text(encoding="utf-8"))
     assert len(files) == PLACES[name], files
     applied = changed_copy(diff, tmp_path)
     assert applied.returncode == 0, (
@@ -63,20 +63,19 @@ def test_without_its_change_a_program_fails(name, tmp_path):
 
 
 FAULTS = {
-    "joint_type": {
-        "work.dofs[dof + 1].S = (still, x_W)": "work.dofs[dof + 1].S = (still, z_W)",
-        "p_WM = add3(p_WF, scale3(x_W, q[at + 1]))": "p_WM = add3(p_WF, scale3(x_W, q[at]))",
-    },
-    "approximation": {"friction + 0.5 * G[5]": "friction + 0.4 * G[5]"},
+    "joint_type": ("work.dofs[dof + 1].S = (still, x_W)", "work.dofs[dof + 1].S = (still, y_W)"),
+    "shape": ("depth_T = -height - rise", "depth_T = rise - height"),
+    "approximation": ("friction + 0.5 * G[5]", "friction + 0.4 * G[5]"),
+    "block": ("y[i] = u[0][i] - clip(", "y[i] = u[0][i] + clip("),
 }
+"""A line of each change and what is wrong instead."""
 
 
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("name", PLACES)
 def test_a_change_with_a_fault_is_caught(name, tmp_path):
-    planted, diff = tmp_path / "planted.diff", (CHANGES / f"{name}.diff").read_text()
-    for right, wrong in FAULTS[name].items():
-        assert right in diff
-        diff = diff.replace(right, wrong)
-    planted.write_text(diff)
+    planted, right = tmp_path / "planted.diff", (CHANGES / f"{name}.diff").read_text(encoding="utf-8")
+    wrong = right.replace(*FAULTS[name])
+    assert wrong != right
+    planted.write_text(wrong, encoding="utf-8")
     assert changed_copy(planted, tmp_path).returncode == 0
     assert "AssertionError" in run(CHANGES / f"{name}.py", tmp_path).stderr
