@@ -113,6 +113,7 @@ def stage(source: pathlib.Path) -> None:
     for path in source.glob("*.md"):
         text = path.read_text(encoding="utf-8")
         text = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples/\1.md)", text)
+        text = text.replace("](docs/", "](")  # pages from the root of the repository lie beside the others here
         text = with_live(text)
         path.write_text(whole_numbers(text), encoding="utf-8")
     with open(source / "gallery.md", "a", encoding="utf-8") as file:
