@@ -150,7 +150,7 @@ def test_a_script_that_cannot_leave_python_stops_the_site(tmp_path, monkeypatch)
 
     monkeypatch.syspath_prepend(ROOT / "tools")
     monkeypatch.setattr(make_docs, "LIVE", ("gripper",))
-    with pytest.raises(RuntimeError, match=r"gripper has no page that simulates: .*TrajectorySource"):
+    with pytest.raises(RuntimeError, match=r"(?s)gripper has no page that simulates: .*TrajectorySource"):
         make_docs.write_live(tmp_path / "live")
 
 

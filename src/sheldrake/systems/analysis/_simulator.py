@@ -94,8 +94,8 @@ class Simulator(SimulatorSettings):
 
     # What it works on.
 
-    def get_system(self) -> System:
-        """The system."""
+    def get_system(self) -> Any:
+        """The system, of whatever class it is."""
         return self._system
 
     def has_context(self) -> bool:

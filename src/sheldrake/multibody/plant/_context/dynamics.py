@@ -133,7 +133,8 @@ class Dynamics:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
         view = self._contexts.view(context)
         columns = view.buffer("qdot_map", view.nq, view.nv)
-        arguments = view.model, view.q, np.zeros(view.nq), view.buffer("v_of_unit", view.nv), columns
+        unit, v = view.buffer("qdot_unit", view.nq), view.buffer("v_of_unit", view.nv)
+        arguments = view.model, view.q, unit, v, columns
         ask = view.query(integrate.velocity_of_qdot_map, *arguments, given=(), needs=0, answer=columns)
         return ask().T
 
