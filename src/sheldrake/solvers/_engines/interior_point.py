@@ -202,8 +202,8 @@ class Factors:
         order = _elimination_order(size, rows[half], cols[half])
         place = np.empty(size, dtype=np.int64)
         place[order] = np.arange(size)
-        a, b = place[rows[half]], place[cols[half]]
-        keys, found = np.unique(np.maximum(a, b) * size + np.minimum(a, b), return_inverse=True)
+        i, j = place[rows[half]], place[cols[half]]
+        keys, found = np.unique(np.maximum(i, j) * size + np.minimum(i, j), return_inverse=True)
         slots = np.full(len(rows), -1, dtype=np.int64)
         slots[half] = found
         starts = np.searchsorted(keys // size, np.arange(size + 1)).astype(np.int64)
@@ -212,13 +212,15 @@ class Factors:
         ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
         L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
         at = np.cumsum([len(program.H_rows), n, len(program.J_rows)])
+        W_slots, diagonal_slots, J_slots, gamma_slots = (np.ascontiguousarray(part) for part in np.split(slots, at))
+        columns = (keys // size).astype(np.int64)
+        entries, shift = np.zeros(len(keys)), np.where(order < n, _SHIFT, -_SHIFT)
+        L_rows, L = np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1])
+        D, y, scale, largest, b, x = (np.zeros(size) for _ in range(6))
         self.system = System(
-            *(np.ascontiguousarray(part) for part in np.split(slots, at)),
-            *(starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))),
-            *(np.where(order < n, _SHIFT, -_SHIFT), parent),
-            *(L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)),
-            *(flag, flag.copy(), flag.copy(), np.zeros(size)),
-            *(order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)),
+            *(W_slots, diagonal_slots, J_slots, gamma_slots, starts, indices, columns, entries, shift, parent),
+            *(L_starts, L_rows, L, D, flag, flag.copy(), flag.copy(), y),
+            *(order.astype(np.int64), scale, largest, b, x, np.zeros(1)),
         )
         self._m = m
 
