@@ -423,8 +423,8 @@ def factorise_branches(model, problem, factor):
 
 
 @kernel(outline=True)
-def solve_branches(model, problem, factor):
-    """dv = -H^-1 gradient."""
+def eliminate_branches(model, problem, factor):
+    """rhs = -L^-T gradient."""
     L, x = factor.L, factor.rhs
     first, end = dofs_of(model, problem)
     begin = first + problem.base_dofs
@@ -433,7 +433,6 @@ def solve_branches(model, problem, factor):
     for k in range(end - 1, begin - 1, -1):
         for i, at in dofs_above_from(factor, k, begin):
             x[i] -= L[at] * x[k]
-    base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if begin > first:
         base = load_six(x, first)
         for k in range(end - 1, begin - 1, -1):
@@ -442,6 +441,16 @@ def solve_branches(model, problem, factor):
         for k in range(begin - 1, first - 1, -1):
             for i, at in dofs_above(factor, k):
                 x[i] -= L[at] * x[k]
+
+
+@kernel(outline=True)
+def substitute_branches(model, problem, factor):
+    """dv = L^-1 D^-1 rhs."""
+    L, x = factor.L, factor.rhs
+    first, end = dofs_of(model, problem)
+    begin = first + problem.base_dofs
+    base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if begin > first:
         for k in range(first, begin):
             x_k = x[k] * L[diagonal(factor, k)]
             for i, at in dofs_above(factor, k):
@@ -457,6 +466,13 @@ def solve_branches(model, problem, factor):
             x_k = subtract_dot_six_backwards(x_k, load_six(L, factor.dofs[k].row_start), base)
         x[k] = x_k
         problem.dv[k] = x_k
+
+
+@kernel
+def solve_branches(model, problem, factor):
+    """dv = -H^-1 gradient."""
+    eliminate_branches(model, problem, factor)
+    substitute_branches(model, problem, factor)
 
 
 # ---- Cholesky by blocks

@@ -254,6 +254,16 @@ class Path(Record):
     row_start = integer("start of its row in L")
 
 
+class Presses(Stack):
+    """Vectors over the directions of few contacts, three each, see `delassus`."""
+
+    impulse = vector("lambda", "N s")
+    start = vector("gamma0, the impulses at v0", "N s")
+    change = vector("dlambda", "N s")
+    residual = vector("what Newton's step makes up for", "N s")
+    drift = vector("J y: what the first step changes where no impulse of a contact does", "m/s")
+
+
 @table
 class SolverModel(NamedTuple):
     """Constants of a plant's contact solver: `model.dt`, `model.trees[t].first_dof`, `model.dofs[k].depth`."""
@@ -306,7 +316,8 @@ class Factor(NamedTuple):
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
     the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, a bit for
-    each pair of trees.
+    each pair of trees. The others are for few contacts with one tree, see `delassus`: L^-T J^T, a row for each contact
+    and dof; W by blocks, and the roots of G; and the matrix of three rows a contact.
     """
 
     slot: IntVector
@@ -316,6 +327,11 @@ class Factor(NamedTuple):
     L: Vector
     rhs: Vector
     branch: Annotated[IntMatrix, Items("dofs", Path)]
+    spread: Matrix
+    delassus: Vector
+    root: Vector
+    small: Vector
+    press: Annotated[Matrix, Presses]
 
 
 # ---- what loops go over: `for contact in contacts_of_island(problem, contacts):`
