@@ -64,7 +64,6 @@ class Limbs:
         gamma = self.contacts.state[: self.problem.num_contacts, ContactState.gamma.columns]
         return self.problem.v.copy(), gamma.copy(), self.problem.iterations
 
-
     def bounded(self, v):
         """Which motors are at their limits at these velocities."""
         rows = [self.rows[r] for r in range(self.problem.num_rows)]

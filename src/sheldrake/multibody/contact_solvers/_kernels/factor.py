@@ -20,6 +20,10 @@ from sheldrake.common._kernels.vec import (
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    FACTOR_CAPACITY,
+    HESSIAN_NOT_POSITIVE,
+    SOLVED,
+    TAMSI_FAILED,
     contacts_of_island,
     diagonal,
     dofs_above,
@@ -29,12 +33,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     has_base_of_six,
     is_chain_of_six,
     rows_of_island,
-)
-from sheldrake.multibody.contact_solvers._kernels.status import (
-    FACTOR_CAPACITY,
-    HESSIAN_NOT_POSITIVE,
-    SOLVED,
-    TAMSI_FAILED,
 )
 
 # ---- the graph of trees

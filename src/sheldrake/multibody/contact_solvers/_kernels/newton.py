@@ -42,6 +42,11 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
 )
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
+    FACTOR_CAPACITY,
+    HESSIAN_NOT_POSITIVE,
+    ITERATION_LIMIT,
+    LINE_SEARCH_FAILED,
+    SOLVED,
     VC,
     contact_velocities,
     contacts_of_island,
@@ -51,13 +56,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     row_velocities,
     rows_of_island,
-)
-from sheldrake.multibody.contact_solvers._kernels.status import (
-    FACTOR_CAPACITY,
-    HESSIAN_NOT_POSITIVE,
-    ITERATION_LIMIT,
-    LINE_SEARCH_FAILED,
-    SOLVED,
 )
 
 # ---- line search

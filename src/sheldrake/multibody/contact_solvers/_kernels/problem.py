@@ -31,6 +31,19 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
 
+# What a solve can answer. 0 is fine; everything else leaves the state of the step's start untouched.
+SOLVED = 0
+ITERATION_LIMIT = 101
+LINE_SEARCH_FAILED = 102
+HESSIAN_NOT_POSITIVE = 103
+FACTOR_CAPACITY = 104
+CONTACT_CAPACITY = 105
+ROW_CAPACITY = 106
+TAMSI_FAILED = 107
+MASS_NOT_POSITIVE = 108
+UNSUPPORTED_PAIR = 109
+MOTION_NOT_FINITE = 110
+
 # RowIndex.kind
 LIMIT = 0
 ACTUATOR = 1
