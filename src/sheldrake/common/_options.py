@@ -115,6 +115,8 @@ def _as_kind(kind: Any, value: Any) -> Any:
         return value if value in typing.get_args(kind) else _MISFIT
     if origin is list:
         return _as_list_of(typing.get_args(kind)[0], value)
+    if origin is dict:
+        return _as_dict_of(typing.get_args(kind), value)
     kind = origin or kind
     if kind in (None, type(None)):
         return None if value is None else _MISFIT
@@ -159,6 +161,13 @@ def _as_list_of(kind: Any, value: Any) -> Any:
         return _MISFIT
     found = [_as_kind(kind, item) for item in value]
     return _MISFIT if any(item is _MISFIT for item in found) else found
+
+
+def _as_dict_of(kinds: tuple, value: Any) -> Any:
+    if not isinstance(value, dict):
+        return _MISFIT
+    found = {_as_kind(kinds[0], key): _as_kind(kinds[1], item) for key, item in value.items()}
+    return _MISFIT if _MISFIT in found or any(item is _MISFIT for item in found.values()) else found
 
 
 def _as_array(value: Any) -> Any:
