@@ -30,44 +30,31 @@ class AddModel(Options):
         default_free_body_pose: Pose by body or frame name; "" is the only body.
     """
 
-    file: str
-    name: str
-    default_joint_positions: dict[str, np.ndarray]
-    default_free_body_pose: dict[str, Transform]
-
-    _fields = (
-        ("file", str, ""),
-        ("name", str, ""),
-        ("default_joint_positions", dict[str, np.ndarray], {}),
-        ("default_free_body_pose", dict[str, Transform], {}),
-    )
+    file: str = ""
+    name: str = ""
+    default_joint_positions: dict[str, np.ndarray] = {}
+    default_free_body_pose: dict[str, Transform] = {}
 
 
 class AddModelInstance(Options):
     """Adds an empty model instance."""
 
-    name: str
-
-    _fields = (("name", str, ""),)
+    name: str = ""
 
 
 class AddFrame(Options):
     """Adds a frame; `X_PF.base_frame` names its parent."""
 
-    name: str
-    X_PF: Transform
-
-    _fields = (("name", str, ""), ("X_PF", Transform, Transform()))
+    name: str = ""
+    X_PF: Transform = Transform()
 
 
 class AddWeld(Options):
     """Welds a child frame to a parent frame, at pose `X_PC` (identity by default)."""
 
-    parent: str
-    child: str
-    X_PC: Transform | None
-
-    _fields = (("parent", str, ""), ("child", str, ""), ("X_PC", Transform | None, None))
+    parent: str = ""
+    child: str = ""
+    X_PC: Transform | None = None
 
 
 class AddCollisionFilterGroup(Options):
@@ -81,56 +68,35 @@ class AddCollisionFilterGroup(Options):
         ignored_collision_filter_groups: Groups this one does not collide with; itself for no inner collisions.
     """
 
-    name: str
-    members: list[str]
-    member_groups: list[str]
-    model_namespace: str | None
-    ignored_collision_filter_groups: list[str]
-
-    _fields = (
-        ("name", str, ""),
-        ("members", list[str], []),
-        ("member_groups", list[str], []),
-        ("model_namespace", str | None, None),
-        ("ignored_collision_filter_groups", list[str], []),
-    )
+    name: str = ""
+    members: list[str] = []
+    member_groups: list[str] = []
+    model_namespace: str | None = None
+    ignored_collision_filter_groups: list[str] = []
 
 
 class AddDirectives(Options):
     """Processes another directives file, with names relative to an existing model instance."""
 
-    file: str
-    model_namespace: str | None
-
-    _fields = (("file", str, ""), ("model_namespace", str | None, None))
+    file: str = ""
+    model_namespace: str | None = None
 
 
 class ModelDirective(Options):
     """One directive: exactly one of the fields is set."""
 
-    add_model: AddModel | None
-    add_model_instance: AddModelInstance | None
-    add_frame: AddFrame | None
-    add_weld: AddWeld | None
-    add_collision_filter_group: AddCollisionFilterGroup | None
-    add_directives: AddDirectives | None
-
-    _fields = (
-        ("add_model", AddModel | None, None),
-        ("add_model_instance", AddModelInstance | None, None),
-        ("add_frame", AddFrame | None, None),
-        ("add_weld", AddWeld | None, None),
-        ("add_collision_filter_group", AddCollisionFilterGroup | None, None),
-        ("add_directives", AddDirectives | None, None),
-    )
+    add_model: AddModel | None = None
+    add_model_instance: AddModelInstance | None = None
+    add_frame: AddFrame | None = None
+    add_weld: AddWeld | None = None
+    add_collision_filter_group: AddCollisionFilterGroup | None = None
+    add_directives: AddDirectives | None = None
 
 
 class ModelDirectives(Options):
     """A list of directives, in order."""
 
-    directives: list[ModelDirective]
-
-    _fields = (("directives", list[ModelDirective], []),)
+    directives: list[ModelDirective] = []
 
 
 # What a directive cannot do without.

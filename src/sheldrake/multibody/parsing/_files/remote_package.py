@@ -24,17 +24,10 @@ class RemoteParams(Options):
         strip_prefix: A leading folder inside the archive that is dropped.
     """
 
-    urls: list[str]
-    sha256: str
-    archive_type: str | None
-    strip_prefix: str | None
-
-    _fields = (
-        ("urls", list[str], []),
-        ("sha256", str, ""),
-        ("archive_type", str | None, None),
-        ("strip_prefix", str | None, None),
-    )
+    urls: list[str] = []
+    sha256: str = ""
+    archive_type: str | None = None
+    strip_prefix: str | None = None
 
     def ToJson(self) -> str:
         """The fields that are set, as JSON with sorted keys."""
