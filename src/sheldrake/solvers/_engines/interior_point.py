@@ -313,10 +313,6 @@ class InteriorPoint:
     def _evaluate(self) -> None:
         self._f, self._g, self._c, self._J = self._program.slopes(self._z)
 
-    def _times_J(self, d: np.ndarray) -> np.ndarray:
-        p = self._program
-        return np.bincount(p.J_rows, self._J * d[p.J_cols], p.m)
-
     def _times_JT(self, lam: np.ndarray) -> np.ndarray:
         p = self._program
         return np.bincount(p.J_cols, self._J * lam[p.J_rows], p.n)
