@@ -107,9 +107,9 @@ class Slacked:
         J = np.concatenate((own, np.full(len(self._slack_rows), -1.0)))
         return cost * self.cost_scale, g, self._residual(rows, z), J
 
-    def curvature(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    def hessian(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of f + multipliers' c."""
-        found = self._form.curvature(self.point(z), self.cost_scale, multipliers * self.row_scale)
+        found = self._form.hessian(self.point(z), self.cost_scale, multipliers * self.row_scale)
         return found[self._H_kept]
 
     def violation(self, c: np.ndarray) -> float:
@@ -168,10 +168,10 @@ class Restoration:
         ones = np.ones(self.m)
         return self._cost(own, p, n), gradient, c - p + n, np.concatenate((J, -ones, ones))
 
-    def curvature(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    def hessian(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         own = z[: self._program.n]
-        with_cost = self._program.curvature(own, multipliers)
-        return np.concatenate((with_cost - self._program.curvature(own, 0.0 * multipliers), self._weights))
+        with_cost = self._program.hessian(own, multipliers)
+        return np.concatenate((with_cost - self._program.hessian(own, 0.0 * multipliers), self._weights))
 
     def violation(self, c: np.ndarray) -> float:
         return float(np.abs(c).max(initial=0.0))
@@ -313,10 +313,6 @@ class InteriorPoint:
     def _evaluate(self) -> None:
         self._f, self._g, self._c, self._J = self._program.slopes(self._z)
 
-    def _times_J(self, d: np.ndarray) -> np.ndarray:
-        p = self._program
-        return np.bincount(p.J_rows, self._J * d[p.J_cols], p.m)
-
     def _times_JT(self, lam: np.ndarray) -> np.ndarray:
         p = self._program
         return np.bincount(p.J_cols, self._J * lam[p.J_rows], p.n)
@@ -396,7 +392,7 @@ class InteriorPoint:
     def _direction(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
         """Steps of z and of the multipliers, eq. (13), with as much regularization as a step of descent takes."""
         p = self._program
-        W = p.curvature(self._z, self._lam)
+        W = p.hessian(self._z, self._lam)
         low, high = self._gaps(self._z)
         sigma = self._zL / low + self._zU / high
         slope = self._g - self._mu * (self._has_lower / low - self._has_upper / high)
