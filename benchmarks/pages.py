@@ -66,20 +66,21 @@ def used(page: Any) -> float:
 
 
 def played(browser: Any, name: str, path: pathlib.Path, minutes: float) -> None:
-    """Has a page play, and tells its memory every half minute; from the first one on it is to stay as it is."""
+    """Has a page play, and tells its memory every half minute; once the browser has compiled all it is to stay."""
     page = browser.open(path.as_uri())
     page.wait_for("window.simulation && simulation.ready && simulation.shown")
     page.evaluate("document.getElementById('speed').value = '5'")
+    page.evaluate("window.pictures = 0; (function count() { ++pictures; requestAnimationFrame(count); })()")
     page.click_on("document.getElementById('play')")
     begin, seen = time.monotonic(), []
     print(f"{name}: clock [s], simulated [s], pictures, memory [MB]")
     while (now := time.monotonic() - begin) < 60 * minutes + LOOK / 2:
-        simulated, pictures = page.evaluate("[simulation.machine.time, simulation.moves]")
+        simulated, pictures = page.evaluate("[simulation.machine.time, pictures]")
         seen.append(used(page))
         print(f"{now:8.0f} {simulated:9.2f} {pictures:8d} {seen[-1]:8.2f}", flush=True)
         time.sleep(max(0.0, LOOK * len(seen) - (time.monotonic() - begin)))
-    late = seen[1:]
-    print(f"{name}: {min(late):.2f} to {max(late):.2f} MB from {LOOK:.0f} s on, {late[-1] - late[0]:+.2f} MB at the end")
+    late = seen[len(seen) // 2 :]
+    print(f"{name}: {min(seen):.2f} to {max(seen):.2f} MB, in the second half {min(late):.2f} to {max(late):.2f} MB")
     browser.close_page(page)
 
 
