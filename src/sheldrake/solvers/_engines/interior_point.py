@@ -111,9 +111,9 @@ class Slacked:
         J = np.concatenate((own, np.full(len(self._slack_rows), -1.0)))
         return cost * self.cost_scale, g, self._residual(rows, z), J
 
-    def curvature(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    def hessian(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of f + multipliers' c."""
-        found = self._form.curvature(self.point(z), self.cost_scale, multipliers * self.row_scale)
+        found = self._form.hessian(self.point(z), self.cost_scale, multipliers * self.row_scale)
         return found[self._H_kept]
 
     def violation(self, c: np.ndarray) -> float:
@@ -172,10 +172,10 @@ class Restoration:
         ones = np.ones(self.m)
         return self._cost(own, p, n), gradient, c - p + n, np.concatenate((J, -ones, ones))
 
-    def curvature(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    def hessian(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         own = z[: self._program.n]
-        with_cost = self._program.curvature(own, multipliers)
-        return np.concatenate((with_cost - self._program.curvature(own, 0.0 * multipliers), self._weights))
+        with_cost = self._program.hessian(own, multipliers)
+        return np.concatenate((with_cost - self._program.hessian(own, 0.0 * multipliers), self._weights))
 
     def violation(self, c: np.ndarray) -> float:
         return float(np.abs(c).max(initial=0.0))
@@ -359,7 +359,7 @@ class InteriorPoint:
                 return self._found(Ending.CONVERGED, k)
             if lowered:
                 self._filter = []
-            it.W[:] = self._program.curvature(it.z, it.lam)
+            it.W[:] = self._program.hessian(it.z, it.lam)
             if self._newton_step():
                 return self._found(Ending.STUCK, k)
             ending = self._advance()

@@ -37,7 +37,7 @@ class Terms:
         """Values, and the entries of the Jacobian."""
         raise NotImplementedError
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of weights' values; of what is learned, as it was at the last slopes."""
         raise NotImplementedError
 
@@ -73,7 +73,7 @@ class LinearTerms(Terms):
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.values(x), self._entries
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return np.zeros(0)
 
 
@@ -111,7 +111,7 @@ class QuadraticTerms(Terms):
         values = self._c + np.bincount(self._owner, own * (0.5 * Qx + self._b), len(self._c))
         return values, Qx + self._b
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return self._Q * weights[self._owner[self._i]]
 
 
@@ -140,8 +140,8 @@ class AlikeTerms(Terms):
         values, J = self._many.slopes(x[self._columns])
         return values.ravel(), without_nan(J).ravel()
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return without_nan(self._many.curvature(x[self._columns], weights.reshape(self._shape))).ravel()
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return without_nan(self._many.hessian(x[self._columns], weights.reshape(self._shape))).ravel()
 
 
 class LearnedTerms(Terms):
@@ -187,7 +187,7 @@ class LearnedTerms(Terms):
         self._learn()
         return self._values.flatten(), self._J.flatten()
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         self._weights[:] = weights
         self._weigh()
         return self._total.flatten()

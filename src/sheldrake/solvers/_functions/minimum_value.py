@@ -19,14 +19,6 @@ def quadratically_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, flo
     return (-0.5 - x, -1.0) if x <= -1.0 else (0.5 * x * x, x)
 
 
-def exponentially_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:
-    """0 for x >= 0, else -x exp(1 / x), and its derivative."""
-    if x >= 0.0:
-        return 0.0, 0.0
-    e = math.exp(1.0 / x)
-    return -x * e, -e + e / x
-
-
 def smooth_over_max(x: list[float], zeros: int, alpha: float) -> tuple[float, list[float]]:
     """log(sum exp(alpha x)) / alpha of x and so many zeros, never below the largest; and its derivatives by x."""
     top = max([0.0, *x] if zeros else x)
