@@ -315,6 +315,14 @@ class View:
         ask = self.calls.query(jacobians.calc_frame_jacobian, *arguments, given=("point",), needs=self.POSES, answer=J)
         return self._keep_place(key, ask)
 
+    def bias_acceleration(self, key: Any, ends: tuple) -> Query:
+        """A query for the spatial acceleration of a given point that does not depend on vdot; as `jacobian`."""
+        A = self.zeros(6)
+        places = jacobians.Frames(np.array(ends, np.int64))
+        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), A), self.POSES | self.VELOCITIES
+        kernel = jacobians.calc_bias_acceleration
+        return self._keep_place(key, self.calls.query(kernel, *arguments, given=("point",), needs=needs, answer=A))
+
     def relative_pose(self, key: Any, ends: tuple) -> Query:
         """A query for the pose of a frame in another, twelve numbers; kept by `key`.
 

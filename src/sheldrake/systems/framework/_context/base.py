@@ -9,6 +9,7 @@ from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._system import System
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class ContextBase:
@@ -29,6 +30,8 @@ class ContextBase:
 
     _state: Any = None
     """The state as one object, likewise."""
+    _numeric: dict[int, BasicVector] | None = None
+    """Groups of numeric parameters, likewise."""
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")

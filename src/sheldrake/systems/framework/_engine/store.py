@@ -348,7 +348,7 @@ class Store:
         for m, context in contexts.items():
             self.contexts[m] = context
             context._place, context._kept = new.places[m], None
-            context._discrete = context._continuous = context._state = None
+            context._discrete = context._continuous = context._state = context._numeric = None
         self.forget_readers()
 
     # Computing.
