@@ -212,14 +212,13 @@ class Factors:
         ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
         L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
         at = np.cumsum([len(program.H_rows), n, len(program.J_rows)])
-        self.system = System(
-            *(np.ascontiguousarray(part) for part in np.split(slots, at)),
-            *(starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))),
-            *(np.where(order < n, _SHIFT, -_SHIFT), parent),
-            *(L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)),
-            *(flag, flag.copy(), flag.copy(), np.zeros(size)),
-            *(order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)),
-        )
+        parts: list[np.ndarray] = [np.ascontiguousarray(part) for part in np.split(slots, at)]
+        parts += [starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))]
+        parts += [np.where(order < n, _SHIFT, -_SHIFT), parent]
+        parts += [L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)]
+        parts += [flag, flag.copy(), flag.copy(), np.zeros(size)]
+        parts += [order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)]
+        self.system = System._make(parts)
         self._m = m
 
     def factor(self, W: np.ndarray, diagonal: np.ndarray, J: np.ndarray, gamma: float) -> bool:

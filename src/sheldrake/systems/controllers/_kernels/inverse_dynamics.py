@@ -103,7 +103,7 @@ def actuation_of_springs(
     motion: Motion,
     y: Vector,
 ) -> None:
-    """Springs and dampers about a desired state, gravity and force elements compensated, Coriolis forces left alone."""  # fmt: skip
+    """Springs and dampers about a desired state; gravity and force elements compensated, Coriolis forces not."""
     x, desired = u[0], u[1]
     place(tree_model, p_model, tree, x)
     element_forces(tree_model, force_model, p_model, x, tree, motion)
