@@ -15,6 +15,9 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
 
 class Options:
     """Named settings of given types. Derived classes list `_fields`: name, type, default.
@@ -50,7 +53,7 @@ class Options:
 
         def __getattr__(self, name: str) -> Any: ...  # the settings, which `_fields` names
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         owner = type(self).__name__
         if isinstance(getattr(type(self), name, None), property):
             object.__setattr__(self, name, value)
@@ -64,10 +67,10 @@ class Options:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._kinds)})"
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         return self.__deepcopy__({})
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
         for name in self._kinds:
             object.__setattr__(new, name, copied(getattr(self, name)))
@@ -85,7 +88,7 @@ def copied(value: Any) -> Any:
     return copy.copy(value) if hasattr(value, "__fields__") else value
 
 
-def converted(where: str, kind: Any, value: Any) -> Any:
+def converted(where: str, kind: Any, value: object) -> Any:
     """The value as a setting of this type holds it.
 
     Args:
@@ -105,7 +108,7 @@ def converted(where: str, kind: Any, value: Any) -> Any:
 _MISFIT = object()
 
 
-def _as_kind(kind: Any, value: Any) -> Any:
+def _as_kind(kind: Any, value: object) -> Any:
     if kind is Any:
         return value
     origin = typing.get_origin(kind)
@@ -124,7 +127,7 @@ def _as_kind(kind: Any, value: Any) -> Any:
     return value if not isinstance(kind, type) or isinstance(value, kind) else _MISFIT
 
 
-def _as_one_of(kinds: tuple, value: Any) -> Any:
+def _as_one_of(kinds: tuple, value: object) -> Any:
     for kind in kinds:  # exactly one of them, before something is converted
         if isinstance(kind, type) and type(value) is kind:
             return value

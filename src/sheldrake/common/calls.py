@@ -34,7 +34,7 @@ class Calls:
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
 
-    def stage(self, kernel: Kernel, *args: Any) -> int:
+    def stage(self, kernel: Kernel, *args: object) -> int:
         """Adds a stage; stages run in the order in which they were added.
 
         It is compiled when a query first needs it: a program that asks for poses does not wait for velocities.

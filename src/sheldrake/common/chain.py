@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._native.binding import HERE, arguments, first_words, join
 from sheldrake.common.kernel import Kernel
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Bound
 
 _ALL_OF_MEMORY = 2**60  # [doubles]
 
@@ -27,7 +30,7 @@ class Chain:
                 return status
         return 0
 
-    def bind(self, **values: Any) -> Callable[[], int]:
+    def bind(self, **values: object) -> Callable[[], int]:
         """The native kernels on these very arrays, as one call without arguments."""
         calls = [kernel.bind(*(values[name] for name in kernel.names)) for kernel in self.kernels]
 
@@ -40,11 +43,11 @@ class Chain:
 
         return run
 
-    def native(self, **values: Any) -> int:
+    def native(self, **values: object) -> int:
         """Binds and runs once."""
         return self.bind(**values)()
 
-    def table(self, **values: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def table(self, **values: object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The native kernels on these very arrays, for another that calls them (`common.rows.call_row`).
 
         What is bound to it must keep the arrays, and begin its memory at address 0: see `bound_to_all_memory`.
@@ -57,7 +60,7 @@ class Chain:
         return rows, words.placed(), np.array(at, np.int64)
 
 
-def bound_to_all_memory(kernel: Kernel, *rest: Any) -> Any:
+def bound_to_all_memory(kernel: Kernel, *rest: Any) -> Bound:
     """A kernel of time, of memory and of `rest`, bound so that its memory begins at address 0."""
     call = kernel.bind(0.0, np.zeros(1), *rest)
     first = first_words(kernel)["memory"]
