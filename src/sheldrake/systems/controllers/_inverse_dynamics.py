@@ -17,7 +17,11 @@ from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, Leaf
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class InverseDynamicsMode(IndexEnum):
@@ -46,7 +50,7 @@ class _PlantKeeper(LeafSystem):
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
         return self._plant_context
 
-    def _applied_forces(self, context: Context) -> Any:
+    def _applied_forces(self, context: Context) -> MultibodyForces:
         plant, forces = self._forces
         if plant is not self._plant:
             forces = MultibodyForces_[self._plant._scalar](self._plant)
@@ -79,7 +83,7 @@ class InverseDynamics(_PlantKeeper):
         self,
         plant: MultibodyPlant,
         mode: Any = InverseDynamicsMode.kInverseDynamics,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
     ):
         super().__init__()
         states = plant.num_positions() + plant.num_velocities()
@@ -90,7 +94,7 @@ class InverseDynamics(_PlantKeeper):
             self.DeclareVectorInputPort("desired_acceleration", plant.num_velocities())
         self.DeclareVectorOutputPort("generalized_force", plant.num_velocities(), self._calc_force)
 
-    def _calc_force(self, context: Context, output: Any) -> None:
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
         x = np.array(self.get_input_port(0).Eval(context))
         plant = self._plant
         if self.is_pure_gravity_compensation():
@@ -151,11 +155,11 @@ class InverseDynamicsController(Diagram):
     def __init__(
         self,
         robot: MultibodyPlant,
-        kp: Any,
-        ki: Any,
-        kd: Any,
+        kp: ArrayLike,
+        ki: ArrayLike,
+        kd: ArrayLike,
         has_reference_acceleration: bool,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
     ):
         super().__init__()
         call = "InverseDynamicsController"
@@ -183,7 +187,7 @@ class InverseDynamicsController(Diagram):
         builder.ExportOutput(dynamics.get_output_port_generalized_force(), "generalized_force")
         builder.BuildInto(self)
 
-    def set_integral_value(self, context: Context, value: Any, /) -> None:
+    def set_integral_value(self, context: Context, value: ArrayLike, /) -> None:
         """Sets the integral of the error in positions, shape `(n,)`."""
         self.GetMutableSubsystemContext(self._pid, context).SetContinuousState(value)
 
@@ -227,7 +231,7 @@ class JointStiffnessController(_PlantKeeper):
         RuntimeError: the plant is not fully actuated, or gains have another size.
     """
 
-    def __init__(self, plant: MultibodyPlant, kp: Any, kd: Any):
+    def __init__(self, plant: MultibodyPlant, kp: ArrayLike, kd: ArrayLike):
         super().__init__()
         self._kp, self._kd = (_vector("JointStiffnessController", n, g) for n, g in (("kp", kp), ("kd", kd)))
         _require_fully_actuated("JointStiffnessController", plant, self._kp, self._kd)
@@ -238,7 +242,7 @@ class JointStiffnessController(_PlantKeeper):
         self.DeclareVectorInputPort("desired_state", states)
         self.DeclareVectorOutputPort("actuation", plant.num_actuated_dofs(), self._calc_actuation)
 
-    def _calc_actuation(self, context: Context, output: Any) -> None:
+    def _calc_actuation(self, context: Context, output: BasicVector) -> None:
         x, desired = (np.array(self.get_input_port(i).Eval(context)) for i in range(2))
         n = self._plant.num_positions()
         forces = self._applied_forces(self._plant_at(x))
