@@ -13,9 +13,13 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.cli._output import add_output, output_file, say_written
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +102,7 @@ def _watch() -> list[Any]:
         make(self, *args, **kwargs)
         simulators.append(self)
 
-    def build_with_logs(self: Any) -> Any:
+    def build_with_logs(self: DiagramBuilder) -> Diagram:
         log_states(self)
         return build(self)
 

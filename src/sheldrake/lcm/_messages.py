@@ -5,6 +5,9 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any, ClassVar
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
 _CODES = {"int8_t": "b", "int16_t": "h", "int32_t": "i", "int64_t": "q", "float": "f", "double": "d", "boolean": "?"}
 _WORD = (1 << 64) - 1
 
@@ -54,7 +57,7 @@ class Message:
 
         def __getattr__(self, name: str) -> Any: ...
 
-    def __init__(self, **values: Any):
+    def __init__(self, **values: object):
         for name, kind, *dimensions in self._fields:
             setattr(self, name, values.pop(name) if name in values else _zero(kind, *dimensions))
         if values:
@@ -88,7 +91,7 @@ class Message:
         return b"".join(parts)
 
     @classmethod
-    def decode(cls, data: bytes) -> Any:
+    def decode(cls, data: bytes) -> Self:
         """The message that these bytes are.
 
         Raises:

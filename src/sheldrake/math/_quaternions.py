@@ -42,7 +42,7 @@ def _vector(call: str, T: type, value: Any, n: int) -> list:
         raise incompatible(call, [f"({T.__name__} array of shape ({n},))"], (value,), {}) from None
 
 
-def is_quaternion_in_canonical_form(quat: Any) -> Any:
+def is_quaternion_in_canonical_form(quat: Any) -> bool:
     """Whether the scalar part is not negative."""
     T = _scalar_of("is_quaternion_in_canonical_form", quat)
     result = quat.w() >= 0.0

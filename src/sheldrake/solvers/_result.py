@@ -142,7 +142,9 @@ class MathematicalProgramResult:
             return self.get_x_val()
         return self._values(args[0], self._x, "GetSolution")
 
-    def _values(self, what: Expression | Callable[..., Any] | Binding, x: np.ndarray, call: str) -> Any:
+    def _values(
+        self, what: Expression | Callable[..., Any] | Binding, x: np.ndarray, call: str
+    ) -> float | np.ndarray | Expression | Polynomial:
         if isinstance(what, Variable):
             return float(x[self._place(what)])
         if isinstance(what, Polynomial):

@@ -15,7 +15,7 @@ from sheldrake.symbolic._variable import Variable, Variables
 
 
 @kind("Polynomial")
-def _polynomial(value: Any) -> Polynomial:
+def _polynomial(value: object) -> Polynomial:
     p = _as_polynomial(value)
     if p is None:
         raise Mismatch
@@ -74,13 +74,13 @@ class RationalFunction:
         """Tells whether both have equal numerators and equal denominators."""
         return self._numerator.EqualTo(f._numerator) and self._denominator.EqualTo(f._denominator)
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> Any:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
         return self._numerator * r._denominator == self._denominator * r._numerator
 
-    def __ne__(self, other: Any) -> Any:
+    def __ne__(self, other: object) -> Any:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
@@ -140,13 +140,13 @@ class RationalFunction:
         return f'<RationalFunction "{self}">'
 
 
-def _as_polynomial(p: Any) -> Polynomial | None:
+def _as_polynomial(p: object) -> Polynomial | None:
     if isinstance(p, Polynomial):
         return p
     return Polynomial(p) if isinstance(p, (Monomial, *_build._REAL)) else None
 
 
-def _as_rational(r: Any) -> RationalFunction | None:
+def _as_rational(r: object) -> RationalFunction | None:
     if isinstance(r, RationalFunction):
         return r
     p = _as_polynomial(r)
