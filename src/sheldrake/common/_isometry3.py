@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -127,7 +128,11 @@ class Isometry3(ScalarBase):
         q = self._argument("set_quaternion", instance_of(Quaternion_[self._T]), quaternion=quaternion)
         self._rotation = rotations.unit_quaternion_to_matrix(self._T, q._wxyz)
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: Isometry3) -> Isometry3: ...
+    @typing_overload
+    def multiply(self, position: Scalars) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> Isometry3 | np.ndarray:
         """The product with another pose, or a position [m] (3,) or several (3, n) moved by this one."""
         value = only_argument(self, "multiply", ("other", "position"), args, kwargs)
         if isinstance(value, self._plain_class()):
@@ -135,7 +140,11 @@ class Isometry3(ScalarBase):
         R, p = self._rotation, self._p
         return turn(self, "multiply", "position", value, lambda v: R.dot(np.array(v, dtype=R.dtype)) + p)
 
-    def __matmul__(self, other: Isometry3 | Scalars) -> Isometry3 | np.ndarray:
+    @typing_overload
+    def __matmul__(self, other: Isometry3) -> Isometry3: ...
+    @typing_overload
+    def __matmul__(self, other: Scalars) -> np.ndarray: ...
+    def __matmul__(self, other: Any) -> Isometry3 | np.ndarray:
         return self.multiply(other)
 
     def inverse(self) -> Self:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -123,7 +124,11 @@ class Quaternion(ScalarBase):
         R = self._argument("set_rotation", matrix(self._T, 3, 3), rotation=rotation)
         self._set(new_array(self._T, rotations.matrix_to_quaternion(R)))
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: Quaternion) -> Quaternion: ...
+    @typing_overload
+    def multiply(self, vector: Scalars) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> Quaternion | np.ndarray:
         """The product with another quaternion, or a vector (3,) or several (3, n) turned by this one."""
         value = only_argument(self, "multiply", ("other", "vector"), args, kwargs)
         if isinstance(value, self._plain_class()):
@@ -131,7 +136,11 @@ class Quaternion(ScalarBase):
         q = self._wxyz.tolist()
         return turn(self, "multiply", "vector", value, lambda v: rotations.rotate_by_unit_quaternion(q, v))
 
-    def __matmul__(self, other: Quaternion | Scalars) -> Quaternion | np.ndarray:
+    @typing_overload
+    def __matmul__(self, other: Quaternion) -> Quaternion: ...
+    @typing_overload
+    def __matmul__(self, other: Scalars) -> np.ndarray: ...
+    def __matmul__(self, other: Any) -> Quaternion | np.ndarray:
         return self.multiply(other)
 
     def inverse(self) -> Self:

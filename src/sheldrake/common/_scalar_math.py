@@ -108,7 +108,7 @@ def as_condition(value: Any, T: type) -> Any:
     return value
 
 
-def at_most(value: Scalar, bound: float, T: type) -> Any:
+def at_most(value: Scalar, bound: Any, T: type) -> Any:
     """`value <= bound`, as a bool or a Formula."""
     return as_condition(value <= bound, T)
 

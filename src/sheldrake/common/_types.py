@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,3 +20,4 @@ Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Sequence[Scalar]]"
 Symbolic: TypeAlias = "float | Expression | Variable"  # what symbolic calls take for an expression
 Symbolics: TypeAlias = "ArrayLike | Sequence[Symbolic]"  # arrays of these
 Vector: TypeAlias = "Sequence[Scalar] | np.ndarray"  # a vector of these, whose items can be walked
+KernelArgument: TypeAlias = "float | np.ndarray | Sequence[Any]"  # what kernels take: numbers, arrays, their tuples

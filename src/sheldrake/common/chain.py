@@ -11,6 +11,7 @@ from sheldrake.common._native.binding import HERE, arguments, first_words, join
 from sheldrake.common.kernel import Kernel
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
     from sheldrake.common.kernel import Bound
 
 _ALL_OF_MEMORY = 2**60  # [doubles]
@@ -22,7 +23,7 @@ class Chain:
     def __init__(self, kernels: Iterable[Kernel]):
         self.kernels = tuple(kernels)
 
-    def __call__(self, **values: Any) -> int:
+    def __call__(self, **values: KernelArgument) -> int:
         """Runs the Python sources."""
         for kernel in self.kernels:
             status = kernel(*(values[name] for name in kernel.names))
@@ -30,7 +31,7 @@ class Chain:
                 return status
         return 0
 
-    def bind(self, **values: object) -> Callable[[], int]:
+    def bind(self, **values: KernelArgument) -> Callable[[], int]:
         """The native kernels on these very arrays, as one call without arguments."""
         calls = [kernel.bind(*(values[name] for name in kernel.names)) for kernel in self.kernels]
 
@@ -43,11 +44,11 @@ class Chain:
 
         return run
 
-    def native(self, **values: object) -> int:
+    def native(self, **values: KernelArgument) -> int:
         """Binds and runs once."""
         return self.bind(**values)()
 
-    def table(self, **values: object) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def table(self, **values: KernelArgument) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The native kernels on these very arrays, for another that calls them (`common.rows.call_row`).
 
         What is bound to it must keep the arrays, and begin its memory at address 0: see `bound_to_all_memory`.

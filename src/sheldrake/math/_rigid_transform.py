@@ -218,7 +218,13 @@ class RigidTransform(ScalarBase):
         M = self._R._M.T
         return self._make(M.dot(other._R._M), M.dot(other._p - self._p))
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: RigidTransform) -> RigidTransform: ...
+    @typing_overload
+    def multiply(self, p_BoQ_B: ArrayLike) -> np.ndarray: ...
+    @typing_overload
+    def multiply(self, *, vec_B: ArrayLike) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> RigidTransform | np.ndarray:
         """X_AC from X_BC (`other`), p_AQ_A from p_BQ_B: one (3,) or several (3, n); or a 4-vector (v, 0) or (p, 1)."""
         if len(args) != 1 or kwargs:
             if len(args) + len(kwargs) != 1 or not kwargs.keys() <= {"other", "p_BoQ_B", "vec_B"}:

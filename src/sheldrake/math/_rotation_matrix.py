@@ -264,7 +264,11 @@ class RotationMatrix(ScalarBase):
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         return self._make(self._M.T.dot(other._M))
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: RotationMatrix) -> RotationMatrix: ...
+    @typing_overload
+    def multiply(self, v_B: ArrayLike) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> RotationMatrix | np.ndarray:
         """R_AC from R_BC (`other`), or v_A from v_B: one vector (3,) or several (3, n)."""
         if len(args) != 1 or kwargs:
             if len(args) + len(kwargs) != 1 or not kwargs.keys() <= {"other", "v_B"}:

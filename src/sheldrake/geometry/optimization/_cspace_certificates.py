@@ -245,7 +245,7 @@ class SeparationCertificate:
         self,
         plane_index: int,
         a: np.ndarray,
-        b: Expression,
+        b: Polynomial,
         plane_decision_vars: np.ndarray,
         result: MathematicalProgramResult,
     ) -> SeparationCertificateResult:

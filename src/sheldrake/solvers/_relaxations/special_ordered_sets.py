@@ -112,7 +112,7 @@ def _logarithmic_sos2(prog: MathematicalProgram, weights: np.ndarray, y: np.ndar
 def AddBilinearProductMcCormickEnvelopeSos2(
     prog: MathematicalProgram,
     x: Variable,
-    y: ArrayLike,
+    y: Variable,
     w: Variable | Expression,
     phi_x: ArrayLike,
     phi_y: ArrayLike,

@@ -6,7 +6,7 @@ import math
 import operator
 import time
 import weakref
-from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import TYPE_CHECKING, Any, Generic, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._engine.store import Store
 
+Simulated = TypeVar("Simulated", bound=System)
 _Reason = SimulatorStatus.ReturnReason
 _HAS_COMMIT, _HAS_WITNESS, _HAS_MONITOR, _HAS_EVERY_STEP, _BUDGET, _FRESH = map(
     operator.index,
@@ -59,7 +60,7 @@ class InitializeParams(Options):
     _fields = (("suppress_initialization_events", bool, False),)
 
 
-class Simulator(SimulatorSettings):
+class Simulator(SimulatorSettings, Generic[Simulated]):
     """Advances a system in time.
 
     Args:
@@ -67,7 +68,7 @@ class Simulator(SimulatorSettings):
         context: Its root context; a default one if not given. It is not copied.
     """
 
-    def __init__(self, system: System, context: Context | None = None):
+    def __init__(self, system: Simulated, context: Context | None = None):
         if not isinstance(system, System):
             raise Mismatch(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
         self._system = system
@@ -97,7 +98,7 @@ class Simulator(SimulatorSettings):
 
     # What it works on.
 
-    def get_system(self) -> Any:
+    def get_system(self) -> Simulated:
         """The system, of whatever class it is."""
         return self._system
 

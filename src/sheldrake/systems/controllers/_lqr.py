@@ -5,7 +5,7 @@ Of matrices, of a linear system, or of any system about a point: `Linearize`, th
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -64,7 +64,24 @@ def _riccati(
     return S
 
 
-def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> Any:
+@overload
+def LinearQuadraticRegulator(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, F: ArrayLike | None = None
+) -> tuple[np.ndarray, np.ndarray]: ...
+@overload
+def LinearQuadraticRegulator(
+    system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
+) -> LinearSystem: ...
+@overload
+def LinearQuadraticRegulator(
+    system: System,
+    context: Context,
+    Q: ArrayLike,
+    R: ArrayLike,
+    N: ArrayLike | None = None,
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+) -> AffineSystem: ...
+def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> tuple[np.ndarray, np.ndarray] | AffineSystem:
     """Returns the linear feedback that minimizes ∫ x'Qx + u'Ru + 2x'Nu.
 
     Called as

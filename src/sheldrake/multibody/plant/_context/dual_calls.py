@@ -20,6 +20,8 @@ from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
+
     pass
 
 
@@ -50,7 +52,7 @@ class DualCalls:
         self._stages: list[tuple[Kernel, tuple]] = []
         self._results: dict[tuple[int, int], Query] = {}
 
-    def stage(self, kernel: Kernel, *args: object) -> int:
+    def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """As `Calls.stage`."""
         self._stages.append((kernel, args))
         return self._plain.stage(kernel, *args)
@@ -83,7 +85,7 @@ class DualCalls:
     def query(
         self,
         kernel: Kernel,
-        *args: Any,
+        *args: KernelArgument,
         given: tuple[str, ...] = (),
         needs: int = 0,
         answer: np.ndarray | None = None,

@@ -27,6 +27,8 @@ from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
+
     pass
 
 _LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
@@ -132,16 +134,18 @@ class View:
 
     # --- kernels
 
-    def run_chain(self, kernels: list[Kernel], **values: object) -> int:
+    def run_chain(self, kernels: list[Kernel], **values: KernelArgument) -> int:
         """Runs kernels in turn on values by name; a status."""
         chain = Chain(kernels)
         return chain.native(**values) if self.native else chain(**values)
 
-    def call(self, kernel: Kernel, *args: object) -> int:
+    def call(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Runs a kernel on arrays that are new at each call."""
         return (kernel.native if self.native else kernel)(*args) or 0
 
-    def query(self, kernel: Kernel, *args: object, given: tuple[str, ...], needs: int, answer: np.ndarray) -> Query:
+    def query(
+        self, kernel: Kernel, *args: KernelArgument, given: tuple[str, ...], needs: int, answer: np.ndarray
+    ) -> Query:
         """As `Calls.query`, on arrays that are always the same for this view; made once."""
         ask = self._bound.get(kernel)
         if ask is None:
