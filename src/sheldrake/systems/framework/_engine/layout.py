@@ -294,6 +294,7 @@ class Layout(Memory):
             if name in scratch and (name != "work" or parameter.kind == "tuple"):
                 found[name] = scratch[name]
             elif name in row.models:
+                _require_model_name(row.calc, parameter)
                 found[name] = row.models[name]
             elif name in row.reads:
                 found[name] = _place(parameter, row.reads[name].span)
@@ -386,7 +387,21 @@ def _stage_row(
     return Row(n, kind, stage, out, event=event)
 
 
-def _place(parameter: Parameter, span: Span) -> list[Any] | tuple[int, int]:
+def _require_model_name(kernel: Kernel, parameter: Parameter) -> None:
+    """A kernel is compiled to look for other arrays in the slab: it would read whatever is at this address from there.
+
+    Raises:
+        TypeError: constant arrays for a parameter that is no model by its name.
+    """
+    if parameter.fields and not parameter.fields[0].absolute:
+        name = parameter.name
+        raise TypeError(
+            f"{kernel!r}: parameter {name!r} is given constant arrays. Kernels find these only under the names model "
+            f"and *_model: rename it to '{name}_model', there and where its arrays are given."
+        )
+
+
+def _place(parameter: Parameter, span: Span) -> Any:
     """Where an array or a table of one array is."""
     place = span[0], span[1] - span[0]
     return [place] if parameter.kind == "tuple" else place
