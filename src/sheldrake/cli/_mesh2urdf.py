@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.cad._make_urdf import MeshModel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _make(options: argparse.Namespace) -> Any:
+def _make(options: argparse.Namespace) -> MeshModel:
     from sheldrake.cad import MakeUrdfFromMesh
 
     return MakeUrdfFromMesh(

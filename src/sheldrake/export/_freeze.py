@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,11 +22,16 @@ from sheldrake.systems.framework._kernels.integrate import IntegratorNumbers
 from sheldrake.systems.framework._kernels.program import NUM_SPECIAL, Log, RunWords, SideWords
 from sheldrake.systems.primitives._log_files import log_title
 
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._simulator import Simulator
+    from sheldrake.systems.framework._engine.layout import Row
+    from sheldrake.systems.framework._system import System
+
 _LOG_ROOM = 256
 """Samples that a log holds before who runs the diagram must take them out."""
 
 
-def Freeze(simulator: Any, outputs: Iterable[OutputPort] = ()) -> FrozenDiagram:
+def Freeze(simulator: Simulator, outputs: Iterable[OutputPort] = ()) -> FrozenDiagram:
     """The diagram of a simulator and its context, as they are now, in a form that leaves Python.
 
     What systems of the library and a user's kernels do can leave: plants, controllers, blocks, vector logs.
@@ -52,7 +57,7 @@ class Freezer:
         image: The memory of the frozen diagram.
     """
 
-    def __init__(self, simulator: Any, outputs: Iterable[OutputPort] = ()):
+    def __init__(self, simulator: Simulator, outputs: Iterable[OutputPort] = ()):
         if not simulator.has_context():
             raise RuntimeError("Freeze(): the simulator has no context; give it one with reset_context().")
         self.span = simulator._ready_span("Freeze")
@@ -73,7 +78,7 @@ class Freezer:
 
     # What can leave.
 
-    def path(self, system: Any) -> str:
+    def path(self, system: System) -> str:
         """Names of the diagrams below the root that a system is in, and its own."""
         own = system.GetSystemPathname().removeprefix(self.root.GetSystemPathname()).strip(":")
         return own.replace("::", "/") or system.get_name()
@@ -112,7 +117,7 @@ class Freezer:
         system = self.store.systems[n]
         return f"'{self.path(system)}' ({type(system).__module__}.{type(system).__qualname__})"
 
-    def _what(self, row: Any) -> str:
+    def _what(self, row: Row) -> str:
         if row.output >= 0:
             return f"output port '{self.store.systems[row.node]._outputs[row.output].name}'"
         return KIND_NAMES[row.kind]
@@ -322,7 +327,7 @@ class Freezer:
         return found if len(found) == size else [f"y{i}" for i in range(size)]
 
     @staticmethod
-    def _state_names(system: Any, size: int) -> list[str]:
+    def _state_names(system: System, size: int) -> list[str]:
         names = list(system.GetStateNames()) if hasattr(system, "GetStateNames") else []
         return names if len(names) == size else [f"x{i}" for i in range(size)]
 
@@ -364,7 +369,7 @@ class Freezer:
         return found
 
 
-def _vector(name: str, at: int, elements: list[str], **more: Any) -> dict[str, Any]:
+def _vector(name: str, at: int, elements: list[str], **more: object) -> dict[str, Any]:
     """A vector in the slab, by its name and its elements'."""
     from sheldrake.systems.primitives._vector_log import quantity
 

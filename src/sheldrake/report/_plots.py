@@ -11,13 +11,16 @@ from typing import Any
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 _MOST_POINTS, _FEWEST_POINTS = 2000, 200  # of a line that is thinned
 _POINTS = 100_000  # of all lines together, about: 1 MB of a page
 _EXACT = 1e-5  # of the height of a line: points that tell less are left out
 _MOST_LINES = 40  # of a plot
 
 
-def packed(values: Any) -> str:
+def packed(values: ArrayLike) -> str:
     """Numbers in single precision, as the script unpacks them."""
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")
 

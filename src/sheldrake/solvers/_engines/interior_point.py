@@ -212,16 +212,13 @@ class Factors:
         ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
         L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
         at = np.cumsum([len(program.H_rows), n, len(program.J_rows)])
-        W_slots, diagonal_slots, J_slots, gamma_slots = (np.ascontiguousarray(part) for part in np.split(slots, at))
-        columns = (keys // size).astype(np.int64)
-        entries, shift = np.zeros(len(keys)), np.where(order < n, _SHIFT, -_SHIFT)
-        L_rows, L = np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1])
-        D, y, scale, largest, b, x = (np.zeros(size) for _ in range(6))
-        self.system = System(
-            *(W_slots, diagonal_slots, J_slots, gamma_slots, starts, indices, columns, entries, shift, parent),
-            *(L_starts, L_rows, L, D, flag, flag.copy(), flag.copy(), y),
-            *(order.astype(np.int64), scale, largest, b, x, np.zeros(1)),
-        )
+        parts: list[np.ndarray] = [np.ascontiguousarray(part) for part in np.split(slots, at)]
+        parts += [starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))]
+        parts += [np.where(order < n, _SHIFT, -_SHIFT), parent]
+        parts += [L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)]
+        parts += [flag, flag.copy(), flag.copy(), np.zeros(size)]
+        parts += [order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)]
+        self.system = System._make(parts)
         self._m = m
 
     def factor(self, W: np.ndarray, diagonal: np.ndarray, J: np.ndarray, gamma: float) -> bool:
