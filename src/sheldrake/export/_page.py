@@ -208,7 +208,11 @@ def _hint(scene: Scene) -> str:
     if not scene.html:
         return ""
     about = scene.description
-    ways = ["drag a free body to where it is to begin, with Shift to turn it"] if any(f["free"] >= 0 for f in about["frames"]) else []
+    ways = (
+        ["drag a free body to where it is to begin, with Shift to turn it"]
+        if any(f["free"] >= 0 for f in about["frames"])
+        else []
+    )
     ways += ["pull on a body while it runs"] if any(plant["tau"] >= 0 for plant in about["plants"]) else []
     said = "; ".join(ways)
     return f"{said[:1].upper()}{said[1:]}. ".lstrip(". ") + "Keys: space plays, s steps, r resets."
