@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.systems.controllers import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
 from sheldrake.systems.controllers._lqr import _square
+from sheldrake.systems.estimators._kernels import observer as kernels
 from sheldrake.systems.framework import (
     BasicVector,
     ContinuousState,
@@ -17,7 +18,6 @@ from sheldrake.systems.framework import (
     OutputPort,
     System,
 )
-from sheldrake.systems.estimators._kernels import observer as kernels
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:

@@ -77,7 +77,7 @@ def force_for_acceleration(
     motion: Motion,
     tau: Vector,
 ) -> None:
-    """Inverse dynamics; the inputs are the state and desired accelerations."""  # fmt: skip
+    """Inverse dynamics; the inputs are the state and desired accelerations."""
     place(tree_model, p_model, tree, u[0])
     element_forces(tree_model, force_model, p_model, u[0], tree, motion)
     calc_inverse_dynamics(tree_model, p_model, tree, u[1], motion.F_Bo_W, motion.force, motion.A_WB, tau)
@@ -103,7 +103,7 @@ def actuation_of_springs(
     motion: Motion,
     y: Vector,
 ) -> None:
-    """Springs and dampers about a desired state, gravity and force elements compensated, Coriolis forces left alone."""  # fmt: skip
+    """Springs and dampers about a desired state; gravity and force elements compensated, Coriolis forces not."""
     x, desired = u[0], u[1]
     place(tree_model, p_model, tree, x)
     element_forces(tree_model, force_model, p_model, x, tree, motion)
