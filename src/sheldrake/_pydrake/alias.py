@@ -88,11 +88,10 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 def _messages_module() -> ModuleType:
     """Message types of LCM, as `from drake import lcmt_iiwa_command` finds them."""
-    from sheldrake.lcm import _messages, _other_messages
+    from sheldrake.lcm import _messages
 
     module = ModuleType("drake", "Message types of LCM.")
-    for home in (_messages, _other_messages):
-        vars(module).update({name: value for name, value in vars(home).items() if name.startswith("lcmt_")})
+    vars(module).update({name: value for name, value in vars(_messages).items() if name.startswith("lcmt_")})
     return module
 
 

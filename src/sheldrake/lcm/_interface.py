@@ -25,7 +25,9 @@ class DrakeLcmParams(Options):
         defer_initialization: Connect when first used.
     """
 
-    _fields = (("lcm_url", str, ""), ("channel_suffix", str, ""), ("defer_initialization", bool, False))
+    lcm_url: str = ""
+    channel_suffix: str = ""
+    defer_initialization: bool = False
 
 
 class DrakeLcmInterface:

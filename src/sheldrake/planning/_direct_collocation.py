@@ -101,7 +101,7 @@ class Defects:
         T[:, i, self._second] += 0.5
         return T
 
-    def curvature(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives of weights' defects, shape (segments, 1 + 2 nx + 2 nu, 1 + 2 nx + 2 nu)."""
         nx, count = self._nx, len(z)
         f0, J0, f1, J1 = self._ends(z, True)

@@ -145,7 +145,7 @@ class Dynamics:
             weights: Shape (points, nx).
         """
         if self._symbols is not None:
-            return self._symbols.curvature(z, weights)
+            return self._symbols.hessian(z, weights)
         count, n = z.shape
         steps = _STEP * np.maximum(1.0, np.abs(z))
         moved = np.repeat(z[None], n + 1, axis=0)

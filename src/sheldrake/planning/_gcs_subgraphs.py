@@ -84,7 +84,7 @@ class _DerivativesWithin:
         J[:, :, -1] = self._factors * (self._power * points[:, -1:] ** (self._power - 1))
         return self.values(points), J
 
-    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives times weights of shape (points, 2 m), shape (points, n, n)."""
         H = np.zeros((len(points), points.shape[1], points.shape[1]))
         N = self._power
@@ -140,7 +140,7 @@ class _DerivativesMeet:
         J[:, 0, -1] = ends * N * h_v ** (N - 1)
         return (ends * h_v**N - starts * h_u**N)[:, None], J
 
-    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives times weights of shape (points, 1), shape (points, n, n)."""
         k, N, w = self._at, self._power, weights[:, 0]
         ends, starts, h_u, h_v = points[:, :k] @ self._last, points[:, k + 1 : -1] @ self._first, *self._times(points)

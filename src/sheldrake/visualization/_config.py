@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import logging
 from typing import Any
 
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.geometry import (
     DrakeVisualizer,
     DrakeVisualizerParams,
@@ -27,9 +26,7 @@ from ._inertia_visualizer import InertiaVisualizer
 log = logging.getLogger("drake")
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class VisualizationConfig:
+class VisualizationConfig(Options):
     """What to show of a plant and its scene graph.
 
     Attributes:
@@ -53,9 +50,9 @@ class VisualizationConfig:
     lcm_bus: str = "default"
     publish_period: float = 1 / 64.0
     publish_illustration: bool = True
-    default_illustration_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.9, 0.9))
+    default_illustration_color: Rgba = Rgba(0.9, 0.9, 0.9)
     publish_proximity: bool = True
-    default_proximity_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.8, 0.0, 0.0))
+    default_proximity_color: Rgba = Rgba(0.8, 0.0, 0.0)
     initial_proximity_alpha: float = 0.5
     publish_contacts: bool = True
     publish_inertia: bool = True

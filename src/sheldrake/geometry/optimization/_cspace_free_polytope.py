@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -56,23 +56,11 @@ class FindSeparationCertificateOptions(Options):
         solver_options: Options of the solver.
     """
 
-    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = (
-        ("parallelism", Any, None),
-        ("verbose", bool, False),
-        ("solver_id", Any, None),
-        ("terminate_at_failure", bool, True),
-        ("solver_options", SolverOptions | None, None),
-    )
-
-    parallelism: Parallelism
-    solver_id: SolverId
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.parallelism is None:
-            self.parallelism = Parallelism.Max()
-        if self.solver_id is None:
-            self.solver_id = ClarabelSolver.id()
+    parallelism: Parallelism = Parallelism.Max()
+    verbose: bool = False
+    solver_id: SolverId = ClarabelSolver.id()
+    terminate_at_failure: bool = True
+    solver_options: SolverOptions | None = None
 
 
 class FindSeparationCertificateGivenPolytopeOptions(FindSeparationCertificateOptions):
@@ -82,10 +70,7 @@ class FindSeparationCertificateGivenPolytopeOptions(FindSeparationCertificateOpt
         ignore_redundant_C: Whether rows of C that follow from the others have no multipliers.
     """
 
-    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = (
-        *FindSeparationCertificateOptions._fields,
-        ("ignore_redundant_C", bool, False),
-    )
+    ignore_redundant_C: bool = False
 
 
 class EllipsoidMarginCost(BoundEnum):
@@ -108,22 +93,13 @@ class FindPolytopeGivenLagrangianOptions(Options):
         ellipsoid_margin_cost: What is made large.
     """
 
-    _fields = (
-        ("backoff_scale", Any, None),
-        ("ellipsoid_margin_epsilon", float, 1e-5),
-        ("solver_id", Any, None),
-        ("solver_options", SolverOptions | None, None),
-        ("s_inner_pts", np.ndarray | None, None),
-        ("search_s_bounds_lagrangians", bool, True),
-        ("ellipsoid_margin_cost", EllipsoidMarginCost, EllipsoidMarginCost.kGeometricMean),
-    )
-
-    solver_id: SolverId
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.solver_id is None:
-            self.solver_id = ClarabelSolver.id()
+    backoff_scale: float | None = None
+    ellipsoid_margin_epsilon: float = 1e-5
+    solver_id: SolverId = ClarabelSolver.id()
+    solver_options: SolverOptions | None = None
+    s_inner_pts: np.ndarray | None = None
+    search_s_bounds_lagrangians: bool = True
+    ellipsoid_margin_cost: EllipsoidMarginCost = EllipsoidMarginCost.kGeometricMean
 
 
 class BilinearAlternationOptions(Options):
@@ -137,23 +113,13 @@ class BilinearAlternationOptions(Options):
         ellipsoid_scaling: What part of the inscribed ellipsoid the next polytope contains.
     """
 
-    _fields = (
-        ("max_iter", int, 10),
-        ("convergence_tol", float, 1e-3),
-        ("find_polytope_options", FindPolytopeGivenLagrangianOptions, None),
-        ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
-        ("ellipsoid_scaling", float, 0.99),
+    max_iter: int = 10
+    convergence_tol: float = 1e-3
+    find_polytope_options: FindPolytopeGivenLagrangianOptions = FindPolytopeGivenLagrangianOptions()
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions = (
+        FindSeparationCertificateGivenPolytopeOptions()
     )
-
-    find_polytope_options: FindPolytopeGivenLagrangianOptions
-    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.find_polytope_options is None:
-            self.find_polytope_options = FindPolytopeGivenLagrangianOptions()
-        if self.find_lagrangian_options is None:
-            self.find_lagrangian_options = FindSeparationCertificateGivenPolytopeOptions()
+    ellipsoid_scaling: float = 0.99
 
 
 class BinarySearchOptions(Options):
@@ -167,20 +133,13 @@ class BinarySearchOptions(Options):
         find_lagrangian_options: For certificates.
     """
 
-    _fields = (
-        ("scale_max", float, 1.0),
-        ("scale_min", float, 0.01),
-        ("max_iter", int, 10),
-        ("convergence_tol", float, 1e-3),
-        ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
+    scale_max: float = 1.0
+    scale_min: float = 0.01
+    max_iter: int = 10
+    convergence_tol: float = 1e-3
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions = (
+        FindSeparationCertificateGivenPolytopeOptions()
     )
-
-    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.find_lagrangian_options is None:
-            self.find_lagrangian_options = FindSeparationCertificateGivenPolytopeOptions()
 
 
 # ---- searches for large polytopes
@@ -246,7 +205,7 @@ class CspaceFreePolytopeBase:
             with_cross_y: For geometries that are no polytopes: whether squares may have products of different y.
         """
 
-        _fields = (("with_cross_y", bool, False),)
+        with_cross_y: bool = False
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")

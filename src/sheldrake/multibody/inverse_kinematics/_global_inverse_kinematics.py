@@ -196,15 +196,13 @@ class GlobalInverseKinematics:
             linear_constraint_only: Whether there are no conic constraints: looser, and faster to solve.
         """
 
-        _fields = (
-            ("num_intervals_per_half_axis", int, 2),
-            ("approach", _Approach, _Approach.kBilinearMcCormick),
-            ("interval_binning", IntervalBinning, IntervalBinning.kLogarithmic),
-            ("linear_constraint_only", bool, False),
-        )
+        num_intervals_per_half_axis: int = 2
+        approach: _Approach = _Approach.kBilinearMcCormick
+        interval_binning: IntervalBinning = IntervalBinning.kLogarithmic
+        linear_constraint_only: bool = False
 
         def __repr__(self) -> str:
-            fields = ", ".join(f"{name}={getattr(self, name)}" for name, _, _ in self._fields)
+            fields = ", ".join(f"{name}={getattr(self, name)}" for name in self._defaults)
             return f"GlobalInverseKinematics.Options({fields})"
 
     class Polytope3D:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import functools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -182,4 +181,6 @@ class ContactVisualizer(LeafSystem):
 
 
 def _below(params: ContactVisualizerParams, name: str) -> ContactVisualizerParams:
-    return dataclasses.replace(params, prefix=f"{params.prefix}/{name}")
+    below = copy.copy(params)
+    below.prefix = f"{params.prefix}/{name}"
+    return below

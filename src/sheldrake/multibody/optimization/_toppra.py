@@ -49,12 +49,10 @@ class CalcGridPointsOptions(Options):
         min_points: The least number of points.
     """
 
-    _fields = (
-        ("max_err", float, 1e-3),
-        ("max_iter", int, 100),
-        ("max_seg_length", float, 0.05),
-        ("min_points", int, 100),
-    )
+    max_err: float = 1e-3
+    max_iter: int = 100
+    max_seg_length: float = 0.05
+    min_points: int = 100
 
 
 class Toppra:

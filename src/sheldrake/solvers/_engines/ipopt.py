@@ -124,7 +124,7 @@ class IpoptSolver(NonlinearSolver):
             out[:] = form.constraints(y)[1]
 
         def hessian(y: np.ndarray, multipliers: np.ndarray, cost_weight: float, out: np.ndarray) -> None:
-            out[:] = form.curvature(y, cost_weight, multipliers)[half]
+            out[:] = form.hessian(y, cost_weight, multipliers)[half]
 
         def watch(*_: Any) -> bool:
             if not failures:

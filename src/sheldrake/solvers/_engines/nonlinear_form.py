@@ -155,11 +155,11 @@ class NonlinearForm:
         np.add.at(J, (self.J_rows, self.J_cols), entries)
         return values, J
 
-    def curvature(self, y: np.ndarray, cost_weight: float, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, y: np.ndarray, cost_weight: float, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of cost_weight * cost + weights' rows, as long as `H_rows`."""
         x = y * self.scale
-        entries = [t.curvature(x, np.full(len(t.places), cost_weight)) for t in self._costs]
-        entries += [t.curvature(x, weights[t.places]) for t in self._constraints]
+        entries = [t.hessian(x, np.full(len(t.places), cost_weight)) for t in self._costs]
+        entries += [t.hessian(x, weights[t.places]) for t in self._constraints]
         return _joined(entries, float) * self._H_scale
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -31,7 +31,7 @@ class Many(Protocol):
     def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values, shape (evaluators, m), and their derivatives, shape (evaluators, m, n)."""
 
-    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives of the values times weights of shape (evaluators, m), shape (evaluators, n, n)."""
 
 

@@ -53,7 +53,7 @@ class InitializeParams(Options):
         suppress_initialization_events: Leave out initialization events.
     """
 
-    _fields = (("suppress_initialization_events", bool, False),)
+    suppress_initialization_events: bool = False
 
 
 class Simulator(SimulatorSettings):

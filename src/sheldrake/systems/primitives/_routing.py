@@ -104,19 +104,23 @@ class SelectorParams(Options):
     class InputPortParams(Options):
         """Name (or None) and size of an input."""
 
-        _fields = (("name", str | None, None), ("size", int, 0))
+        name: str | None = None
+        size: int = 0
 
     class OutputSelection(Options):
         """One element of an input."""
 
-        _fields = (("input_port_index", int, 0), ("input_offset", int, 0))
+        input_port_index: int = 0
+        input_offset: int = 0
 
     class OutputPortParams(Options):
         """Name (or None) and elements of an output."""
 
-        _fields = (("name", str | None, None), ("selections", list, []))
+        name: str | None = None
+        selections: list = []
 
-    _fields = (("inputs", list[InputPortParams], []), ("outputs", list[OutputPortParams], []))
+    inputs: list[InputPortParams] = []
+    outputs: list[OutputPortParams] = []
 
 
 class Selector(LeafSystem):
@@ -130,10 +134,10 @@ class Selector(LeafSystem):
 
     def __init__(self, params: SelectorParams):
         super().__init__()
-        for port in params.inputs:
-            self.DeclareVectorInputPort(f"u{len(self._inputs)}" if port.name is None else port.name, int(port.size))
+        for i, given in enumerate(params.inputs):
+            self.DeclareVectorInputPort(f"u{i}" if given.name is None else given.name, given.size)
         for port in params.outputs:
-            picks = [(int(s.input_port_index), int(s.input_offset)) for s in port.selections]
+            picks = [(s.input_port_index, s.input_offset) for s in port.selections]
             for i, k in picks:
                 if not 0 <= i < len(params.inputs) or not 0 <= k < params.inputs[i].size:
                     sizes = [p.size for p in params.inputs]

@@ -267,14 +267,14 @@ class View:
     def ask_accelerations(self, vdot: np.ndarray) -> Any:
         """A_WB of the body origins by row for given vdot; an int where it is no vector of the context's scalar."""
         A = self.buffer("A_WB", self.nb, 6)
-        arguments = self.model, self.work, np.zeros(self.nv), A
+        arguments = self.model, self.work, self.buffer("vdot", self.nv), A
         needs = self.POSES | self.INERTIAS | self.VELOCITIES
         return self.query(queries.calc_accelerations, *arguments, given=("vdot",), needs=needs, answer=A)(vdot)
 
     def ask_generalized_forces(self, F_Bo_W: np.ndarray) -> Any:
         """Generalized forces of spatial forces at the body origins, by row; an int where they do not fit."""
         tau = self.buffer("tau_F", self.nv)
-        arguments = self.model, self.work, np.zeros((self.nb, 6)), tau
+        arguments = self.model, self.work, self.buffer("F_Bo_W", self.nb, 6), tau
         ask = self.query(queries.calc_generalized_forces, *arguments, given=("F_Bo_W",), needs=self.POSES, answer=tau)
         return ask(F_Bo_W)
 

@@ -290,6 +290,7 @@ class Layout(Memory):
             if name in scratch and (name != "work" or parameter.kind == "tuple"):
                 found[name] = scratch[name]
             elif name in row.models:
+                _require_model_name(row.calc, parameter)
                 found[name] = row.models[name]
             elif name in row.reads:
                 found[name] = _place(parameter, row.reads[name].span)
@@ -374,6 +375,20 @@ def _stage_row(stage: Any, n: int, kind: int, out: Span, event: EventDeclaration
     if isinstance(stage, FedStage):
         return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
     return Row(n, kind, stage, out, event=event)
+
+
+def _require_model_name(kernel: Kernel, parameter: Parameter) -> None:
+    """A kernel is compiled to look for other arrays in the slab: it would read whatever is at this address from there.
+
+    Raises:
+        TypeError: constant arrays for a parameter that is no model by its name.
+    """
+    if parameter.fields and not parameter.fields[0].absolute:
+        name = parameter.name
+        raise TypeError(
+            f"{kernel!r}: parameter {name!r} is given constant arrays. Kernels find these only under the names model "
+            f"and *_model: rename it to '{name}_model', there and where its arrays are given."
+        )
 
 
 def _place(parameter: Parameter, span: Span) -> Any:
