@@ -14,6 +14,8 @@ import argparse
 import sys
 from typing import Any
 
+from sheldrake.cli._output import add_json, reporting
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake mesh2urdf` takes."""
@@ -30,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--origin-at-com", action="store_true", help="link frame at the centre of mass")
     parser.add_argument("--preview", metavar="HTML", help="write a page with shapes, frame and centre of mass, too")
     parser.add_argument("--name", help="of robot and link (default: the output's)")
+    add_json(parser, "files, units, mass, notes and warnings")
     parser.add_argument("-o", "--output", metavar="URDF", help="file to write (default: beside the first mesh)")
 
 
@@ -54,12 +57,21 @@ def run(options: argparse.Namespace) -> int:
             return _fail(error)
     except (OSError, ValueError) as error:
         return _fail(error)
-    for note in model.notes:
-        print(note)
-    for warning in model.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    written = [model.path, *model.files, *([options.preview] if options.preview else [])]
-    print(f"wrote {', '.join(map(str, written))}")
+    written = [str(path) for path in (model.path, *model.files, *([options.preview] if options.preview else []))]
+    with reporting(options) as told:
+        told |= {
+            "files": written,
+            "units": [belief.unit for belief in model.units],
+            "mass": model.mass,
+            "center_of_mass": [float(x) for x in model.p_BoBcm_B],
+            "notes": model.notes,
+            "warnings": model.warnings,
+        }
+        for note in model.notes:
+            print(note)
+        for warning in model.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        print(f"wrote {', '.join(written)}")
     return 0
 
 
