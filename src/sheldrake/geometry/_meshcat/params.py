@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from sheldrake.common._options import typed_fields
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._roles import Role
@@ -48,6 +50,20 @@ class MeshcatParams:
     realtime_rate_period: float = 0.25
 
     PropertyTuple = MeshcatPropertyTuple
+
+
+@typed_fields
+@dataclasses.dataclass(kw_only=True, eq=False)
+class MeshcatVisualizerSurfaceVelocityData:
+    """What a MeshcatVisualizer is told of a body whose surface runs, as a belt does.
+
+    Attributes:
+        displacement_signal_name: Name of the body's signal in the bus of surface displacements.
+        axis_B: Axis around which the surface runs, in the body's frame.
+    """
+
+    displacement_signal_name: str = ""
+    axis_B: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(3))
 
 
 @typed_fields
