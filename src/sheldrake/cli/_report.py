@@ -15,9 +15,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Diagram, DiagramBuilder
 
 _VIEWERS = (".rrd", ".mcap")
 
