@@ -141,8 +141,8 @@ def move_others(program, S, side, row_table, calls, h):
     first = calls.state_begin
     end = first + calls.num_q + calls.num_v
     refresh(program, S, side, row_table, deriv)
-    for j in range(program.act_ptr[deriv], program.act_ptr[deriv + 1]):
-        r = program.act[j]
+    for j in range(program.calls_begin[deriv], program.calls_begin[deriv + 1]):
+        r = program.calls[j]
         if side.status == 0 and (r < calls.row_begin or r >= calls.row_end):
             call(program, S, side, row_table, r)
     if side.status == 0:

@@ -80,7 +80,7 @@ class Layout(Memory):
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
         self._stamps = self._tables["level"].tolist()
-        self.called = {*self._tables["act"].tolist(), *self._tables["pre"].tolist()}
+        self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
         del self.systems  # a layout is owned by the root system: it must not own it in turn
@@ -203,8 +203,8 @@ class Layout(Memory):
 
     def _make_tables(self) -> dict[str, np.ndarray]:
         self._make_groups()  # adds the rows of witness functions
-        pre = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
-        seg = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
+        prerequisites = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
+        segments = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)
         stamp0 = _program.SideWords.SIZE
         k0 = stamp0 + n_rows
@@ -224,12 +224,12 @@ class Layout(Memory):
         size[S.derivatives], size[S.steady] = n_groups - 1, steady
         return dict(
             level=_ints(levels),
-            pre=_ints(_flat(pre)),
-            pre_ptr=_pointers(pre),
-            act=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
-            act_ptr=_pointers([rows for _, _, rows, _ in self.group_list]),
-            seg=_ints(_flat(seg)).reshape(-1, 2),
-            seg_ptr=_pointers(seg),
+            prerequisites=_ints(_flat(prerequisites)),
+            prerequisites_begin=_pointers(prerequisites),
+            calls=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
+            calls_begin=_pointers([rows for _, _, rows, _ in self.group_list]),
+            segment=_ints(_flat(segments)).reshape(-1, 2),
+            segments_begin=_pointers(segments),
             group=_ints([(kind, clock) for kind, clock, _, _ in self.group_list]).reshape(-1, 2),
             clock=np.array(self.clocks, float).reshape(-1, 2),
             log=_ints([(a, b - a) for _, (a, b) in self.logs]).reshape(-1, 2),
