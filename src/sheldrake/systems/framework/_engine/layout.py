@@ -61,8 +61,8 @@ class Row:
 class Layout(Memory):
     """The `rows` and the `program` of a root system, whose first rows are the output ports in order."""
 
-    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset(), given: dict | None = None):
-        super().__init__(root, overrides, given)
+    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset(), structures: dict | None = None):
+        super().__init__(root, overrides, structures)
         self.structured = [n for n in self.leaves if self.systems[n]._structured]
         self.rows: list[Row] = []
         self.logs: list[tuple[int, Span]] = []
@@ -71,7 +71,7 @@ class Layout(Memory):
         self._stages: dict[int, list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
-        self._calls = [(row.calc, self._given(row)) if row.native else None for row in self.rows]
+        self._calls = [(row.calc, self._arguments_of(row)) if row.native else None for row in self.rows]
         self._tables = self._make_tables()
         self.version = sum(s._version for s in self.systems)
         leaves = [(n, self.systems[n]) for n in self.leaves]
@@ -278,7 +278,7 @@ class Layout(Memory):
             spans += [self.places[n].xc for n in nodes]
         return sorted((a, b - a) for a, b in spans if b > a)
 
-    def _given(self, row: Row) -> dict[str, Any]:
+    def _arguments_of(self, row: Row) -> dict[str, Any]:
         """Arguments of a kernel row: offsets into the slab, models elsewhere."""
         place, found = self.places[row.node], {}
         scratch = self._scratch.get(row.node)
