@@ -1,10 +1,12 @@
 """`sheldrake report`: one HTML file about a run: replay, plots in step with it, contacts, block diagram, model.
 
 Of a script, it runs the script as `sheldrake run` does, logs the state of every plant, and reports on the simulation
-that took the most steps. Of a file of logs (StreamLogs(), ToNpz(), ToCsv()), it shows the plots.
+that took the most steps; a file that ends with .rrd or .mcap is the same run for the Rerun or Foxglove viewer. Of a
+file of logs (StreamLogs(), ToNpz(), ToCsv()), it shows the plots.
 
   sheldrake report simulate.py
   sheldrake report -o fall.html simulate.py --duration 5      arguments after the script are the script's
+  sheldrake report -o fall.rrd simulate.py
   sheldrake report run.log
 """
 
@@ -16,6 +18,8 @@ import sys
 from typing import Any
 
 from sheldrake.cli._output import add_output, output_file, say_written
+
+_VIEWERS = (".rrd", ".mcap")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,6 +49,9 @@ def _report(options: argparse.Namespace, output: str) -> int:
     from sheldrake.report import SaveLogReport
     from sheldrake.systems.primitives import ReadLogs
 
+    if output.endswith(_VIEWERS):
+        print(f"sheldrake report: {options.script} has no scene; logs become a page (-o FILE.html).", file=sys.stderr)
+        return 1
     try:
         SaveLogReport(ReadLogs(options.script), output, title=os.path.basename(options.script))
     except (OSError, ValueError, ImportError) as error:
@@ -68,11 +75,12 @@ def _of_script(options: argparse.Namespace, output: str) -> int:
     longest = max(done, key=lambda s: s.get_num_steps_taken())
     if len(done) > 1:
         print(f"the script ran {len(done)} simulations; this is the one with most steps", file=sys.stderr)
-    from sheldrake.report import SaveReport
+    from sheldrake.report import SaveReport, SaveRun
 
+    save = SaveRun if output.endswith(_VIEWERS) else SaveReport
     try:
-        SaveReport(longest, output, title=os.path.basename(options.script))
-    except OSError as error:
+        save(longest, output, title=os.path.basename(options.script))
+    except (ImportError, OSError) as error:
         print(f"sheldrake report: {error}", file=sys.stderr)
         return 1
     return status

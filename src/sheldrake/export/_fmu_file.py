@@ -137,7 +137,10 @@ class FmuFile:
         if not re.match(r"(2|3)\.0", version):
             raise self._fault(f"it is of FMI {version}; 2.0 and 3.0 are understood.")
         if found.coSimulation is None:
-            raise self._fault("it is not for co-simulation: an FMU for model exchange alone brings no solver.")
+            raise self._fault(
+                "it is not for co-simulation: one for model exchange brings no solver, one for scheduled execution no "
+                "order of its parts."
+            )
         if not re.fullmatch(r"[A-Za-z_]\w*", str(found.coSimulation.modelIdentifier), re.ASCII):
             raise self._fault(f"its modelIdentifier {found.coSimulation.modelIdentifier!r} is no identifier of C.")
         return found

@@ -39,7 +39,7 @@ class Scene:
             self.description["frames"] = [
                 {"path": path, **_owner(plants, frame, path)} for frame, path in zip(frames, paths)
             ]
-            poses = np.array([numbers_of(query.GetPoseInWorld(frame)) for frame in frames]).reshape(1, -1, 7)
+            poses = numbers_of(query._world_matrices(frames, {}))[None]
             camera = camera_of(page, paths, poses) if paths else None
             self.description["camera"] = None if camera is None else camera.tolist()
         self.description["plants"] = [_plant(freezer, plant, k) for k, plant in enumerate(plants)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -174,6 +175,25 @@ class MeshcatAnimation:
         if track is None:
             track = self._poses[path] = {}
         track[frame] = pose
+
+    def _set_poses(self, frame: int, paths: list[str], poses: Iterable[np.ndarray]) -> None:
+        """Keeps poses, shape (3, 4) each, which nobody changes any more, under full paths."""
+        tracks = self._poses
+        for path, pose in zip(paths, poses):
+            track = tracks.get(path)
+            if track is None:
+                track = tracks[path] = {}
+            track[frame] = pose
+
+    def _set_values(self, frame: int, paths: list[str], name: str, values: list[Any]) -> None:
+        """Keeps one property of many full paths; values of the kind that the tracks have, if there are any."""
+        tracks = self._tracks
+        for path, value in zip(paths, values):
+            found = tracks.get(path)
+            if found is None or name not in found:
+                self.SetProperty(frame, path, name, value)
+            else:
+                found[name][1][frame] = value
 
     def _num_frames(self) -> int:
         """Returns one more than the highest frame number, 0 when empty."""

@@ -122,14 +122,12 @@ class SceneTree:
             self._changes.poses[path] = None
         self.on_change()
 
-    def set_poses(self, paths: list[str], poses: np.ndarray) -> None:
-        """Places many paths at once. The array, shape (n, 3, 4) or (n, 4, 4), is kept, not copied."""
+    def set_poses(self, paths: list[str], poses: Iterable[np.ndarray]) -> None:
+        """Places many paths at once. The arrays, shape (3, 4) or (4, 4) each, are kept, not copied."""
         with self._lock:
-            elements, changed = self._elements, self._changes.poses
-            for path, pose in zip(paths, poses):
-                element = elements.get(path) or self._element(path)
-                element.pose = pose
-                changed[path] = None
+            for path, element, pose in zip(paths, map(self._elements.get, paths), poses):
+                (element or self._element(path)).pose = pose
+            self._changes.poses.update(dict.fromkeys(paths))
         self.on_change()
 
     def set_property(self, path: str, name: str, value: Any) -> None:

@@ -83,15 +83,17 @@ class ConvexStep:
         prepare([*stages, cenic_step])
         u = [slot.span for slot in place.inputs]
         memory = {name: getattr(self._convex, name) for name in ("xd", "out", "p")}
-        spatial = [self._find_applied_force] if self._parts.applied_forces.are_used(plant) else []
-        called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), spatial)
+        spatial, running = self._parts.applied_forces.are_used(plant), self._parts.surface_speeds.any()
+        functions = [self._find_applied_force] * spatial + [self._find_surface_speeds] * running
+        called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), functions)
         rows = layout.stages(place.derivatives)
         starts = [j._q_start for j in self._parts.elements.joints if j.type_name() == "quaternion_floating"]
         self._calls = Calls(*called, np.zeros(PlantPlace.SIZE, np.int64), np.array(starts, np.int64))
         self._calls.state_begin = place.xc[0] - layout.xc[0]
         self._calls.num_q, self._calls.num_v = plant.num_positions(), plant.num_velocities()
-        self._calls.is_fed = bool(spatial) or self._is_fed()
+        self._calls.is_fed = spatial or self._is_fed()
         self._calls.spatial = len(stages) if spatial else -1
+        self._calls.surfaces = len(stages) + spatial if running else -1
         self._calls.row_begin, self._calls.row_end = rows[0], rows[-1] + 1
         set_step(span, cenic_step, Arguments(span, {**values, "calls": self._calls}, {"u": u, "p": place.p}))
 
@@ -104,6 +106,9 @@ class ConvexStep:
 
     def _find_applied_force(self) -> None:
         self._work.step.applied_force[:] = self._parts.applied_forces.as_generalized(self._context)
+
+    def _find_surface_speeds(self) -> None:
+        self._work.step.surface_speed[:] = self._parts.surface_speeds.speeds(self._context)
 
     def use(self, parameters: IcfSolverParameters) -> None:
         """Settings of the solver."""

@@ -46,7 +46,7 @@ class KinematicFunction:
         if not self._is_float:
             duals = np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(float(v)) for v in q], dtype=object)
             self._plant.SetPositions(self._context, duals)
-        elif not np.array_equal(self._plant.GetPositions(self._context), q):
+        elif self._plant.GetPositions(self._context).tobytes() != q.tobytes():
             self._plant.SetPositions(self._context, q)
 
     def _value(self, more: np.ndarray) -> np.ndarray:

@@ -74,7 +74,7 @@ class Longest:
 
 
 class Shown:
-    """Which paths below a prefix are drawn and which of them are visible now.
+    """Which full paths are drawn and which of them are visible now.
 
     Args:
         meshcat: Where to draw.
@@ -95,14 +95,21 @@ class Shown:
 
     def show(self, path: str, visible: bool, time: float) -> None:
         """Shows or hides a noted path from a time of a recording [s] on."""
-        if self._visible[path] != visible:
-            self._visible[path] = visible
-            self._meshcat.SetProperty(path, "visible", visible, time)
+        self.show_all([path], [visible], time)
+
+    def show_all(self, paths: list[str], visible: list[bool], time: float) -> None:
+        """The same for many paths."""
+        known = self._visible
+        changed = [path for path, seen in zip(paths, visible) if known[path] != seen]
+        if changed:
+            known.update(zip(paths, visible))
+            values = [known[path] for path in changed]
+            self._meshcat._set_properties(changed, "visible", values, time)
 
     def hide_others(self, paths: set[str], time: float) -> None:
         """Hides everything noted except some paths, from a time of a recording [s] on."""
-        for path in [path for path, visible in self._visible.items() if visible and path not in paths]:
-            self.show(path, False, time)
+        others = [path for path, visible in self._visible.items() if visible and path not in paths]
+        self.show_all(others, [False] * len(others), time)
 
     def clear(self) -> None:
         """Forgets all paths."""

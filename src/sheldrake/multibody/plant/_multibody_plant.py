@@ -17,6 +17,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.loops import Loops
 from sheldrake.multibody.plant._building.settings import Settings, checked_time_step
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.coordinates import Coordinates
@@ -41,6 +42,7 @@ _elements = Calls(Elements, "_parts.elements")
 _constraints = Calls(Constraints, "_parts.constraints")
 _loops = Calls(Loops, "_parts.loops")
 _geometry = Calls(PlantGeometry, "_parts.geometry")
+_surface_axes = Calls(SurfaceAxes, "_parts.surface_axes")
 _topology = Calls(Topology, "_parts.topology")
 _coordinates = Calls(Coordinates, "_parts.coordinates")
 _contexts = Calls(Contexts, "_parts.contexts")
@@ -178,6 +180,11 @@ class MultibodyPlant(LeafSystem):
         self._parts.elements.require_finalized("get_applied_spatial_force_input_port")
         return self.get_input_port(self._parts.inputs.spatial_force)
 
+    def get_surface_speeds_input_port(self) -> InputPort:
+        """Input: a BusValue with speeds of surfaces that run, by the scoped names of bodies; 0 where none [m/s]."""
+        self._parts.elements.require_finalized("get_surface_speeds_input_port")
+        return self.get_input_port(self._parts.inputs.surface_speeds)
+
     def get_state_output_port(self, model_instance: ModelInstanceIndex | None = None) -> OutputPort:
         """Output: positions, then velocities, of all or of one model instance."""
         return self.get_output_port(self._parts.output_ports.number("state", model_instance))
@@ -214,6 +221,10 @@ class MultibodyPlant(LeafSystem):
     def get_contact_results_output_port(self) -> OutputPort:
         """Output: ContactResults."""
         return self.get_output_port(self._parts.output_ports.number("contact_results"))
+
+    def get_surface_displacements_output_port(self) -> OutputPort:
+        """Output: a BusValue with how far surfaces that run have come, by the scoped names of the bodies [m]."""
+        return self.get_output_port(self._parts.output_ports.number("surface_displacements"))
 
     # --- How it advances, and how contact is modelled
 
@@ -322,6 +333,9 @@ class MultibodyPlant(LeafSystem):
     GetBodyFrameIdOrThrow = _geometry(PlantGeometry.GetBodyFrameIdOrThrow)
     set_adjacent_bodies_collision_filters = _geometry(PlantGeometry.set_adjacent_bodies_collision_filters)
     get_adjacent_bodies_collision_filters = _geometry(PlantGeometry.get_adjacent_bodies_collision_filters)
+
+    SetSurfaceVelocityAxis = _surface_axes(SurfaceAxes.SetSurfaceVelocityAxis)
+    GetSurfaceVelocityAxis = _surface_axes(SurfaceAxes.GetSurfaceVelocityAxis)
 
     # --- Its graph
 

@@ -29,8 +29,9 @@ from sheldrake.multibody.plant._step.accelerations import Accelerations
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reactions import Reactions
 from sheldrake.multibody.plant._step.reports import Reports
+from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import ModelInstanceIndex
-from sheldrake.systems.framework import Context, LeafSystem
+from sheldrake.systems.framework import BusValue, Context, LeafSystem
 
 GEOMETRY_POSE, DEFORMABLE_BODY_CONFIGURATION = 0, 1
 """Numbers of the ports that are there before Finalize()."""
@@ -54,6 +55,7 @@ class OutputPorts:
         reports: Forces and contacts.
         reactions: Forces of joints.
         accelerations: Of the last step.
+        speeds: How far surfaces have come.
     """
 
     def __init__(
@@ -66,10 +68,12 @@ class OutputPorts:
         reports: Reports,
         reactions: Reactions,
         accelerations: Accelerations,
+        speeds: SurfaceSpeeds,
     ) -> None:
         self._elements, self._settings, self._contexts = elements, settings, contexts
         self._coordinates, self._models = coordinates, models
         self._reports, self._reactions, self._accelerations = reports, reactions, accelerations
+        self._speeds = speeds
         self._numbers: dict[tuple[str, int | None], int] = {}
         self._frames: tuple[tuple[FrameId, ...], np.ndarray] | None = None  # and their bodies' rows in X_WB
 
@@ -125,7 +129,7 @@ class OutputPorts:
             port = plant.DeclareAbstractOutputPort(what, allocate, compute, tickets)
             self._numbers[what, None] = int(port.get_index())
 
-        self._numbers["state", None] = int(plant.DeclareStateOutputPort("state", state_index).get_index())
+        self._declare_state(plant, None, "state", np.arange(model.nq + model.nv), state_index, kinematic)
         objects("body_poses", _list_of(RigidTransform_, one_a_body), _calc_body_poses, kinematic)
         objects("body_spatial_velocities", _list_of(SpatialVelocity_, one_a_body), _calc_body_velocities, kinematic)
         accelerations = _list_of(SpatialAcceleration_, one_a_body)
@@ -141,6 +145,7 @@ class OutputPorts:
             self._declare_vector(plant, instance, "generalized_acceleration", nv, sampled)
             self._declare_vector(plant, instance, "generalized_contact_forces", nv, sampled)
             self._declare_vector(plant, instance, "net_actuation", nu, sampled)
+        objects("surface_displacements", _new_bus, _calc_surface_displacements, {plant.all_state_ticket()})
 
     def _declare_vector(
         self, plant: LeafSystem, instance: ModelInstanceIndex | None, what: str, size: int, tickets: set[Any]
@@ -177,13 +182,26 @@ class OutputPorts:
         name, model = self._name(instance, "state"), self._elements.model("Finalize")
         q, v = self._coordinates.indices(name, "q", instance), self._coordinates.indices(name, "v", instance)
         at = np.concatenate([q, model.nq + v]).astype(np.int64)
-        if len(at) == model.nq + model.nv:
+        self._declare_state(plant, instance, name, at, state_index, tickets)
+
+    def _declare_state(
+        self,
+        plant: LeafSystem,
+        instance: ModelInstanceIndex | None,
+        name: str,
+        at: np.ndarray,
+        state_index: Any,
+        tickets: set[Any],
+    ) -> None:
+        """A port with the elements `at` of the state."""
+        model = self._elements.model("Finalize")
+        if len(at) == model.nq + model.nv + self._contexts.num_misc_states():
             port = plant.DeclareStateOutputPort(name, state_index)
         else:
             kernel = select_discrete_state if self._settings.is_discrete() else select_continuous_state
             port = plant.DeclareVectorOutputPort(name, len(at), kernel, tickets)
             plant._output_models[int(port.get_index())] = {"select_model": at}
-        self._numbers["state", int(instance)] = int(port.get_index())
+        self._numbers["state", None if instance is None else int(instance)] = int(port.get_index())
 
     # --- names
 
@@ -253,6 +271,10 @@ class OutputPorts:
         """All contacts."""
         return self._reports.contact_results(context)
 
+    def surface_displacements(self, context: Context) -> BusValue:
+        """How far surfaces have come, by body."""
+        return self._speeds.displacements(context)
+
     def reaction_forces(self, context: Context) -> list[SpatialForce]:
         """F_CJc_Jc by joint."""
         return self._reactions.forces(context)
@@ -270,6 +292,10 @@ def _list_of(family: Any, count: int) -> Callable[[Any], AbstractValue]:
         return AbstractValue.Make([one] * count)
 
     return make
+
+
+def _new_bus(plant: Any) -> AbstractValue:
+    return AbstractValue.Make(BusValue())
 
 
 def _new_contact_results(plant: Any) -> AbstractValue:
@@ -298,3 +324,7 @@ def _calc_contact_results(plant: Any, context: Context, value: AbstractValue) ->
 
 def _calc_reactions(plant: Any, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.reaction_forces(context)
+
+
+def _calc_surface_displacements(plant: Any, context: Context, value: AbstractValue) -> None:
+    value._held = plant._parts.output_ports.surface_displacements(context)

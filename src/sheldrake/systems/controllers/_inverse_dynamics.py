@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import MultibodyForces_
+from sheldrake.multibody.tree._kernels.model import make_work
+from sheldrake.systems.controllers._kernels import inverse_dynamics as kernels
 from sheldrake.systems.controllers._pid import PidController, _vector
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
@@ -28,7 +32,7 @@ class InverseDynamicsMode(IndexEnum):
 
 
 class _PlantKeeper(LeafSystem):
-    """A system that computes with a plant, in a context of its own."""
+    """A system that computes with a plant, in a context of its own; on doubles by a kernel, with its parameters."""
 
     _generic = True
     _kept_systems = (("_plant", "_plant_context"),)
@@ -41,6 +45,19 @@ class _PlantKeeper(LeafSystem):
         self._plant = plant
         given = plant_context is not None
         self._plant_context = plant_context.Clone() if given else plant.CreateDefaultContext()
+
+    def _compute_with(self, kernel: Kernel) -> None:
+        """A kernel computes the first output port on doubles."""
+        model = parts_of(self._plant).elements.model(type(self).__name__)
+        n, bodies = model.nv, model.num_bodies
+        motion = kernels.Motion._make(np.zeros(shape) for shape in (n, n, n, (bodies, 6), (bodies, 6)))
+        self._declare_scratch(kernels.Work(make_work(model.tree), motion))
+        self._compute_natively(0, kernel)
+
+    def _kernel_models(self, root: Any) -> dict:
+        model = parts_of(self._plant).elements.model(type(self).__name__)
+        p = parts_of(self._plant).contexts.view(self._plant_context).p.copy()
+        return {"tree_model": model.tree, "force_model": model.forces, "p_model": p}
 
     def _plant_at(self, x: np.ndarray) -> Context:
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
@@ -89,6 +106,8 @@ class InverseDynamics(_PlantKeeper):
         if mode is InverseDynamicsMode.kInverseDynamics:
             self.DeclareVectorInputPort("desired_acceleration", plant.num_velocities())
         self.DeclareVectorOutputPort("generalized_force", plant.num_velocities(), self._calc_force)
+        gravity = self.is_pure_gravity_compensation()
+        self._compute_with(kernels.force_against_gravity if gravity else kernels.force_for_acceleration)
 
     def _calc_force(self, context: Context, output: Any) -> None:
         x = np.array(self.get_input_port(0).Eval(context))
@@ -237,6 +256,11 @@ class JointStiffnessController(_PlantKeeper):
         self.DeclareVectorInputPort("estimated_state", states)
         self.DeclareVectorInputPort("desired_state", states)
         self.DeclareVectorOutputPort("actuation", plant.num_actuated_dofs(), self._calc_actuation)
+        self._compute_with(kernels.actuation_of_springs)
+
+    def _kernel_models(self, root: Any) -> dict:
+        stiffness = kernels.Stiffness(self._kp, self._kd, np.ascontiguousarray(self._to_actuators))
+        return super()._kernel_models(root) | {"stiffness_model": stiffness}
 
     def _calc_actuation(self, context: Context, output: Any) -> None:
         x, desired = (np.array(self.get_input_port(i).Eval(context)) for i in range(2))

@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.systems.controllers import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
 from sheldrake.systems.controllers._lqr import _square
+from sheldrake.systems.estimators._kernels import observer as kernels
 from sheldrake.systems.framework import (
     BasicVector,
     ContinuousState,
@@ -17,7 +18,7 @@ from sheldrake.systems.framework import (
     OutputPort,
     System,
 )
-from sheldrake.systems.primitives import Linearize, LinearSystem
+from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
@@ -68,14 +69,29 @@ class LuenbergerObserver(LeafSystem):
         self.DeclareVectorInputPort("observed_system_output", output_size)
         if self._system.num_input_ports():
             self.DeclareVectorInputPort("observed_system_input", self._system.get_input_port(0).size())
+        if self._is_linear():
+            self._declare_scratch(kernels.Error(np.zeros(output_size)))
         if not self._discrete:
             self.DeclareStateOutputPort("estimated_state", self.DeclareContinuousState(BasicVector(x)))
+            if self._is_linear():
+                self.DeclareTimeDerivatives(kernels.rate_of_estimate)
             return
         self.DeclareStateOutputPort("estimated_state", self.DeclareDiscreteState(x))
         timing = self._system.GetUniquePeriodicDiscreteUpdateAttribute()
         if timing is None:
             raise RuntimeError("LuenbergerObserver(): a discrete system must have one periodic update.")
-        self.DeclarePeriodicDiscreteUpdateEvent(timing.period_sec(), timing.offset_sec(), self._update)
+        update = kernels.next_estimate if self._is_linear() else self._update
+        self.DeclarePeriodicDiscreteUpdateEvent(timing.period_sec(), timing.offset_sec(), update)
+
+    def _is_linear(self) -> bool:
+        """Whether a kernel computes it; an observer of another system asks that in Python."""
+        return isinstance(self._system, AffineSystem)
+
+    def _kernel_models(self, root: Any) -> dict:
+        if not self._is_linear():
+            return {}
+        system: Any = self._system
+        return {"system_model": system._kernel_models(root)["model"], "gain_model": kernels.Gain(self._gain)}
 
     def _correction(self, context: Context, x: np.ndarray) -> np.ndarray:
         """Puts estimate and input into the copy; returns L times the error of the output."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import operator
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
@@ -73,6 +74,8 @@ class LeafSystem(LeafEvents):
         self._scratch_prototype: Any = 0
         self._output_models: dict[int, dict] = {}
         """Constant arrays for the kernel of one output port, over those of `_kernel_models`."""
+        self._float_kernels: dict[int, tuple[Kernel, Callback]] = {}
+        """Of output ports that a kernel computes on doubles alone: it, and the callback for other scalars."""
 
     # Input ports.
 
@@ -272,6 +275,23 @@ class LeafSystem(LeafEvents):
         calcs += [event.handler for event in self._all_events()]
         calcs += [self._derivatives_calc()] if self._xc_model.size() else []
         return bool(calcs) and all(isinstance(c, Kernel) for c in calcs) and not self._has_witnesses()
+
+    def _compute_natively(self, j: int, kernel: Kernel | None) -> None:
+        """On doubles a kernel computes output port `j` from now on, on other scalars the declared callback; or not."""
+        _, callback = self._float_kernels.get(j, (None, self._outputs[j].calc))
+        self._float_kernels.pop(j, None)
+        if kernel is not None:
+            self._float_kernels[j] = kernel, callback
+        calc = callback if kernel is None or self._scalar is not float else kernel
+        self._outputs[j] = dataclasses.replace(self._outputs[j], calc=calc)
+        self._changed()
+
+    def _converted(self, scalar: Any) -> Any:
+        new = super()._converted(scalar)
+        if new is not None:
+            for j, (kernel, _) in list(new._float_kernels.items()):
+                new._compute_natively(j, kernel)
+        return new
 
     def _declare_scratch(self, prototype: Any) -> None:
         """Memory in the context for kernels: a size, or a NamedTuple of arrays to copy, or of NamedTuples of arrays.

@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.primitives._vector_log import VectorLog, _need, write_csv, write_mcap, write_npz, write_parquet
+from sheldrake.systems.primitives._vector_log import (
+    VectorLog,
+    _need,
+    log_channel,
+    write_csv,
+    write_mcap,
+    write_npz,
+    write_parquet,
+)
 
 
 class TableLog(VectorLog):
@@ -145,7 +153,7 @@ class LogSet(Mapping):
         Raises:
             ImportError: mcap is not installed.
         """
-        write_mcap(path, self._logs, "LogSet.ToMcap()")
+        write_mcap(path, [log_channel(title, log) for title, log in self._logs.items()], "LogSet.ToMcap()")
 
 
 def column_name(title: str, name: str, log: VectorLog) -> str:

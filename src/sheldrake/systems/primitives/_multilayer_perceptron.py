@@ -9,6 +9,7 @@ import numpy as np
 
 from sheldrake.common._enums import IndexEnum
 from sheldrake.systems.framework import BasicVector, LeafSystem
+from sheldrake.systems.primitives._kernels import perceptron as kernels
 
 if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
@@ -83,6 +84,14 @@ class MultilayerPerceptron(LeafSystem):
         self.DeclareNumericParameter(BasicVector(np.zeros(n)))
         self.DeclareVectorInputPort("x", len(self._periodic))
         self.DeclareVectorOutputPort("y", self._layers[-1], self._calc)
+        largest = max(self._layers)
+        self._declare_scratch(kernels.Values(np.zeros(largest), np.zeros(largest)))
+        self._compute_natively(0, kernels.perceptron)
+
+    def _kernel_models(self, root: Any) -> dict:
+        sizes = zip(self._layers[:-1], self._layers[1:])
+        layers = [(n, m, a, int(kind)) for (n, m), (a, *_), kind in zip(sizes, self._at, self._kinds)]
+        return {"network_model": kernels.Network(np.array(layers, np.int64), np.array(self._periodic, np.int64))}
 
     # Parameters.
 

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,31 +115,51 @@ def write_npz(path: str | os.PathLike, **arrays: np.ndarray) -> None:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]  # names of arrays, not its other parameters
 
 
-def write_mcap(path: str | os.PathLike, logs: Mapping[str, Any], call: str) -> None:
-    """A topic for each log; messages are JSON objects with a number for each element, NaN and infinity as null."""
+class Channel(NamedTuple):
+    """What an MCAP file has under one topic: JSON objects in time.
+
+    Attributes:
+        topic: Its name.
+        schema_name: What viewers know such objects by.
+        schema: The same as a JSON schema.
+        times: [s].
+        message: The object of sample k.
+    """
+
+    topic: str
+    schema_name: str
+    schema: dict[str, Any]
+    times: list[float]
+    message: Callable[[int], dict[str, Any]]
+
+
+def log_channel(title: str, log: Any) -> Channel:
+    """A log as objects with a number for each element, NaN and infinity as null."""
+    names, data = log.names(), log.data().T
+    properties = {n: {"type": "number", "description": u} for n, u in zip(names, log.units())}
+
+    def message(k: int) -> dict[str, Any]:
+        return {n: x if math.isfinite(x) else None for n, x in zip(names, data[k].tolist())}
+
+    schema = {"type": "object", "properties": properties}
+    return Channel("/" + title.lstrip("/"), title, schema, log.sample_times().tolist(), message)
+
+
+def write_mcap(path: str | os.PathLike, channels: list[Channel], call: str) -> None:
+    """Writes channels, messages in the order of their times, and of channels where times are equal."""
 
     writers = _need("mcap.writer", call, "pip install 'sheldrake[mcap]'")
     with whole_file(path) as file:
         writer = writers.Writer(file)
         writer.start("", "sheldrake")
         queue: list[tuple[int, int, int, int]] = []
-        records = []
-        for number, (title, log) in enumerate(logs.items()):
-            names = log.names()
-            schema = {
-                "type": "object",
-                "properties": {n: {"type": "number", "description": u} for n, u in zip(names, log.units())},
-            }
-            schema_id = writer.register_schema(title, "jsonschema", json.dumps(schema).encode())
-            channel = writer.register_channel("/" + title.lstrip("/"), "json", schema_id)
-            times, data = log.sample_times(), log.data().T
-            records.append((names, data))
-            queue += [(round(t * 1e9), number, row, channel) for row, t in enumerate(times.tolist())]
-        for nanoseconds, number, row, channel in sorted(queue):
-            names, data = records[number]
-            message = {n: x if math.isfinite(x) else None for n, x in zip(names, data[row].tolist())}
-            text = json.dumps(message).encode()
-            writer.add_message(channel, nanoseconds, text, nanoseconds, row)
+        for number, (topic, name, schema, times, _) in enumerate(channels):
+            schema_id = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+            channel = writer.register_channel(topic, "json", schema_id)
+            queue += [(round(t * 1e9), number, k, channel) for k, t in enumerate(times)]
+        for nanoseconds, number, k, channel in sorted(queue):
+            text = json.dumps(channels[number].message(k)).encode()
+            writer.add_message(channel, nanoseconds, text, nanoseconds, k)
         writer.finish()
 
 
@@ -273,7 +293,7 @@ class VectorLog:
         Raises:
             ImportError: mcap is not installed.
         """
-        write_mcap(path, {topic: self}, "VectorLog.ToMcap()")
+        write_mcap(path, [log_channel(topic, self)], "VectorLog.ToMcap()")
 
 
 class _ContextLog(VectorLog):

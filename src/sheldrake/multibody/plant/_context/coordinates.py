@@ -136,13 +136,13 @@ class Coordinates:
         return self.count(call, "q", model_instance) + self.count(call, "v", model_instance)
 
     def num_misc_continuous_states(self) -> int:
-        """Number of continuous variables that are neither positions nor velocities: none.
+        """Number of continuous variables that are neither positions nor velocities: how far belts have come.
 
         Raises:
             RuntimeError: before Finalize().
         """
         self._elements.require_finalized("num_misc_continuous_states")
-        return 0
+        return self._contexts.num_misc_states()
 
     def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of actuators, of all or of one model instance."""

@@ -18,6 +18,7 @@ from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
 from sheldrake.multibody.plant._step.input_ports import input_vector, sees_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
 
@@ -31,6 +32,7 @@ class Advance:
         contexts: The state.
         models: The arrays of the kernels.
         applied: Forces that come as objects.
+        speeds: How fast surfaces run.
         failures: Why kernels could not go on.
     """
 
@@ -41,10 +43,11 @@ class Advance:
         contexts: Contexts,
         models: KernelModels,
         applied: AppliedForces,
+        speeds: SurfaceSpeeds,
         failures: Failures,
     ) -> None:
         self._elements, self._settings, self._contexts = elements, settings, contexts
-        self._models, self._applied, self._failures = models, applied, failures
+        self._models, self._applied, self._speeds, self._failures = models, applied, speeds, failures
         kind = DiscreteUpdate if settings.is_discrete() else ContinuousDynamics
         self.equations: Any = kind(elements, settings, models)
         """A `DiscreteUpdate` or `ContinuousDynamics`: which kernels run, and what their scratch means."""
@@ -66,6 +69,8 @@ class Advance:
         if refusal := self.equations.refusal(root):
             return refusal
         kernels = self.equations.stages(self._models.in_root(root))
+        if self._speeds.any():
+            kernels = [PythonStage(_find_surface_speeds, (self.equations.vectors, "surface_speed")), *kernels]
         if not self._applied.are_used(plant):
             return kernels
         reads = PythonStage(_find_applied_force, (self.equations.vectors, "applied_force"))
@@ -77,6 +82,11 @@ class Advance:
         if view.applied_force is None:
             view.applied_force = self.equations.applied_force(context._store.scratch(context._node))
         view.applied_force[:] = self._applied.as_generalized(context)
+
+    def find_surface_speeds(self, context: Context) -> None:
+        """Puts the speeds of surfaces into the scratch of the step or the derivatives."""
+        scratch = context._store.scratch(context._node)
+        getattr(scratch, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
 
     # --- scratch
 
@@ -132,6 +142,7 @@ class Advance:
         """
         view, discrete = self._contexts.view(context), self._settings.is_discrete()
         self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
+        getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
         u = tuple(input_vector(context, i) for i in range(context.num_input_ports()))
         connected = sees_geometry(context)
         if self._models.misses_geometry(connected):
@@ -154,3 +165,7 @@ def _stages_in(plant: Any, root: Any) -> list[Kernel | PythonStage | FedStage]:
 
 def _find_applied_force(plant: Any, context: Context) -> None:
     plant._parts.advance.find_applied_force(context)
+
+
+def _find_surface_speeds(plant: Any, context: Context) -> None:
+    plant._parts.advance.find_surface_speeds(context)

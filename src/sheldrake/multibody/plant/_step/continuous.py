@@ -23,6 +23,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
     FaceForce,
     contact_forces,
     plant_derivatives,
+    run_surfaces,
     smooth_forces,
     surface_forces,
 )
@@ -61,7 +62,8 @@ class ContinuousDynamics:
         strict = self._settings.contact_model is ContactModel.kHydroelastic
         contact = contact_stages(models["geometry_model"], models["hydro_model"], strict, contact_forces)
         surfaces = [surface_forces] if len(models["hydro_model"].pair) else []
-        return [smooth_forces, *contact, *surfaces, plant_derivatives]
+        running = [run_surfaces] if len(self._models.plant_model.belt) else []
+        return [smooth_forces, *running, *contact, *surfaces, plant_derivatives]
 
     def refusal(self, root: Any) -> list[Kernel]:
         """The kernel that refuses derivatives in the contexts of a root, where they cannot be computed."""
@@ -73,11 +75,13 @@ class ContinuousDynamics:
         """The scratch of the derivatives."""
         model = self._elements.model("MultibodyPlant")
         table, nb, nv = contact_table(geometry.model), model.num_bodies, model.nv
+        belts = len(self._models.plant_model.belt)
         surfaces = hydro_table(geometry.hydro, face_capacity(geometry.hydro))
         flow = DerivativeVectors(
             np.zeros((len(table.pair), ContactForce.SIZE)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
             np.zeros(nv), np.zeros(nv), np.zeros(len(model.actuators)), np.zeros(model.nq),
             np.array([self._settings.stiction_tolerance]), np.zeros(nv),
+            np.zeros(belts), np.zeros((nb, 3)),
             np.zeros((len(surfaces.face), FaceForce.SIZE)),
         )  # fmt: skip
         return DerivativeWork(make_work(model.tree), table, flow, surfaces)

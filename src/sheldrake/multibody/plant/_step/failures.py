@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, face_capacity
-from sheldrake.multibody.contact_solvers._kernels.status import MOTION_NOT_FINITE
+from sheldrake.multibody.contact_solvers._kernels.problem import MOTION_NOT_FINITE
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry

@@ -15,6 +15,7 @@ from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._context.coordinates import Coordinates
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import PlantModel
@@ -46,6 +47,7 @@ class KernelModels:
         elements: The model of the tree.
         settings: Time step and numbers of contact.
         geometry: What may touch.
+        axes: Surfaces that run.
         constraints: What holds bodies and joints together.
         coordinates: Which inputs model instances have.
         inputs: Where efforts come from.
@@ -56,11 +58,12 @@ class KernelModels:
         elements: Elements,
         settings: Settings,
         geometry: PlantGeometry,
+        axes: SurfaceAxes,
         constraints: Constraints,
         coordinates: Coordinates,
         inputs: InputPorts,
     ) -> None:
-        self._elements, self._settings, self._geometry = elements, settings, geometry
+        self._elements, self._settings, self._geometry, self._axes = elements, settings, geometry, axes
         self._constraints, self._coordinates, self._inputs = constraints, coordinates, inputs
         self.compiled: dict[int, CompiledGeometry] = {}
         """For the last few states of the SceneGraph, by serial."""
@@ -177,6 +180,7 @@ class KernelModels:
             self._constraints.rows(),
             locks,
             _dry_frictions(model.joints),
+            self._axes.rows(),
         )
 
     def _actuator_row(self, a: JointActuator) -> dict[str, Any]:

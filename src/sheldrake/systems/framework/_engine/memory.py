@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import weakref
 from typing import Any
 
 from sheldrake.systems.framework._engine.scratch import size_of
@@ -55,6 +56,7 @@ class Memory(Topology):
         super().__init__(root, overrides)
         self.structures = structures or {}
         """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
+        self.stores: weakref.WeakSet[Any] = weakref.WeakSet()
         self.size = 1
         self.places = [Place() for _ in self.nodes]
         self.groups: list[Span] = []
@@ -214,6 +216,10 @@ class RootView:
     def slot(self, i: int) -> Slot:
         """Where the value of input port `i` is."""
         return self._layout.places[self._node].inputs[i]
+
+    def stores(self) -> weakref.WeakSet[Any]:
+        """Stores of contexts with this layout, now and later; `Store.restructure` has one follow a changed system."""
+        return self._layout.stores
 
     @property
     def root(self) -> Any:

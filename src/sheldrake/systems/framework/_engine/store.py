@@ -118,6 +118,7 @@ class Store:
 
     def _begin(self) -> None:
         """What is rebuilt for every store, clones too."""
+        self.layout.stores.add(self)
         self.side: Any = Side(self.I)
         self.i: Any = memoryview(self.I)  # type: ignore[arg-type]
         self.native = self.S.dtype == float and jit_enabled()  # whether kernels run as machine code on this slab
@@ -264,7 +265,7 @@ class Store:
         return next((self.waiting.inputs.get(p) for p, number in layout.free.items() if number == slot.free), None)
 
     def restructure(self) -> None:
-        """A system changed what its `_structure_in` says. The layout follows before anything is computed."""
+        """A system changed what its `_structure_in` says, or itself. The layout follows before anything is computed."""
         self.waiting.structure = True
         self.wait()
 
@@ -291,7 +292,7 @@ class Store:
                 for (n, i), value in waiting.inputs.items():
                     self.fix(n, i, value)
                 self.out_of_date()
-            elif waiting.structure and (structures := self._structures()) != self.layout.structures:
+            elif waiting.structure and ((structures := self._structures()) != self.layout.structures or self._is_old()):
                 self._move_to(self.systems[0]._layout_with(self.layout.overrides, structures))
                 self.out_of_date()
             waiting.move_logs(self)
@@ -302,6 +303,10 @@ class Store:
         """What systems say of this context that the layout must know."""
         found = {n: self.systems[n]._structure_in(self.context(n)) for n in self.layout.structured}
         return {n: structure for n, structure in found.items() if structure is not None}
+
+    def _is_old(self) -> bool:
+        """Whether a system has changed since the layout was made."""
+        return self.layout.version != sum(s._version for s in self.systems)
 
     def _move_to(self, new: Layout) -> None:
         """Other memory with the same values.
