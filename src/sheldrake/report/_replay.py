@@ -14,8 +14,6 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 
 if TYPE_CHECKING:
-    from sheldrake.geometry._meshcat.meshcat import Meshcat
-    from sheldrake.math._rigid_transform import RigidTransform
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._diagram import Diagram
 

@@ -154,6 +154,13 @@ class View:
 
     # --- stages
 
+    def X_WB(self) -> np.ndarray:
+        """Poses of the bodies by row, to be read only."""
+        if self.T is AutoDiffXd:
+            return self.calls.results(self.POSES, self.work).X_WB
+        self._ask_poses()
+        return self.work.X_WB
+
     def positions(self) -> Any:
         """The workspace with `X_WB`, `S` and `inertia`; for duals what it would hold, to be read only."""
         if self.T is AutoDiffXd:
@@ -171,6 +178,10 @@ class View:
     def body_velocities(self) -> np.ndarray:
         """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
         return self._ask_body_velocities()
+
+    @cached_property
+    def _ask_poses(self) -> Query:
+        return self.calls.stages(self.POSES)
 
     @cached_property
     def _ask_positions(self) -> Query:
