@@ -370,7 +370,7 @@ def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
         )
 
 
-def _mapped(call: str, found: Any) -> np.ndarray:
+def _mapped(call: str, found: np.ndarray) -> np.ndarray:
     if type(found) is int:
         raise TypeError(f"{call}(): the given numbers must have the scalar type of the context.")
     return found
