@@ -28,7 +28,8 @@ BODIES = """<robot name="r">
       <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="5"/>
     </inertial>
     <collision><origin xyz="1 0 0"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision>
-    <collision><origin xyz="3 0 0" rpy="0.1 0.2 0.3"/><geometry><cylinder radius="0.1" length="0.4"/></geometry></collision>
+    <collision><origin xyz="3 0 0" rpy="0.1 0.2 0.3"/>
+      <geometry><cylinder radius="0.1" length="0.4"/></geometry></collision>
     <visual><geometry><sphere radius="0.3"/></geometry></visual></link>
 </robot>"""
 
