@@ -60,12 +60,13 @@ class Failure(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What a campaign found; `seconds` of the clock."""
+    """What a campaign found; `seconds` of the clock, `cpu` of its processes' time."""
 
     campaign: Campaign
     trials: int
     failures: list[Failure]
     seconds: float
+    cpu: float
 
     def count(self, kind: str) -> int:
         """Failures of a kind."""
@@ -112,6 +113,7 @@ def run(campaign: Campaign, trials: int, seconds: float, seed: int) -> Outcome:
         seed: Of all its chance.
     """
     start, number, done, failures = time.monotonic(), 0, 0, []
+    before = _cpu_of_children()
     path = os.pathsep.join(os.path.abspath(p) for p in sys.path)
     environment = {**os.environ, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1", "SHELDRAKE_QUIET": "1"}
     environment |= campaign.environment
@@ -143,4 +145,9 @@ def run(campaign: Campaign, trials: int, seconds: float, seed: int) -> Outcome:
             Failure(number, "hang" if is_hang else "crash", f"status {found.returncode}\n" + "\n".join(lines[-30:]))
         )
         number, done = number + 1, done + 1
-    return Outcome(campaign, done, failures, time.monotonic() - start)
+    return Outcome(campaign, done, failures, time.monotonic() - start, _cpu_of_children() - before)
+
+
+def _cpu_of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

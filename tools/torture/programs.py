@@ -7,6 +7,7 @@ equal numbers bit for bit, or the same error in the same words.
 from __future__ import annotations
 
 import copy
+import functools
 import math
 import pathlib
 import random
@@ -20,13 +21,17 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule, run_state_machine_as_test
 from tests.unit.systems.framework import random_diagrams
+from tools.torture.calls import MODEL as ROBOT
 
+from sheldrake.common.value import Value
+from sheldrake.multibody.parsing import Parser
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from sheldrake.systems import analysis
 from sheldrake.systems import primitives as pr
-from sheldrake.systems.framework import DiagramBuilder, LeafSystem, LoadContext, SaveContext
+from sheldrake.systems.framework import DiagramBuilder, LeafSystem, LoadContext, PortDataType, SaveContext
 
 PROGRAMS = 25  # of one trial: hypothesis starts slowly
-LONGEST = 2.0  # [s] that a call may advance
+LONGEST = 0.1  # [s] that a call may advance
 CALLS = 15  # of a program, at most
 PLACES = ("periodic", "per_step", "discrete", "unrestricted", "output", "derivatives", "monitor")
 SCHEMES = (
@@ -37,7 +42,7 @@ SCHEMES = (
     "bogacki_shampine3",
     "implicit_euler",
 )
-NUMBERS = (0.0, -0.0, 1.0, -2.5, 1e-12, 1e6, 1e300, 5e-324, math.inf, -math.inf, math.nan)
+NUMBERS = (0.0, -0.0, 0.07, 1.0, -2.5, 1e-12, 1e6, 1e300, 5e-324, math.inf, -math.inf, math.nan)
 _MADE_UP = re.compile(r"0x[0-9a-f]{6,}|@[0-9a-f]{8,}|/tmp/[\w/.-]+|\b\d{15}\b")
 
 
@@ -50,7 +55,7 @@ class Listener(LeafSystem):
         self.DeclareVectorInputPort("u", 2)
         self.DeclareContinuousState(1)
         self.DeclareDiscreteState([1.0])
-        self.DeclareAbstractState(_value("start"))
+        self.DeclareAbstractState(Value[str]("start"))
         self.DeclareVectorOutputPort("y", 2, self.output)
         self.DeclarePeriodicPublishEvent(1 / 64, 0.0, lambda context: hear("periodic"))
         self.DeclarePerStepPublishEvent(lambda context: hear("per_step"))
@@ -74,10 +79,17 @@ class Listener(LeafSystem):
         derivatives[0] = self.get_input_port().Eval(context)[0] - context.get_continuous_state_vector()[0]
 
 
-def _value(content: Any) -> Any:
-    from sheldrake.common.value import Value
-
-    return Value[str](content)
+def _robot(seed: int) -> Any:
+    """A robot of two bodies, in steps or continuous; with geometry, and so with contact, in every third."""
+    builder, period = DiagramBuilder(), (0.0, 1 / 64, 1e-3)[seed % 3]
+    plant = MultibodyPlant(period) if seed % 9 >= 3 else AddMultibodyPlantSceneGraph(builder, period)[0]
+    Parser(plant).AddModelsFromString(ROBOT, "urdf")
+    plant.Finalize()
+    if plant.get_source_id() is None:
+        return plant
+    builder.ExportInput(plant.get_actuation_input_port(), "u")
+    builder.ExportOutput(plant.get_state_output_port(), "x")
+    return builder.Build()
 
 
 class World:
@@ -85,11 +97,12 @@ class World:
 
     Args:
         native: Whether its simulators step natively.
-        folder: For files.
+        path: Where it saves; there is nothing yet.
     """
 
-    def __init__(self, native: bool, folder: pathlib.Path) -> None:
-        self.native, self.path = native, folder / "saved.npz"
+    def __init__(self, native: bool, path: pathlib.Path) -> None:
+        self.native, self.path = native, path
+        path.unlink(missing_ok=True)
         self.builder, self.systems = DiagramBuilder(), []
         self.diagram: Any = None
         self.simulator: Any = None
@@ -114,24 +127,31 @@ class World:
             lambda: random_diagrams.random_leaf(g),
             lambda: Listener(self.hear),
             lambda: pr.ConstantVectorSource(g.normal(size=2)),
-            lambda: random_diagrams.random_diagram(g, 1),
+            lambda: random_diagrams.random_diagram(g, int(seed % 4 == 0)),
             lambda: pr.Integrator(2),
+            lambda: _robot(seed),
         ]
         self.systems.append(self.builder.AddSystem(kinds[kind % len(kinds)]()))
         return len(self.systems)
 
+    def output_port(self, k: int, j: int) -> Any:
+        """An output of a system that there is; one that there is not, where `j` is large."""
+        system = self.systems[k % len(self.systems)]
+        return system.get_output_port(j if j > 10 else j % max(1, system.num_output_ports()))
+
+    def input_port(self, k: int, i: int) -> Any:
+        system = self.systems[k % len(self.systems)]
+        return system.get_input_port(i if i > 10 else i % max(1, system.num_input_ports()))
+
     def connect(self, source: int, output: int, target: int, i: int) -> Any:
-        ports = self.systems[source % len(self.systems)], self.systems[target % len(self.systems)]
-        self.builder.Connect(ports[0].get_output_port(output), ports[1].get_input_port(i))
+        self.builder.Connect(self.output_port(source, output), self.input_port(target, i))
         return "connected"
 
     def export(self, target: int, i: int) -> Any:
-        return int(
-            self.builder.ExportInput(self.systems[target % len(self.systems)].get_input_port(i), f"in{target}_{i}")
-        )
+        return int(self.builder.ExportInput(self.input_port(target, i), f"in{target}_{i}"))
 
     def log(self, source: int, output: int) -> Any:
-        pr.LogVectorOutput(self.systems[source % len(self.systems)].get_output_port(output), self.builder)
+        pr.LogVectorOutput(self.output_port(source, output), self.builder)
         return "logged"
 
     def finish(self, free: bool) -> Any:
@@ -141,7 +161,8 @@ class World:
             for system in self.systems:
                 for i in range(system.num_input_ports()):
                     port = system.get_input_port(i)
-                    if not self.builder.IsConnectedOrExported(port) and port.size() in source:
+                    is_vector = port.get_data_type() == PortDataType.kVectorValued
+                    if is_vector and not self.builder.IsConnectedOrExported(port) and port.size() in source:
                         self.builder.Connect(source[port.size()].get_output_port(), port)
         self.diagram = self.builder.Build()
         return self.simulate()
@@ -194,7 +215,7 @@ class World:
     def evaluate(self, k: int, x: float) -> Any:
         system, context = self.leaf(k)
         values = [system.get_output_port(j).Eval(context) for j in range(system.num_output_ports())]
-        return [np.asarray(value).view(np.int64).tolist() for value in values]
+        return [v.view(np.int64).tolist() if isinstance(v, np.ndarray) else type(v).__name__ for v in values]
 
     def derivatives(self, k: int, x: float) -> Any:
         return self.diagram.EvalTimeDerivatives(self.context).CopyToVector().view(np.int64).tolist()
@@ -248,9 +269,10 @@ class World:
         return self.state()
 
     def convert(self, k: int, x: float) -> Any:
-        other = self.diagram.ToAutoDiffXd() if k % 2 else self.diagram.ToSymbolic()
+        system, mine = self.leaf(k)
+        other = system.ToAutoDiffXd() if k % 2 else system.ToSymbolic()
         context = other.CreateDefaultContext()
-        context.SetTimeStateAndParametersFrom(self.context) if k % 3 else None
+        context.SetTimeStateAndParametersFrom(mine) if k % 3 else None
         return context.num_continuous_states()
 
     def read_logs(self, k: int, x: float) -> Any:
@@ -328,15 +350,9 @@ CALLS_OF_A_WORLD = tuple(
 class Programs(RuleBasedStateMachine):
     """One program: some systems, some wires, then any calls."""
 
-    count = 0
-
     def __init__(self) -> None:
         super().__init__()
-        Programs.count += 1
-        self.folder = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(self.folder.name)
-        (folder / "native").mkdir(), (folder / "interpreted").mkdir()
-        self.worlds = [World(True, folder / "native"), World(False, folder / "interpreted")]
+        self.worlds = [World(True, _folder() / "native.npz"), World(False, _folder() / "interpreted.npz")]
 
     def both(self, *words: Any) -> Any:
         """Makes a call in both worlds, which say the same of it."""
@@ -348,18 +364,31 @@ class Programs(RuleBasedStateMachine):
 
     small = st.integers(0, 12)
 
-    @initialize(kinds=st.lists(st.integers(0, 4), max_size=4), seed=st.integers(0, 2**32 - 1))
-    def begin(self, kinds: list[int], seed: int) -> None:
+    @initialize(
+        kinds=st.lists(st.integers(0, 5), max_size=4),
+        seed=st.integers(0, 2**32 - 1),
+        wires=st.lists(st.tuples(small, small, small, small), max_size=6),
+        logged=small,
+        end=st.integers(0, 11),
+    )
+    def begin(self, kinds: list[int], seed: int, wires: list[tuple[int, ...]], logged: int, end: int) -> None:
+        """Mostly a diagram with a wire here and there, and a simulator; some are built call by call."""
         for n, kind in enumerate([1, *kinds]):
             self.both("add", kind, seed + n)
+        for source, output, sink, i in wires if kinds else ():
+            sink = 1 + sink % len(kinds)  # behind its source: what feeds itself cannot be built
+            self.both("connect", source % sink, output, sink, i)
+        if end < 10:
+            self.both("log", logged, seed % 13)
+            self.both("finish", seed % 8 == 3)
 
     @precondition(lambda self: self.worlds[0].diagram is None)
-    @rule(source=small, output=st.integers(0, 3), sink=small, i=st.integers(0, 3))
+    @rule(source=small, output=small, sink=small, i=small)
     def connect(self, source: int, output: int, sink: int, i: int) -> None:
         self.both("connect", source, output, sink, i)
 
     @precondition(lambda self: self.worlds[0].diagram is None)
-    @rule(source=small, output=st.integers(0, 1), export=st.booleans())
+    @rule(source=small, output=small, export=st.booleans())
     def log(self, source: int, output: int, export: bool) -> None:
         self.both("export" if export else "log", source, output)
 
@@ -379,14 +408,12 @@ class Programs(RuleBasedStateMachine):
     )
     def hook(self, place: str, name: str, k: int, x: float) -> None:
         self.both("hook", place, name, k, x)
-
-    @precondition(lambda self: self.worlds[0].simulator is not None)
-    @rule(k=small)
-    def advance(self, k: int) -> None:
         self.both("advance", k, 0.0)
 
-    def teardown(self) -> None:
-        self.folder.cleanup()
+
+@functools.cache
+def _folder() -> pathlib.Path:
+    return pathlib.Path(tempfile.mkdtemp(prefix="torture-"))
 
 
 def some_programs(chance: random.Random, number: int) -> None:

@@ -121,7 +121,7 @@ class Sweep:
         return call.func(t, *call.args[1:]) or slopes.copy()
 
     def beginning(self, copies: Copies) -> np.ndarray:
-        """What `run_points` copies before each point: this, and what is reset; the arrays are kept alive."""
+        """What `run_points` copies before the first point: this, and what is reset; the arrays are kept alive."""
         self._beginnings.append(copies)
         return _table([*copies, *self._resets_of_arrays])
 

@@ -6,15 +6,20 @@ about x maps z on y exactly.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalar_math import all_of, atan2, cos, select, sin, sqrt
 from sheldrake.common._scalars import new_array
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-def norm2(x: Any, y: Any, z: Any, w: Any) -> Any:
+    from sheldrake.common._types import Number
+
+
+def norm2(x: Number, y: Number, z: Number, w: Number) -> Number:
     """Squared length of a quaternion, summed as Eigen's four-wide packet does."""
     return (x * x + z * z) + (y * y + w * w)
 
@@ -115,7 +120,7 @@ def matrix_to_canonical_quaternion(M: np.ndarray) -> tuple:
     return select(w < 0.0, lambda: (-w, -x, -y, -z), lambda: (w, x, y, z))
 
 
-def angle_axis_to_matrix(T: type, angle: Any, axis: Any) -> np.ndarray:
+def angle_axis_to_matrix(T: type, angle: Number, axis: Sequence[Number]) -> np.ndarray:
     """Rotation by `angle` [rad] about a unit vector, shape (3, 3)."""
     x, y, z = axis
     s, c = sin(angle), cos(angle)
@@ -133,7 +138,7 @@ def angle_axis_to_matrix(T: type, angle: Any, axis: Any) -> np.ndarray:
     )
 
 
-def quaternion_to_angle_axis(wxyz: Any) -> tuple:
+def quaternion_to_angle_axis(wxyz: Sequence[Number]) -> tuple:
     """(angle in [0, pi] [rad], x, y, z) of a quaternion; the x axis where it does not turn at all."""
     w, x, y, z = wxyz
     n = sqrt(x * x + y * y + z * z)
@@ -149,7 +154,7 @@ def quaternion_to_angle_axis(wxyz: Any) -> tuple:
     return select(n != 0.0, turned, not_turned)
 
 
-def angle_axis_to_quaternion(angle: Any, axis: Any) -> tuple:
+def angle_axis_to_quaternion(angle: Number, axis: Sequence[Number]) -> tuple:
     """(w, x, y, z) of a rotation by `angle` [rad] about a unit vector."""
     half = 0.5 * angle
     s = sin(half)
@@ -157,7 +162,7 @@ def angle_axis_to_quaternion(angle: Any, axis: Any) -> tuple:
     return (cos(half), s * x, s * y, s * z)
 
 
-def quaternion_product(a: Any, b: Any) -> tuple:
+def quaternion_product(a: Sequence[Number], b: Sequence[Number]) -> tuple:
     """Hamilton product of two quaternions (w, x, y, z)."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
@@ -169,7 +174,7 @@ def quaternion_product(a: Any, b: Any) -> tuple:
     )
 
 
-def rotate_by_unit_quaternion(q: Any, v: Any) -> tuple:
+def rotate_by_unit_quaternion(q: Sequence[Number], v: Sequence[Number]) -> tuple:
     """Vector `v` turned by the unit quaternion (w, x, y, z)."""
     w, x, y, z = q
     vx, vy, vz = v

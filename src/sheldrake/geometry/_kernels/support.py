@@ -96,6 +96,26 @@ def has_faces(model, g):
     return kind == BOX or kind == HULL or kind == CYLINDER
 
 
+@kernel
+def is_curved(model, g):
+    """Whether the core of a shape is no polytope."""
+    kind = model[g].kind
+    return kind == CYLINDER or kind == ELLIPSOID
+
+
+@kernel(outline=True)
+def normal_of_face(model, table, g, face):
+    """Outward normal of a face of a box or hull in W; no face's number gives a vector of zeros."""
+    R_WG = table.poses[g].R_WG
+    if model[g].kind == BOX and face >= 0 and face < 6:
+        axis = column(R_WG, face // 2)
+        return axis if face % 2 == 1 else scale3(axis, -1.0)
+    first = model[g].first_face
+    if model[g].kind == HULL and face >= first and face < first + model[g].num_faces:
+        return rotate(R_WG, model.faces[face].normal)
+    return (0.0, 0.0, 0.0)
+
+
 @kernel(outline=True)
 def best_face(model, table, g, n_W):
     """Of a shape with flat faces: the number of the face that looks along n_W most, and its outward normal in W.
@@ -113,12 +133,10 @@ def best_face(model, table, g, n_W):
         return 0, scale3(axis, -1.0)
     if kind == BOX:
         k, along = longest(n)
-        axis = column(R_WG, k)
-        if along >= 0.0:
-            return 2 * k + 1, axis
-        return 2 * k, scale3(axis, -1.0)
-    best = steepest_face(model, lowest_vertex(model, g, scale3(n, -1.0)), n)
-    return best, rotate(R_WG, model.faces[best].normal)
+        best = 2 * k + 1 if along >= 0.0 else 2 * k
+    else:
+        best = steepest_face(model, lowest_vertex(model, g, scale3(n, -1.0)), n)
+    return best, normal_of_face(model, table, g, best)
 
 
 @kernel(outline=True)

@@ -26,8 +26,11 @@ from .params import MeshcatVisualizerParams, MeshcatVisualizerSurfaceVelocityDat
 from .tree import as_float, full_path
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._ids import GeometryId
+    from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._port import OutputPort
 
 log = logging.getLogger("drake")
 _ALPHA_STEP = 0.02
@@ -89,7 +92,12 @@ class MeshcatVisualizer(LeafSystem):
         )
     )
     def AddToBuilder(
-        cls, builder: DiagramBuilder, source: Any, meshcat: Meshcat, params: Any, surface_data: Any
+        cls,
+        builder: DiagramBuilder,
+        source: SceneGraph | OutputPort,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams | None,
+        surface_data: Mapping[FrameId, MeshcatVisualizerSurfaceVelocityData] | None,
     ) -> MeshcatVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
@@ -163,7 +171,7 @@ class MeshcatVisualizer(LeafSystem):
             )
         return self._publish(port.Eval(context), as_float(context.get_time()))
 
-    def _publish(self, query: Any, time: float) -> EventStatus:
+    def _publish(self, query: QueryObject, time: float) -> EventStatus:
         """Draws what a QueryObject tells, at a simulation time [s]."""
         version = query.inspector().geometry_version()
         if self._drawn_version is None:
@@ -196,7 +204,7 @@ class MeshcatVisualizer(LeafSystem):
                 self._meshcat.Delete(path)
         self._alpha = 1.0
 
-    def _draw(self, inspector: SceneGraphInspector, geometry: Any, frame_path: str) -> bool:
+    def _draw(self, inspector: SceneGraphInspector, geometry: GeometryId, frame_path: str) -> bool:
         properties: Any = inspector.GetProperties(geometry, self._params.role)  # there are some: it has the role
         if properties.HasProperty("meshcat", "accepting"):
             if properties.GetProperty("meshcat", "accepting") != self._params.prefix:
@@ -219,7 +227,9 @@ class MeshcatVisualizer(LeafSystem):
         self._geometry_paths[geometry] = path
         return True
 
-    def _collision_surface(self, inspector: SceneGraphInspector, geometry: Any) -> tuple[np.ndarray, np.ndarray] | None:
+    def _collision_surface(
+        self, inspector: SceneGraphInspector, geometry: GeometryId
+    ) -> tuple[np.ndarray, np.ndarray] | None:
         """Vertices and triangles of what collides, where that is not the shape itself.
 
         The surface of the hydroelastic mesh, if that is wanted and there is one; else the hull of a mesh.
@@ -235,7 +245,7 @@ class MeshcatVisualizer(LeafSystem):
         hull = inspector.GetConvexHull(geometry)
         return None if hull is None else fans(hull)
 
-    def _set_transforms(self, query: Any, time: float) -> None:
+    def _set_transforms(self, query: QueryObject, time: float) -> None:
         if self._frames:
             poses = query._world_matrices(self._frames, self._memo)
             self._meshcat._set_poses(self._frame_paths, poses, time)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
 
 _DEFAULTS = {
     "max_iterations": 100,
@@ -42,7 +41,7 @@ class IcfSolverParameters:
     max_iterations: int
     min_tolerance: float
 
-    def __init__(self, **kwargs: Any):
+    def __init__(self, **kwargs: object):
         self.__dict__.update(_DEFAULTS)
         for name, value in kwargs.items():
             if name not in _DEFAULTS:

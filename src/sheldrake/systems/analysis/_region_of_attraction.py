@@ -11,6 +11,8 @@ from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 
 if TYPE_CHECKING:
+    from sheldrake.solvers._ids import SolverId, SolverOptions
+    from sheldrake.solvers._program.program import MathematicalProgram
     from sheldrake.systems.framework import Context, System
 
 _STANDS_STILL = 1e-14
@@ -33,8 +35,8 @@ class RegionOfAttractionOptions:
     lyapunov_candidate: Expression = dataclasses.field(default_factory=lambda: Expression(0.0))
     state_variables: np.ndarray = dataclasses.field(default_factory=lambda: np.array([], dtype=object))
     use_implicit_dynamics: bool = False
-    solver_id: Any = None
-    solver_options: Any = None
+    solver_id: SolverId | None = None
+    solver_options: SolverOptions | None = None
     certificate_tolerance: float = 1e-6
 
 
@@ -226,7 +228,7 @@ def _falls_near_zero(rate: Expression, x: np.ndarray) -> bool:
     return bool(np.linalg.eigvalsh(0.5 * (hessian + hessian.T)).max() < -1e-8)
 
 
-def _solved(program: Any, options: RegionOfAttractionOptions) -> Any:
+def _solved(program: MathematicalProgram, options: RegionOfAttractionOptions) -> Any:
     from sheldrake.solvers import MakeSolver, Solve
 
     solve = Solve if options.solver_id is None else MakeSolver(options.solver_id).Solve
@@ -243,7 +245,7 @@ def _solved(program: Any, options: RegionOfAttractionOptions) -> Any:
     return result
 
 
-def _level(program: Any, rho: Variable, options: RegionOfAttractionOptions) -> float:
+def _level(program: MathematicalProgram, rho: Variable, options: RegionOfAttractionOptions) -> float:
     result = _solved(program, options)
     if not result.is_success():
         raise RuntimeError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from sheldrake.math import BarycentricMesh
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.primitives import BarycentricMeshSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._port import InputPort
 
 
 class PeriodicBoundaryCondition:
@@ -123,7 +126,9 @@ def _checked(simulator: Simulator, states: Any, inputs: Any, time_step: float, o
     return chosen_input(call, simulator, inputs.get_input_size(), options)
 
 
-def check_settings(call: str, simulator: Simulator, num_states: int, time_step: float, options: Any) -> None:
+def check_settings(
+    call: str, simulator: Simulator, num_states: int, time_step: float, options: DynamicProgrammingOptions
+) -> None:
     """Raises RuntimeError where the settings of `call` are out of range, or do not fit the system's state."""
     context = simulator.get_context()
     if not time_step > 0.0:
@@ -139,7 +144,7 @@ def check_settings(call: str, simulator: Simulator, num_states: int, time_step: 
         )
 
 
-def chosen_input(call: str, simulator: Simulator, size: int, options: Any) -> Any:
+def chosen_input(call: str, simulator: Simulator, size: int, options: DynamicProgrammingOptions) -> InputPort:
     """The input port to control, of this size."""
     index = options.input_port_index
     port = simulator.get_system().get_input_port(0 if isinstance(index, InputPortSelection) else int(index))
@@ -150,13 +155,13 @@ def chosen_input(call: str, simulator: Simulator, size: int, options: Any) -> An
 
 def _transitions(
     simulator: Simulator,
-    cost_function: Any,
-    port: Any,
+    cost_function: Callable[..., Any],
+    port: InputPort,
     states: Any,
     x: np.ndarray,
     u: np.ndarray,
     h: float,
-    options: Any,
+    options: DynamicProgrammingOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For each input and state: cost of the step, and the grid points about where it leads, with their weights."""
     k = states.get_num_interpolants()
@@ -170,7 +175,13 @@ def _transitions(
 
 
 def steps_of(
-    simulator: Simulator, cost_function: Any, port: Any, x: np.ndarray, u: np.ndarray, h: float, options: Any
+    simulator: Simulator,
+    cost_function: Callable[..., Any],
+    port: InputPort,
+    x: np.ndarray,
+    u: np.ndarray,
+    h: float,
+    options: DynamicProgrammingOptions,
 ) -> Iterator[tuple[int, int, float, np.ndarray]]:
     """Simulates h [s] with each input (column of u) from each state (column of x).
 

@@ -31,6 +31,19 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
 
+# What a solve can answer. 0 is fine; everything else leaves the state of the step's start untouched.
+SOLVED = 0
+ITERATION_LIMIT = 101
+LINE_SEARCH_FAILED = 102
+HESSIAN_NOT_POSITIVE = 103
+FACTOR_CAPACITY = 104
+CONTACT_CAPACITY = 105
+ROW_CAPACITY = 106
+TAMSI_FAILED = 107
+MASS_NOT_POSITIVE = 108
+UNSUPPORTED_PAIR = 109
+MOTION_NOT_FINITE = 110
+
 # RowIndex.kind
 LIMIT = 0
 ACTUATOR = 1
@@ -255,6 +268,16 @@ class Path(Record):
     row_start = integer("start of its row in L")
 
 
+class Presses(Stack):
+    """Vectors over the directions of few contacts, three each, see `delassus`."""
+
+    impulse = vector("lambda", "N s")
+    start = vector("gamma0, the impulses at v0", "N s")
+    change = vector("dlambda", "N s")
+    residual = vector("what Newton's step makes up for", "N s")
+    drift = vector("J y: what the first step changes where no impulse of a contact does", "m/s")
+
+
 @table
 class SolverModel(NamedTuple):
     """Constants of a plant's contact solver: `model.dt`, `model.trees[t].first_dof`, `model.dofs[k].depth`."""
@@ -307,7 +330,8 @@ class Factor(NamedTuple):
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
     the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, a bit for
-    each pair of trees.
+    each pair of trees. The others are for few contacts with one tree, see `delassus`: L^-T J^T, a row for each contact
+    and dof; W by blocks, and the roots of G; and the matrix of three rows a contact.
     """
 
     slot: IntVector
@@ -317,6 +341,11 @@ class Factor(NamedTuple):
     L: Vector
     rhs: Vector
     branch: Annotated[IntMatrix, Items("dofs", Path)]
+    spread: Matrix
+    delassus: Vector
+    root: Vector
+    small: Vector
+    press: Annotated[Matrix, Presses]
 
 
 # ---- what loops go over: `for contact in contacts_of_island(problem, contacts):`

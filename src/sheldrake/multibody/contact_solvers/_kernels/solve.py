@@ -22,6 +22,7 @@ from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, predic
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
     DRY_FRICTION,
+    SOLVED,
     VC,
     Contacts,
     Factor,
@@ -34,7 +35,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     trees_of_six,
 )
-from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_island
 
 # ---- who takes part

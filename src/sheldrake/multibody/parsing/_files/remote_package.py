@@ -8,13 +8,13 @@ import shutil
 import tempfile
 from typing import Any
 
-from .struct import Struct
+from sheldrake.common._options import Options
 
 _TIMEOUT = 30.0  # [s] without a byte
 _ARCHIVE_TYPES = ("zip", "tar", "gztar", "bztar", "xztar")
 
 
-class RemoteParams(Struct):
+class RemoteParams(Options):
     """What to download for a remote package.
 
     Attributes:
@@ -24,10 +24,10 @@ class RemoteParams(Struct):
         strip_prefix: A leading folder inside the archive that is dropped.
     """
 
-    urls: list[str]
-    sha256: str
-    archive_type: str | None
-    strip_prefix: str | None
+    urls: list[str] = []
+    sha256: str = ""
+    archive_type: str | None = None
+    strip_prefix: str | None = None
 
     def ToJson(self) -> str:
         """The fields that are set, as JSON with sorted keys."""

@@ -7,7 +7,7 @@ the kernels run as Python on the duals themselves. Both give the same numbers to
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,11 @@ from sheldrake.common._native import store as kernel_store
 from sheldrake.common._native.binding import HERE
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
+
+    pass
 
 
 class DualCalls:
@@ -47,7 +52,7 @@ class DualCalls:
         self._stages: list[tuple[Kernel, tuple]] = []
         self._results: dict[tuple[int, int], Query] = {}
 
-    def stage(self, kernel: Kernel, *args: Any) -> int:
+    def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """As `Calls.stage`."""
         self._stages.append((kernel, args))
         return self._plain.stage(kernel, *args)
@@ -80,7 +85,7 @@ class DualCalls:
     def query(
         self,
         kernel: Kernel,
-        *args: Any,
+        *args: KernelArgument,
         given: tuple[str, ...] = (),
         needs: int = 0,
         answer: np.ndarray | None = None,
@@ -137,7 +142,7 @@ class DualCalls:
 
         return ask
 
-    def _twin(self, argument: Any) -> Any:
+    def _twin(self, argument: object) -> Any:
         """The complex array, or workspace, that stands for an argument."""
         if isinstance(argument, tuple):
             if all(a.dtype != object for a in argument):

@@ -114,7 +114,7 @@ class Dynamics:
         if view.frozen.v_is_qdot and values.dtype == view.dtype:
             return values
         qdot = view.buffer("qdot_out", view.nq)
-        arguments = view.model, view.q, np.zeros(view.nv), qdot
+        arguments = view.model, view.q, view.buffer("v", view.nv), qdot
         ask = view.query(integrate.qdot_of_velocity, *arguments, given=("v",), needs=0, answer=qdot)
         return _mapped("MapVelocityToQDot", ask(values))
 
@@ -125,7 +125,7 @@ class Dynamics:
         if view.frozen.v_is_qdot and values.dtype == view.dtype:
             return values
         v = view.buffer("v_out", view.nv)
-        arguments = view.model, view.q, np.zeros(view.nq), v
+        arguments = view.model, view.q, view.buffer("qdot", view.nq), v
         ask = view.query(integrate.velocity_of_qdot, *arguments, given=("qdot",), needs=0, answer=v)
         return _mapped("MapQDotToVelocity", ask(values))
 
@@ -183,7 +183,7 @@ class Dynamics:
         view = self._contexts.view(context)
         ends, J = jacobians.Frames(view.integers("ends", 6)), view.buffer("J", 6, view.nv)
         ends.body_A, ends.body_B = (view.frozen.row_of(frame.body()) for frame in (frame_A, frame_B))
-        arguments = view.model, view.work, ends, np.zeros(3), J
+        arguments = view.model, view.work, ends, view.buffer("point", 3), J
         ask = view.query(jacobians.calc_relative_jacobian, *arguments, given=("point",), needs=view.POSES, answer=J)
         return ask(np.ascontiguousarray(p_WQ))
 
@@ -370,7 +370,7 @@ def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
         )
 
 
-def _mapped(call: str, found: Any) -> np.ndarray:
+def _mapped(call: str, found: np.ndarray) -> np.ndarray:
     if type(found) is int:
         raise TypeError(f"{call}(): the given numbers must have the scalar type of the context.")
     return found

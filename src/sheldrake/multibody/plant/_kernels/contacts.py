@@ -15,6 +15,7 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     static_share,
 )
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    SOLVED,
     VC,
     Contacts,
     Problem,
@@ -22,7 +23,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     trees_of_six,
 )
-from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant._kernels.forces import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.kinematics import from_root

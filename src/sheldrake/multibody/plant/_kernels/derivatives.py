@@ -10,7 +10,7 @@ from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
 from sheldrake.multibody.contact_solvers._kernels.laws import hunt_crossley, stribeck, surface_friction
-from sheldrake.multibody.contact_solvers._kernels.status import (
+from sheldrake.multibody.contact_solvers._kernels.problem import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
     MOTION_NOT_FINITE,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,6 +35,9 @@ from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._declarations import Stages
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.memory import RootView
+
 
 class ContinuousDynamics:
     """Time derivatives of a plant with time_step = 0.
@@ -65,7 +68,7 @@ class ContinuousDynamics:
         running = [run_surfaces] if len(self._models.plant_model.belt) else []
         return [smooth_forces, *running, *contact, *surfaces, plant_derivatives]
 
-    def refusal(self, root: Any) -> list[Kernel]:
+    def refusal(self, root: RootView) -> list[Kernel]:
         """The kernel that refuses derivatives in the contexts of a root, where they cannot be computed."""
         if self._models.misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,10 @@ from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, 
 from sheldrake.systems.framework._engine.scratch import places_of
 from sheldrake.systems.framework._engine.topology import inputs_as, kernel_needs
 from sheldrake.systems.framework._kernels import program as _program
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._declarations import Callback
+    from sheldrake.systems.framework._system import System
 
 NO_ROW = -(10**9)
 """Number of the row of an event without a handler."""
@@ -61,7 +65,7 @@ class Row:
 class Layout(Memory):
     """The `rows` and the `program` of a root system, whose first rows are the output ports in order."""
 
-    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset(), given: dict | None = None):
+    def __init__(self, root: System, overrides: frozenset[tuple[int, int]] = frozenset(), given: dict | None = None):
         super().__init__(root, overrides, given)
         self.structured = [n for n in self.leaves if self.systems[n]._structured]
         self.rows: list[Row] = []
@@ -290,6 +294,7 @@ class Layout(Memory):
             if name in scratch and (name != "work" or parameter.kind == "tuple"):
                 found[name] = scratch[name]
             elif name in row.models:
+                _require_model_name(row.calc, parameter)
                 found[name] = row.models[name]
             elif name in row.reads:
                 found[name] = _place(parameter, row.reads[name].span)
@@ -369,11 +374,31 @@ class Layout(Memory):
         return level
 
 
-def _stage_row(stage: Any, n: int, kind: int, out: Span, event: EventDeclaration | None = None) -> Row:
+def _stage_row(
+    stage: Callback | Kernel | PythonStage | FedStage,
+    n: int,
+    kind: int,
+    out: Span,
+    event: EventDeclaration | None = None,
+) -> Row:
     """The row of a stage: a kernel, a PythonStage, or a FedStage."""
     if isinstance(stage, FedStage):
         return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
     return Row(n, kind, stage, out, event=event)
+
+
+def _require_model_name(kernel: Kernel, parameter: Parameter) -> None:
+    """A kernel is compiled to look for other arrays in the slab: it would read whatever is at this address from there.
+
+    Raises:
+        TypeError: constant arrays for a parameter that is no model by its name.
+    """
+    if parameter.fields and not parameter.fields[0].absolute:
+        name = parameter.name
+        raise TypeError(
+            f"{kernel!r}: parameter {name!r} is given constant arrays. Kernels find these only under the names model "
+            f"and *_model: rename it to '{name}_model', there and where its arrays are given."
+        )
 
 
 def _place(parameter: Parameter, span: Span) -> Any:
@@ -382,7 +407,7 @@ def _place(parameter: Parameter, span: Span) -> Any:
     return [place] if parameter.kind == "tuple" else place
 
 
-def _ints(values: Any) -> np.ndarray:
+def _ints(values: Sequence[int] | Sequence[tuple[int, ...]]) -> np.ndarray:
     return np.array(values, np.int64)
 
 
