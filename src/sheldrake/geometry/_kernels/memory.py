@@ -194,7 +194,8 @@ def follow_touch(model, table, i, j, size, far, k):
     out = scale3(rotate(table.poses[i].R_WG, table.separators[k].axis_G), -1.0)
     before = dot3(out, sub3(support(model, table, i, out), support(model, table, j, scale3(out, -1.0))))
     found, out, depth, p_i, p_j = nearby(model, table, i, j, size, out, before)
-    known = found and depth < -_CERTAIN * size and depth >= -far
+    slack = _CERTAIN * size
+    known = found and depth < -slack and depth > slack - far  # else rounding says who is near enough
     return known, out, depth, p_i, p_j
 
 

@@ -378,6 +378,21 @@ def in_blocks(places, constraint, i, j):
 
 
 @kernel
+def subtract_scaled(L, to, s, of, n):
+    """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
+    a = 0
+    while (n - a) % 4 != 0:
+        L[to + a] -= s * L[of + a]
+        a += 1
+    while a < n:
+        t = to + a
+        o = of + a
+        four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
+        L[t], L[t + 1], L[t + 2], L[t + 3] = four
+        a += 4
+
+
+@kernel
 def take_from_rows_above(factor, k, r, begin):
     """Takes row k, r being 1/D of it, from those on the way to the base, down to dof `begin`."""
     L = factor.L
@@ -385,8 +400,7 @@ def take_from_rows_above(factor, k, r, begin):
     for i, at in dofs_above_from(factor, k, begin):
         above = factor.dofs[i].row_start
         a = L[at] * r
-        for j in range(at - row + 1):
-            L[above + j] -= a * L[row + j]
+        subtract_scaled(L, above, a, row, at - row + 1)
         L[at] = a
 
 
@@ -478,21 +492,6 @@ def solve_branches(model, problem, factor):
 # Column after column, each one's update goes to the columns behind it at once (right-looking). Blocks are stored column
 # after column. Those of two free bodies, 6 by 6, are unrolled so that a column is a vector of the processor; the others
 # are loops. The diagonal of a diagonal block holds 1 / L_ii.
-
-
-@kernel
-def subtract_scaled(L, to, s, of, n):
-    """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
-    a = 0
-    while (n - a) % 4 != 0:
-        L[to + a] -= s * L[of + a]
-        a += 1
-    while a < n:
-        t = to + a
-        o = of + a
-        four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
-        L[t], L[t + 1], L[t + 2], L[t + 3] = four
-        a += 4
 
 
 @kernel(outline=True)
