@@ -36,6 +36,12 @@ def remembers(table, k):
 
 
 @kernel
+def overlapped(table, k):
+    """Whether it is remembered that pair k overlapped: then it mostly does."""
+    return remembers(table, k) and table.memories[k].how > 0
+
+
+@kernel
 def own_slot(table, k):
     """The slot with the polytope of pair k; -1 if it has none."""
     s = table.memories[k].how - 1

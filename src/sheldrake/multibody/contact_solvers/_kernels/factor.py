@@ -189,9 +189,12 @@ def lay_out_branches(model, problem, contacts, rows, factor):
     first, end = dofs_of(model, problem)
     for k in range(first, end):
         factor.dofs[k].parent = model.dofs[k].parent
+    begin = end_of_contact = -1
     for contact in contacts_of_island(problem, contacts):
-        if not is_one_path(model, contact):
+        ends = contact.dofs[0], contact.dofs[contact.width - 1]
+        if (ends[0] != begin or ends[1] != end_of_contact) and not is_one_path(model, contact):
             join_columns(factor, contact)
+        begin, end_of_contact = ends  # contacts of one pair follow each other: the first joins for all
     for row in rows_of_island(problem, rows):
         join_columns(factor, row)
     size = 0
