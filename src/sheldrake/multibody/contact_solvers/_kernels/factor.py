@@ -14,6 +14,7 @@ from sheldrake.common._kernels.vec import (
     read_triangle,
     store_six,
     subtract_dot_six_backwards,
+    subtract_scaled,
     subtract_scaled_six,
     take_row,
     write_triangle,
@@ -183,18 +184,30 @@ def is_one_path(model, contact):
     return model.dofs[contact.dofs[width - 1]].depth - model.dofs[contact.dofs[0]].depth + 1 == width
 
 
+@kernel
+def have_same_columns(contact, other):
+    """Whether the same dofs move two contacts."""
+    if contact.width != other.width:
+        return False
+    for i in range(contact.width):
+        if contact.dofs[i] != other.dofs[i]:
+            return False
+    return True
+
+
 @kernel(outline=True)
 def lay_out_branches(model, problem, contacts, rows, factor):
     """The path of each dof and where its row starts; how many numbers all rows have."""
     first, end = dofs_of(model, problem)
     for k in range(first, end):
         factor.dofs[k].parent = model.dofs[k].parent
-    begin = end_of_contact = -1
-    for contact in contacts_of_island(problem, contacts):
-        ends = contact.dofs[0], contact.dofs[contact.width - 1]
-        if (ends[0] != begin or ends[1] != end_of_contact) and not is_one_path(model, contact):
-            join_columns(factor, contact)
-        begin, end_of_contact = ends  # contacts of one pair follow each other: the first joins for all
+    last = 0  # contacts of one pair follow each other: the first joins for all
+    for place in range(problem.contacts_begin, problem.contacts_end):
+        c = contacts[place].order
+        new = place == problem.contacts_begin or not have_same_columns(contacts[c], contacts[last])
+        if new and not is_one_path(model, contacts[c]):
+            join_columns(factor, contacts[c])
+        last = c
     for row in rows_of_island(problem, rows):
         join_columns(factor, row)
     size = 0
@@ -378,21 +391,6 @@ def in_blocks(places, constraint, i, j):
 
 
 # ---- Cholesky along branches
-
-
-@kernel
-def subtract_scaled(L, to, s, of, n):
-    """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
-    a = 0
-    while (n - a) % 4 != 0:
-        L[to + a] -= s * L[of + a]
-        a += 1
-    while a < n:
-        t = to + a
-        o = of + a
-        four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
-        L[t], L[t + 1], L[t + 2], L[t + 3] = four
-        a += 4
 
 
 @kernel
