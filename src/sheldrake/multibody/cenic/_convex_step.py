@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,11 @@ from sheldrake.multibody.plant._step.stages import discrete_stages
 from sheldrake.multibody.plant._step.tuning import solver_model_of
 from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.analysis._span import Span
+    from sheldrake.systems.framework._context.context import Context
+
 
 class ConvexStep:
     """Solves the convex problems of steps from the state of a plant's context, with arrays of its own.
@@ -40,7 +45,7 @@ class ConvexStep:
         RuntimeError: the plant has collision geometry, but is connected to no SceneGraph.
     """
 
-    def __init__(self, plant: Any, context: Any, span: Any):
+    def __init__(self, plant: MultibodyPlant, context: Context, span: Span):
         self._plant, self._context = plant, context
         self._parts = parts = parts_of(plant)
         connected = sees_geometry(context)
@@ -77,7 +82,7 @@ class ConvexStep:
         xd, out, whole, p, gain, tolerance = (np.zeros(size) for size in sizes)
         return Convex(xd, out, whole, p, gain, self._solver.option, tolerance)
 
-    def _add_to(self, span: Any, stages: list[Kernel], values: dict[str, Any]) -> None:
+    def _add_to(self, span: Span, stages: list[Kernel], values: dict[str, Any]) -> None:
         """Has the span make its steps so."""
         plant, place, layout = self._plant, self._context._place, span.layout
         prepare([*stages, cenic_step])

@@ -7,7 +7,7 @@ call of a part is declared and documented there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from sheldrake.common._checked import checked
 from sheldrake.common._parts import Calls, forget_calls
@@ -35,7 +35,10 @@ from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework._engine.memory import RootView
 
 _settings = Calls(Settings, "_parts.settings")
 _elements = Calls(Elements, "_parts.elements")
@@ -88,7 +91,7 @@ class MultibodyPlant(LeafSystem):
         """
         self._parts.finalize()
 
-    def _converted(self, scalar: Any) -> Any:
+    def _converted(self, scalar: type) -> Any:
         new = super()._converted(scalar)
         if new is not None:
             new._parts = self._parts.copy_for(new)
@@ -478,10 +481,10 @@ class MultibodyPlant(LeafSystem):
     def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._parts.contexts.set_random_positions(context, generator)
 
-    def _kernel_models(self, root: Any) -> dict[str, Any]:
+    def _kernel_models(self, root: RootView) -> dict[str, Any]:
         return self._parts.kernel_models.in_root(root)
 
-    def _scratch_in(self, root: Any) -> Any:
+    def _scratch_in(self, root: RootView) -> int | NamedTuple:
         """Memory of the step in a context; grows with the geometry that may touch."""
         if not self._parts.elements.is_finalized():
             return 0
@@ -490,7 +493,7 @@ class MultibodyPlant(LeafSystem):
     def _carry_scratch(self, old: Any, new: Any) -> None:
         self._parts.advance.carry(old, new)
 
-    def _scratch_fault(self, scratch: Any) -> str:
+    def _scratch_fault(self, scratch: np.ndarray | NamedTuple) -> str:
         return self._parts.advance.equations.scratch_fault(scratch)
 
     def _explain_status(self, status: int, context: Context) -> Exception:

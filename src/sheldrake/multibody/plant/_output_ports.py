@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +32,11 @@ from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.systems.framework import BusValue, Context, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._index import ContinuousStateIndex, DiscreteStateIndex
+    from sheldrake.systems.framework._vector import BasicVector
 
 GEOMETRY_POSE, DEFORMABLE_BODY_CONFIGURATION = 0, 1
 """Numbers of the ports that are there before Finalize()."""
@@ -111,7 +116,7 @@ class OutputPorts:
         state = plant.xd_ticket() if self._settings.is_discrete() else plant.xc_ticket()
         return {state, plant.all_parameters_ticket()}
 
-    def declare(self, plant: LeafSystem, state_index: Any) -> None:
+    def declare(self, plant: LeafSystem, state_index: DiscreteStateIndex | ContinuousStateIndex) -> None:
         """Declares the ports of a finalized plant.
 
         Args:
@@ -158,7 +163,7 @@ class OutputPorts:
         else:
             name, at = self._name(instance, what), self._coordinates.indices(what, "v", instance)
 
-        def fill(plant: Any, context: Context, vector: Any) -> None:
+        def fill(plant: MultibodyPlant, context: Context, vector: BasicVector) -> None:
             vector.SetFromVector(plant._parts.output_ports.values(what, context)[at])
 
         port = plant.DeclareVectorOutputPort(name, size, types.MethodType(fill, plant), tickets)
@@ -177,7 +182,11 @@ class OutputPorts:
         return f"{self._elements.GetModelInstanceName(instance)}_{what}"
 
     def _declare_state_of(
-        self, plant: LeafSystem, instance: ModelInstanceIndex, state_index: Any, tickets: set[Any]
+        self,
+        plant: LeafSystem,
+        instance: ModelInstanceIndex,
+        state_index: DiscreteStateIndex | ContinuousStateIndex,
+        tickets: set[Any],
     ) -> None:
         name, model = self._name(instance, "state"), self._elements.model("Finalize")
         q, v = self._coordinates.indices(name, "q", instance), self._coordinates.indices(name, "v", instance)
@@ -238,7 +247,7 @@ class OutputPorts:
         poses.clear()
         if not self._elements.is_finalized():
             return
-        X_WB = self._contexts.view(context).positions().X_WB
+        X_WB = self._contexts.view(context).X_WB()
         if X_WB.dtype == float:
             if self._frames is None:
                 frames = {frame: row for frame, row in self._models.rows_of_frames().items() if row}
@@ -253,8 +262,7 @@ class OutputPorts:
     def body_poses(self, context: Context) -> list[RigidTransform]:
         """X_WB by body."""
         view = self._contexts.view(context)
-        X_WB = view.positions().X_WB
-        return self._contexts.transforms(context, X_WB[view.frozen.rows])
+        return self._contexts.transforms(context, view.X_WB()[view.frozen.rows])
 
     def body_velocities(self, context: Context) -> list[SpatialVelocity]:
         """V_WB by body."""
@@ -287,7 +295,7 @@ class OutputPorts:
 def _list_of(family: Any, count: int) -> Callable[[Any], AbstractValue]:
     """Makes a list of poses or spatial vectors of the plant's scalar."""
 
-    def make(plant: Any) -> AbstractValue:
+    def make(plant: MultibodyPlant) -> AbstractValue:
         cls = family[plant._scalar]
         one = cls() if family is RigidTransform_ else cls(np.zeros(6))
         return AbstractValue.Make([one] * count)
@@ -303,27 +311,27 @@ def _new_contact_results(plant: Any) -> AbstractValue:
     return AbstractValue.Make(ContactResults())
 
 
-def _calc_geometry_pose(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_geometry_pose(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     plant._parts.output_ports.fill_geometry_poses(context, value.get_mutable_value())
 
 
-def _calc_body_poses(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_body_poses(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.body_poses(context)
 
 
-def _calc_body_velocities(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_body_velocities(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.body_velocities(context)
 
 
-def _calc_body_accelerations(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_body_accelerations(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.body_accelerations(context)
 
 
-def _calc_contact_results(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_contact_results(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.contact_results(context)
 
 
-def _calc_reactions(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_reactions(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.reaction_forces(context)
 
 

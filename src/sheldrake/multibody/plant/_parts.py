@@ -15,7 +15,7 @@ output_ports                  all of it as ports
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
@@ -43,6 +43,9 @@ from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import JointActuator
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 
 
 class PlantParts:
@@ -128,6 +131,6 @@ class PlantParts:
         return copy.deepcopy(self, memo)
 
 
-def parts_of(plant: Any) -> PlantParts:
+def parts_of(plant: MultibodyPlant) -> PlantParts:
     """The parts of a MultibodyPlant, for packages that need more than its calls."""
     return plant._parts

@@ -70,7 +70,7 @@ class FrameDescription:
     where: Location
     name: str
     base: FrameReference
-    X_PF: RigidTransform
+    X_PF: Any
     is_model_frame: bool = False  # belongs to the describing model even when its base is in a nested one
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, Kern
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._kernels.model import StepWork
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class Advance:
@@ -59,7 +64,7 @@ class Advance:
         """Declares the update or the derivatives."""
         self.equations.declare(plant, Stages(_stages_in))
 
-    def stages_in(self, plant: LeafSystem, root: Any) -> list[Kernel | PythonStage | FedStage]:
+    def stages_in(self, plant: LeafSystem, root: RootView) -> list[Kernel | PythonStage | FedStage]:
         """What runs in the contexts of a root, in order; first what finds forces that come as objects.
 
         Args:
@@ -90,7 +95,7 @@ class Advance:
 
     # --- scratch
 
-    def prototype(self, geometry: CompiledGeometry) -> Any:
+    def prototype(self, geometry: CompiledGeometry) -> StepWork:
         """The scratch of contexts with a state of the geometry."""
         if self._prototype is None or self._prototype[0] is not geometry.model:
             self._prototype = geometry.model, self.equations.make_work(geometry)
@@ -100,7 +105,7 @@ class Advance:
         """What copies of the plant on other scalars share."""
         return [self._prototype]
 
-    def carry(self, old: Any, new: Any) -> None:
+    def carry(self, old: StepWork, new: StepWork) -> None:
         """Fills new scratch with what old scratch says that does not speak of contacts."""
         for name in self.equations.kept_parts:
             for target, values in zip(getattr(new, name), getattr(old, name)):
@@ -110,7 +115,7 @@ class Advance:
         """Scratch of the last step; of the present state when ports are not sampled."""
         return context._store.scratch(context._node) if self._settings.sampled else self.present_work(context)
 
-    def present_work(self, context: Context) -> Any:
+    def present_work(self, context: Context) -> StepWork:
         """Scratch of a step from the present state, or of its derivatives; made once a state."""
         view = self._contexts.view(context)
         stamp = context._store.i[2]
@@ -134,7 +139,7 @@ class Advance:
 
     # --- in Python
 
-    def run(self, context: Context, work: Any, out: np.ndarray) -> None:
+    def run(self, context: Context, work: StepWork, out: np.ndarray) -> None:
         """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.
 
         Raises:
@@ -159,11 +164,11 @@ class Advance:
 # A plant's declarations serve its copies on other scalars: so these ask the plant that they are called for.
 
 
-def _stages_in(plant: Any, root: Any) -> list[Kernel | PythonStage | FedStage]:
+def _stages_in(plant: MultibodyPlant, root: RootView) -> list[Kernel | PythonStage | FedStage]:
     return plant._parts.advance.stages_in(plant, root)
 
 
-def _find_applied_force(plant: Any, context: Context) -> None:
+def _find_applied_force(plant: MultibodyPlant, context: Context) -> None:
     plant._parts.advance.find_applied_force(context)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,6 +35,9 @@ from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._declarations import Stages
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.memory import RootView
+
 
 class ContinuousDynamics:
     """Time derivatives of a plant with time_step = 0.
@@ -65,7 +68,7 @@ class ContinuousDynamics:
         running = [run_surfaces] if len(self._models.plant_model.belt) else []
         return [smooth_forces, *running, *contact, *surfaces, plant_derivatives]
 
-    def refusal(self, root: Any) -> list[Kernel]:
+    def refusal(self, root: RootView) -> list[Kernel]:
         """The kernel that refuses derivatives in the contexts of a root, where they cannot be computed."""
         if self._models.misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]
@@ -120,6 +123,8 @@ class ContinuousDynamics:
         for c in range(int(work.table.num_contacts)):
             A, B, body_A, body_B = work.table.pair[c]
             point, force = work.table.point[c], work.flow.contacts[c]
+            if all(x == 0.0 for x in force.f_BC_W):  # it separates faster than its spring pushes
+                continue
             p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
             nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
             pair = point_pair(ids[A], ids[B], p_WCa, p_WCb, nhat, depth)
