@@ -19,6 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.cli._output import add_output, output_file, say_written
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+
 _VIEWERS = (".rrd", ".mcap")
 
 

@@ -10,7 +10,7 @@ import types
 import typing
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Options:
         for name, value in kwargs.items():
             setattr(self, name, value)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         owner = type(self).__name__
         if isinstance(getattr(type(self), name, None), property):
             object.__setattr__(self, name, value)

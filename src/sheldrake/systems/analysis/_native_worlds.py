@@ -97,7 +97,7 @@ class NativeWorlds:
         """Output rows that are computed."""
         self._chain[0], self._chain[1 : 1 + len(rows)] = len(rows), rows
 
-    def _bound(self, kernel: Any, plan: RolloutPlan, thread: int) -> Any:
+    def _bound(self, kernel: Kernel, plan: RolloutPlan, thread: int) -> Any:
         """The kernel's call of a thread on a plan; made once."""
         key = kernel, thread
         if key not in plan.calls:

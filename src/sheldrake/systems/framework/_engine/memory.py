@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._engine.scratch import size_of
 from sheldrake.systems.framework._engine.topology import Source, Topology
