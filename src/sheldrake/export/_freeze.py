@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,8 +82,23 @@ class Freezer:
 
     def path(self, system: System) -> str:
         """Names of the diagrams below the root that a system is in, and its own."""
-        own = system.GetSystemPathname().removeprefix(self.root.GetSystemPathname()).strip(":")
-        return own.replace("::", "/") or system.get_name()
+        return self._paths.get(system._system_id) or plain_name(system.get_name())
+
+    @cached_property
+    def _paths(self) -> dict[int, str]:
+        """Paths by id; what has no name of its own is called as its class, a second one of them "Adder 2"."""
+        found = {self.root._system_id: ""}
+        for diagram in self.store.systems:
+            inside = found[diagram._system_id] + "/" if found[diagram._system_id] else ""
+            taken: set[str] = set()
+            for system in diagram._subsystems() or ():
+                name, count = plain_name(system.get_name()), 1
+                while name in taken:
+                    count += 1
+                    name = f"{plain_name(system.get_name())} {count}"
+                taken.add(name)
+                found[system._system_id] = inside + name
+        return found
 
     def _refuse(self) -> None:
         """Says all that cannot leave.
@@ -278,7 +295,7 @@ class Freezer:
         layout = self.layout
         description = {
             "version": VERSION,
-            "name": self.root.get_name(),
+            "name": plain_name(self.root.get_name()),
             "functions": self.functions,
             "rows": self.rows,
             "row_names": [self._row_name(r) for r in range(len(layout.rows))],
@@ -357,16 +374,22 @@ class Freezer:
         found, taken = [], set()
         for s, (n, (a, b)) in enumerate(self.layout.logs):
             sink = self.store.systems[n]
-            title, count = log_title(sink, self.store.context(0)), 1
+            known = title = plain_name(log_title(sink, self.store.context(0)))
+            count = 1
             while title in taken:
                 count += 1
-                title = f"{log_title(sink, self.store.context(0))} ({count})"
+                title = f"{known} ({count})"
             taken.add(title)
             names = sink.FindLog(self.store.context(0)).names()
             about = _vector(title, a, names if len(names) == b - a else [f"y{i}" for i in range(b - a)])
             about["table"] = self.places["side"] // 8 + self.layout.log0 + 3 * s
             found.append(about)
         return found
+
+
+def plain_name(name: str) -> str:
+    """A name; instead of one that a builder made up, `package.Adder@000000000000003b`, that of the class."""
+    return re.sub(r"^(?:[\w.]+\.)?(\w+)(?:\[\w+\])?@[0-9a-f]{16}", r"\1", name)
 
 
 def _vector(name: str, at: int, elements: list[str], **more: object) -> dict[str, Any]:

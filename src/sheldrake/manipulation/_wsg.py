@@ -24,6 +24,7 @@ from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
     from sheldrake.systems.framework._values import DiscreteValues
 
 PERIOD = 0.05
@@ -220,7 +221,7 @@ class _PdController(LeafSystem):
         self.DeclareVectorOutputPort("generalized_force", 2, fingers.forces_on_fingers)
         self.DeclareVectorOutputPort("grip_force", 1, fingers.grip_force)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict[str, np.ndarray]:
         return {"spring_model": self._springs}
 
     def _is_generic(self) -> bool:

@@ -40,6 +40,7 @@ _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the
 _STEPS = 10
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
 _STILL = 1e-14  # a step that turns d by no more is not worth while [rad]
+_CONVERGED = 1e-12  # where rounding lets it come no nearer, a step that turns d by no more is the last, too [rad]
 _CLOSE = 1e-7  # after a step that turns d by no more, d goes to the nearest point of a grid [rad]
 _GRID = 16777216.0  # points of it per unit
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
@@ -340,8 +341,8 @@ def polish(model, table, i, j, size, d, square):
         convex, angle2, there = turn(table, edges, d, sub3(p_i, p_j))
         if not convex or angle2 > _FARTHEST * _FARTHEST:
             return False, d, 0.0, p_i, p_j
+        settled = again and angle2 <= _CONVERGED * _CONVERGED
         if again and angle2 <= _STILL * _STILL:
-            settled = True
             break
         d = there
         if not again and angle2 <= _CLOSE * _CLOSE:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,16 +12,17 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._ids import FrameId
 from sheldrake.geometry._meshes.surfaces import fans
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
+from sheldrake.systems.framework import BusValue, DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from .animation import MeshcatAnimation
 from .meshcat import Meshcat
-from .params import MeshcatVisualizerParams
+from .params import MeshcatVisualizerParams, MeshcatVisualizerSurfaceVelocityData
 from .tree import as_float, full_path
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ class MeshcatVisualizer(LeafSystem):
     Args:
         meshcat: Where to draw.
         params: What, where and how often.
+        surface_data: Bodies whose surfaces run, by their frames. Their pictures stand still on this page.
 
     Raises:
         RuntimeError: when the publish period is not positive or the role is kUnassigned.
@@ -49,7 +52,12 @@ class MeshcatVisualizer(LeafSystem):
 
     _generic, _symbolic = True, False
 
-    def __init__(self, meshcat: Meshcat, params: MeshcatVisualizerParams | None = None):
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams | None = None,
+        surface_data: Mapping[FrameId, MeshcatVisualizerSurfaceVelocityData] | None = None,
+    ):
         super().__init__()
         params = MeshcatVisualizerParams() if params is None else params
         if not params.publish_period > 0:
@@ -67,6 +75,8 @@ class MeshcatVisualizer(LeafSystem):
         self._alpha_slider = f"{params.prefix} α"
         port = self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
         self._query_object_index = port.get_index()
+        displacements = self.DeclareAbstractInputPort("surface_displacement", AbstractValue.Make(BusValue()))
+        self._displacements_index = displacements.get_index()
         self.DeclareInitializationPublishEvent(publish=self._initialize)
         self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
@@ -74,9 +84,20 @@ class MeshcatVisualizer(LeafSystem):
             meshcat.AddSlider(self._alpha_slider, _ALPHA_STEP, 1.0, _ALPHA_STEP, params.initial_alpha_slider_value)
 
     @classmethod
-    @overloaded(*of_scene(meshcat=instance_of(Meshcat), params=(instance_of(MeshcatVisualizerParams), None)))
+    @overloaded(
+        *of_scene(
+            meshcat=instance_of(Meshcat),
+            params=(instance_of(MeshcatVisualizerParams), None),
+            surface_data=(instance_of(Mapping), None),
+        )
+    )
     def AddToBuilder(
-        cls, builder: DiagramBuilder, source: SceneGraph | OutputPort, meshcat: Meshcat, params: MeshcatVisualizerParams
+        cls,
+        builder: DiagramBuilder,
+        source: SceneGraph | OutputPort,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams | None,
+        surface_data: Mapping[FrameId, MeshcatVisualizerSurfaceVelocityData] | None,
     ) -> MeshcatVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
@@ -85,16 +106,21 @@ class MeshcatVisualizer(LeafSystem):
             source: A SceneGraph; or its query port, called `query_object_port`.
             meshcat: Where to draw.
             params: Options.
+            surface_data: Bodies whose surfaces run.
 
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        visualizer = cls(meshcat, params)
+        visualizer = cls(meshcat, params, surface_data)
         return add_visualizer(builder, source, visualizer, f"meshcat_visualizer({visualizer._params.prefix})")
 
     def query_object_input_port(self) -> InputPort:
         """Returns the input port for a SceneGraph's query port."""
         return self.get_input_port(self._query_object_index)
+
+    def surface_displacements_input_port(self) -> InputPort:
+        """Returns the input port for how far surfaces have come, a BusValue; it need not be connected."""
+        return self.get_input_port(self._displacements_index)
 
     def Delete(self) -> None:
         """Removes everything below the prefix; the next publish draws it anew."""

@@ -77,7 +77,7 @@ def force_for_acceleration(
     motion: Motion,
     tau: Vector,
 ) -> None:
-    """Inverse dynamics; the inputs are the state and desired accelerations."""  # fmt: skip
+    """Inverse dynamics; the inputs are the state and desired accelerations."""
     place(tree_model, p_model, tree, u[0])
     element_forces(tree_model, force_model, p_model, u[0], tree, motion)
     calc_inverse_dynamics(tree_model, p_model, tree, u[1], motion.F_Bo_W, motion.force, motion.A_WB, tau)
