@@ -18,7 +18,7 @@ from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Progress
 
 if TYPE_CHECKING:
-    pass
+    from sheldrake.common.kernel import Kernel
 
 _PARTS = 8  # that each thread takes at least, so that the last one does not let the others wait
 _LONG, _SHORT = 0.02, 0.0002  # [s] that a part should take: Ctrl-C waits for it; taking it costs some microseconds
