@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from sheldrake.geometry._shapes import Shape
 
-    pass
-
 
 class Point(ConvexSet):
     """A single point.
