@@ -6,6 +6,7 @@ about x maps z on y exactly.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,10 +95,29 @@ def matrix_to_quaternion(M: np.ndarray) -> tuple:
     return select(trace > 0.0, from_trace, from_largest)
 
 
+def _by_largest(t: tuple, odd: tuple, even: tuple) -> tuple[float, float, float, float]:
+    """(w, x, y, z) of unit length, of plain numbers: trace and diagonal, differences and sums of what is beside it."""
+    trace, a, e, i = t
+    (p, q, r), (u, v, s) = odd, even
+    if trace >= a and trace >= e and trace >= i:
+        w, x, y, z = 1.0 + trace, p, q, r
+    elif a >= e and a >= i:
+        w, x, y, z = p, (a - (e + i)) + 1.0, s, v
+    elif e >= i:
+        w, x, y, z = q, s, (e - (i + a)) + 1.0, u
+    else:
+        w, x, y, z = r, v, u, (i - (a + e)) + 1.0
+    k = 1.0 / math.sqrt(norm2(x, y, z, w))
+    return w * k, x * k, y * k, z * k
+
+
 def matrix_to_canonical_quaternion(M: np.ndarray) -> tuple:
     """(w, x, y, z) of unit length with w >= 0, from a matrix that is orthonormal to round-off."""
     (a, b, c), (d, e, f), (g, h, i) = M.tolist()
     trace = a + (e + i)
+    if type(trace) is float:
+        found = _by_largest((trace, a, e, i), (h - f, c - g, d - b), (f + h, c + g, b + d))
+        return found if found[0] >= 0.0 else (-found[0], -found[1], -found[2], -found[3])
 
     def largest_of_diagonal() -> tuple:
         return select(

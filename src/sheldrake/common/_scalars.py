@@ -265,17 +265,18 @@ class ScalarBase:
 
     def _choose(self, call: str, args: tuple, kwargs: dict) -> None:
         """Run the first way to make `call` that takes the arguments (see `_ways_<call>`)."""
-        cls = type(self)._plain_class()
-        key = (cls, call)
+        key = (type(self), call)
         ways = self._way_cache.get(key)
         if ways is None:
+            cls = type(self)._plain_class()
             ways = self._way_cache[key] = Ways(getattr(cls, f"_ways_{call}")(cls))
         found = ways.first(args, kwargs)
         if found is not None:
             way, values = found
             assert way.function is not None  # only `overloaded` takes ways without one
             return way.function(self, *values)
-        where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
+        name = pretty_class_name(type(self)._plain_class())
+        where = name if call == "init" else f"{name}.{call}"
         raise incompatible(where, [str(way) for way in ways], args, kwargs, constructor=call == "init")
 
     @classmethod

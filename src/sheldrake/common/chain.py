@@ -33,7 +33,8 @@ class Chain:
 
     def bind(self, **values: KernelArgument) -> Callable[[], int]:
         """The native kernels on these very arrays, as one call without arguments."""
-        calls = [kernel.bind(*(values[name] for name in kernel.names)) for kernel in self.kernels]
+        blocks: dict = {}
+        calls = [kernel.bind(*(values[name] for name in kernel.names), blocks=blocks) for kernel in self.kernels]
 
         def run() -> int:
             for call in calls:
@@ -56,7 +57,8 @@ class Chain:
         Returns:
             Addresses of the kernels, the words of all of them, and where in these each one's begin.
         """
-        words, at = join(arguments(k, tuple(values[name] for name in k.names))[0] for k in self.kernels)
+        blocks: dict = {}
+        words, at = join(arguments(k, tuple(values[name] for name in k.names), blocks)[0] for k in self.kernels)
         rows = np.array([HERE.address(kernel) for kernel in self.kernels], np.int64)
         return rows, words.placed(), np.array(at, np.int64)
 

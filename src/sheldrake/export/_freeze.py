@@ -147,7 +147,7 @@ class Freezer:
     def _called(self) -> list[int]:
         """Rows that the event loop calls, and those of the outputs that are wanted."""
         program = self.layout.program
-        rows = {r for r in (*program.act.tolist(), *program.pre.tolist()) if r >= 0}
+        rows = {r for r in (*program.calls.tolist(), *program.prerequisites.tolist()) if r >= 0}
         for *_, row in self.outputs:
             rows.update(self.layout.pull_list(row) if row >= 0 else ())
         return sorted(rows)
@@ -217,8 +217,8 @@ class Freezer:
         drawn = {r for r in self._called() if not layout.rows[r].native and layout.rows[r].node >= 0}
         self.left_out = sorted({self.path(self.store.systems[layout.rows[r].node]) for r in drawn})
         acts = [
-            [r for r in program.act[a:b].tolist() if r not in drawn]
-            for a, b in zip(program.act_ptr[:-1], program.act_ptr[1:])
+            [r for r in program.calls[a:b].tolist() if r not in drawn]
+            for a, b in zip(program.calls_begin[:-1], program.calls_begin[1:])
         ]
         pres = [layout.prerequisites([r for r in rows if r < 0 or layout.rows[r].node >= 0]) for rows in acts]
         self.native = sorted(
@@ -228,7 +228,14 @@ class Freezer:
         words, at = self._row_words()
         ends = [np.cumsum([0, *map(len, lists)]).astype(np.int64) for lists in (acts, pres)]
         flat = [np.array([r for rows in lists for r in rows], np.int64) for lists in (acts, pres)]
-        changed = program._replace(words=words.words, at=at, act=flat[0], act_ptr=ends[0], pre=flat[1], pre_ptr=ends[1])
+        changed = program._replace(
+            words=words.words,
+            at=at,
+            calls=flat[0],
+            calls_begin=ends[0],
+            prerequisites=flat[1],
+            prerequisites_begin=ends[1],
+        )
         self.image.add_words(words, known_as=words.words)
         return changed
 

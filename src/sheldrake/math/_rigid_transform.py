@@ -102,6 +102,9 @@ class RigidTransform(ScalarBase):
         def set_both(self: Any, orientation: Any, p: np.ndarray) -> None:
             self._R, self._p = R_(orientation), p
 
+        def from_rpy(self: Any, rpy: Any, p: np.ndarray) -> None:
+            self._R, self._p = rpy.ToRotationMatrix(), p
+
         def from_rotation(self: Any, R: ArrayLike) -> None:
             self._R, self._p = R_(R), zeros(T, 3)
 
@@ -112,7 +115,7 @@ class RigidTransform(ScalarBase):
         return [
             overload(copy_of, other=instance_of(cls)),
             overload(set_both, R=instance_of(R_), p=vector(T, 3)),
-            overload(set_both, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
+            overload(from_rpy, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
             overload(set_both, quaternion=instance_of(Quaternion_[T]), p=vector(T, 3)),
             overload(set_both, theta_lambda=instance_of(AngleAxis_[T]), p=vector(T, 3)),
             overload(from_rotation, R=instance_of(R_)),

@@ -5,6 +5,7 @@ On floats, AutoDiffXd and Expression alike; with Drake's numbers, bit by bit whe
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -64,6 +65,8 @@ def _checked(T: type, M: np.ndarray) -> np.ndarray:
     """`M`, which has to be a rotation matrix but for rounding."""
     if not is_symbolic(T):
         values = numeric(M)
+        if _is_rotation(values):
+            return M
         error = np.abs(values.dot(values.T) - identity(float, 3)).max()
         if not error < _MISTAKE:
             raise RuntimeError(
@@ -76,6 +79,14 @@ def _checked(T: type, M: np.ndarray) -> np.ndarray:
                 "negative."
             )
     return M
+
+
+def _is_rotation(M: np.ndarray) -> bool:
+    """Whether the sum of what may be wrong is small: then it is no mistake; written out, as it is done often."""
+    (a, b, c), (d, e, f), (g, h, i) = M.tolist()
+    lengths = abs(a * a + b * b + c * c - 1.0) + abs(d * d + e * e + f * f - 1.0) + abs(g * g + h * h + i * i - 1.0)
+    angles = abs(a * d + b * e + c * f) + abs(a * g + b * h + c * i) + abs(d * g + e * h + f * i)
+    return bool(lengths + angles < _MISTAKE and a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0)
 
 
 class RotationMatrix(ScalarBase):
@@ -174,6 +185,8 @@ class RotationMatrix(ScalarBase):
 
     @classmethod
     def _make_axis(cls, call: str, theta: Scalar, rows: Callable[[Any, Any], list[list[Any]]]) -> RotationMatrix:
+        if type(theta) is float and cls._T is float:
+            return cls._make(np.array(rows(math.sin(theta), math.cos(theta))))
         theta = cls._argument(call, scalar(cls._T), theta=theta)
         return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
 

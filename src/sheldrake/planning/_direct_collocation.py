@@ -113,7 +113,7 @@ class Defects:
         points = np.vstack((z[:, self._first], z[:, self._second], middle))
         bent = h / 8.0 * by_middle
         H0, H1, Hm = np.split(
-            self._dynamics.curvature_at_points(
+            self._dynamics.hessian_at_points(
                 points, np.vstack((bent - 0.25 * weights, -bent - 0.25 * weights, -weights))
             ),
             3,

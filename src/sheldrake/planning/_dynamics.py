@@ -138,7 +138,7 @@ class Dynamics:
                 return found
         return self._one_by_one(z, with_slopes)
 
-    def curvature_at_points(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian_at_points(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives of weights' f at many (x, u), shape (points, nx + nu, nx + nu).
 
         Args:

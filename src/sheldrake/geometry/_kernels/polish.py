@@ -17,7 +17,6 @@ from sheldrake.common._kernels.generic import sqrt, whole
 from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .hull import lowest_vertex
 from .model import (
     BOX,
     CAPSULE,
@@ -30,7 +29,7 @@ from .model import (
     Y_AXIS,
     Z_AXIS,
 )
-from .support import best_face, has_faces, part_within_face, support, within_face
+from .support import best_face, has_faces, lowest_vertex, part_within_face, support, within_face
 from .table import absolute, column
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it

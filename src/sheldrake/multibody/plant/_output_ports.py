@@ -247,7 +247,7 @@ class OutputPorts:
         poses.clear()
         if not self._elements.is_finalized():
             return
-        X_WB = self._contexts.view(context).positions().X_WB
+        X_WB = self._contexts.view(context).X_WB()
         if X_WB.dtype == float:
             if self._frames is None:
                 frames = {frame: row for frame, row in self._models.rows_of_frames().items() if row}
@@ -262,8 +262,7 @@ class OutputPorts:
     def body_poses(self, context: Context) -> list[RigidTransform]:
         """X_WB by body."""
         view = self._contexts.view(context)
-        X_WB = view.positions().X_WB
-        return self._contexts.transforms(context, X_WB[view.frozen.rows])
+        return self._contexts.transforms(context, view.X_WB()[view.frozen.rows])
 
     def body_velocities(self, context: Context) -> list[SpatialVelocity]:
         """V_WB by body."""

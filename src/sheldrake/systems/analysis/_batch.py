@@ -118,8 +118,11 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
 def _rows_of(layout: Any, group: int) -> list[int]:
     """Rows of a group, and those that it reads."""
     program = layout.program
-    acts = program.act[program.act_ptr[group] : program.act_ptr[group + 1]].tolist()
-    return acts + program.pre[program.pre_ptr[group] : program.pre_ptr[group + 1]].tolist()
+    acts = program.calls[program.calls_begin[group] : program.calls_begin[group + 1]].tolist()
+    return (
+        acts
+        + program.prerequisites[program.prerequisites_begin[group] : program.prerequisites_begin[group + 1]].tolist()
+    )
 
 
 def _is_native(store: Store, group: int) -> bool:

@@ -124,7 +124,7 @@ class BatchSimulator:
                 f"BatchSimulator(): {self._count} worlds of about {size} bytes each do not fit into memory."
             ) from error
         program, rows = self._layout.program, self._layout.rows
-        in_loop = {*program.act.tolist(), *program.pre.tolist()}
+        in_loop = {*program.calls.tolist(), *program.prerequisites.tolist()}
         self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
         self._begun = np.zeros(self._count, bool)
         self._failures: dict[int, WorldFailure] = {}

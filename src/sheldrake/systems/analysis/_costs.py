@@ -103,7 +103,11 @@ def _ticks(clock: tuple[float, float], first: float, last: float, closed: bool) 
 
 def _prerequisites(layout: Layout, g: int) -> list[int]:
     P = layout.program
-    return [r for r in P.pre[P.pre_ptr[g] : P.pre_ptr[g + 1]].tolist() if P.level[r] != _program.CONSTANT]
+    return [
+        r
+        for r in P.prerequisites[P.prerequisites_begin[g] : P.prerequisites_begin[g + 1]].tolist()
+        if P.level[r] != _program.CONSTANT
+    ]
 
 
 # Python rows.

@@ -123,5 +123,5 @@ class NativeWorlds:
 def slow_rows(layout: Layout) -> list[int]:
     """Rows of the event loop, and what they read, that are Python."""
     program = layout.program
-    used = {*program.act.tolist(), *program.pre.tolist()}
+    used = {*program.calls.tolist(), *program.prerequisites.tolist()}
     return sorted(r for r in used if r >= 0 and not layout.rows[r].native)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._options import Options
 from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 _STANDS_STILL = 1e-14
 
 
-@dataclasses.dataclass(eq=False, slots=True)
-class RegionOfAttractionOptions:
+class RegionOfAttractionOptions(Options):
     """Options of `RegionOfAttraction`.
 
     Attributes:
@@ -32,8 +31,8 @@ class RegionOfAttractionOptions:
             at most; finite and not negative. It is no option of the solver.
     """
 
-    lyapunov_candidate: Expression = dataclasses.field(default_factory=lambda: Expression(0.0))
-    state_variables: np.ndarray = dataclasses.field(default_factory=lambda: np.array([], dtype=object))
+    lyapunov_candidate: Any = Expression(0.0)
+    state_variables: Any = np.array([], dtype=object)
     use_implicit_dynamics: bool = False
     solver_id: SolverId | None = None
     solver_options: SolverOptions | None = None

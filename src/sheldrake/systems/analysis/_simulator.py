@@ -60,6 +60,9 @@ class InitializeParams(Options):
     suppress_initialization_events: bool = False
 
 
+_ALL_EVENTS = InitializeParams()
+
+
 class Simulator(SimulatorSettings, Generic[Simulated]):
     """Advances a system in time.
 
@@ -181,7 +184,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         Raises:
             RuntimeError: there is no context; another thread or simulator works on it; an event handler failed.
         """
-        return self._alone("Initialize", self._initialize, params or InitializeParams())
+        return self._alone("Initialize", self._initialize, params or _ALL_EVENTS)
 
     def _alone(self, call: str, work: Any, *args: Any) -> Any:
         """Does the work of a call while the context is this simulator's, in this thread."""
@@ -344,7 +347,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             if store.goes_on is not None and store.goes_on[0] == store.S[0]:
                 self._go_on(store)
             else:
-                self._initialize(InitializeParams())
+                self._initialize(_ALL_EVENTS)
         if store.unsettled:
             store.settle()
         if not self._span.is_current() or self._span.numbers is not self._integrator._numbers:

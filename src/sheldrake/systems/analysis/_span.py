@@ -84,8 +84,11 @@ class Span:
         for g, (kind, *_) in enumerate(self.layout.group_list):
             if of_publishes and kind != PUBLISH:
                 continue
-            called = program.act[program.act_ptr[g] : program.act_ptr[g + 1]].tolist()
-            for r in called + program.pre[program.pre_ptr[g] : program.pre_ptr[g + 1]].tolist():
+            called = program.calls[program.calls_begin[g] : program.calls_begin[g + 1]].tolist()
+            for r in (
+                called
+                + program.prerequisites[program.prerequisites_begin[g] : program.prerequisites_begin[g + 1]].tolist()
+            ):
                 if r >= 0 and rows[r].free:
                     self.store.check_inputs(rows[r])
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._logging import logger
+from sheldrake.common._options import Options
 from sheldrake.math import BarycentricMesh
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import InputPortSelection
@@ -35,7 +36,7 @@ class PeriodicBoundaryCondition:
         return self.low + (x - self.low) % (self.high - self.low)
 
 
-class DynamicProgrammingOptions:
+class DynamicProgrammingOptions(Options):
     """Options of `FittedValueIteration` and `LinearProgrammingApproximateDynamicProgramming`.
 
     Attributes:
@@ -47,23 +48,14 @@ class DynamicProgrammingOptions:
         visualization_callback: Called after each iteration with its number, the mesh, costs and policy; or None.
     """
 
-    __slots__ = (
-        "assume_non_continuous_states_are_fixed",
-        "convergence_tol",
-        "discount_factor",
-        "input_port_index",
-        "periodic_boundary_conditions",
-        "visualization_callback",
-    )
-    PeriodicBoundaryCondition = PeriodicBoundaryCondition
+    discount_factor: float = 1.0
+    convergence_tol: float = 1e-4
+    periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
+    assume_non_continuous_states_are_fixed: bool = False
+    visualization_callback: Callable[..., None] | None = None
 
-    def __init__(self) -> None:
-        self.discount_factor = 1.0
-        self.convergence_tol = 1e-4
-        self.periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
-        self.input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists
-        self.assume_non_continuous_states_are_fixed = False
-        self.visualization_callback: Callable[..., None] | None = None
+    PeriodicBoundaryCondition = PeriodicBoundaryCondition
 
 
 def FittedValueIteration(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._options import Options
 from sheldrake.systems.analysis import SimulatorConfig
 from sheldrake.systems.controllers._lqr import _square
 from sheldrake.systems.framework import InputPortSelection, LeafSystem, OutputPortSelection, System
@@ -22,7 +23,7 @@ _SAMPLES = 201
 """At how many times the solution is sampled for the trajectories returned."""
 
 
-class FiniteHorizonLinearQuadraticRegulatorOptions:
+class FiniteHorizonLinearQuadraticRegulatorOptions(Options):
     """Options of `FiniteHorizonLinearQuadraticRegulator`.
 
     Attributes:
@@ -37,18 +38,15 @@ class FiniteHorizonLinearQuadraticRegulatorOptions:
         simulator_config: Its `accuracy` is the largest relative error, unless that is coarser than 1e-8.
     """
 
-    __slots__ = ("N", "Qf", "input_port_index", "simulator_config", "u0", "ud", "use_square_root_method", "x0", "xd")
-
-    def __init__(self) -> None:
-        self.Qf: ArrayLike | None = None
-        self.N: ArrayLike | None = None
-        self.x0: Trajectory | None = None
-        self.u0: Trajectory | None = None
-        self.xd: Trajectory | None = None
-        self.ud: Trajectory | None = None
-        self.input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
-        self.use_square_root_method = False
-        self.simulator_config = SimulatorConfig()
+    Qf: np.ndarray | None = None
+    N: np.ndarray | None = None
+    x0: Trajectory | None = None
+    u0: Trajectory | None = None
+    xd: Trajectory | None = None
+    ud: Trajectory | None = None
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
+    use_square_root_method: bool = False
+    simulator_config: SimulatorConfig = SimulatorConfig()
 
     def __repr__(self) -> str:
         return (

@@ -362,8 +362,8 @@ class LeafSystem(LeafEvents):
     def _structure_in(self, context: Context) -> object:
         """What kernels must be made anew for where a context has it otherwise than new ones; None: nothing.
 
-        It is compared, and whatever feeds from this system finds it in `RootView.given`. After a change of it the
-        system calls `Store.restructure`.
+        It is compared, and whatever feeds from this system finds it in `RootView.structure_behind`. After a change of
+        it the system calls `Store.restructure`.
         """
         return None
 

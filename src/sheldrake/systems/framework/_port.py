@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.common._checked import checked
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
@@ -278,6 +280,10 @@ class InputPort(_Port):
     def _numbers(self, value: BasicVector | AbstractValue | Scalars, store: Store) -> np.ndarray:
         """A vector as an array for the slab."""
         declaration = self._declaration
+        if type(value) in (list, np.ndarray) and store.scalar is float:
+            plain = as_vector(value)
+            if plain.dtype == float and len(plain) == declaration.size:
+                return plain
         if isinstance(value, AbstractValue):
             value = _vector_in(value)
         fresh = value if isinstance(value, BasicVector) else _coerced(value, store)

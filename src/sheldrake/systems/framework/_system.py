@@ -52,9 +52,9 @@ class System(ScalarConversion, SystemPorts):
 
     # Contexts.
 
-    def _layout_with(self, overrides: frozenset = frozenset(), given: dict | None = None) -> Layout:
-        if given:
-            return Layout(self, overrides, given)
+    def _layout_with(self, overrides: frozenset = frozenset(), structures: dict | None = None) -> Layout:
+        if structures:
+            return Layout(self, overrides, structures)
         version = sum(s._version for s in tree_of(self))
         layout = self._layouts.get(overrides)
         if layout is None or layout.version != version:

@@ -35,6 +35,7 @@ def _filled(v: np.ndarray, values: list) -> bool:
 
 
 _FLOAT64 = np.dtype(np.float64)
+_PLAIN = frozenset((float, int, np.float64))
 
 
 def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None = None) -> np.ndarray:
@@ -47,6 +48,8 @@ def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None =
         return value.copy()
     if isinstance(value, VectorBase):
         return value.CopyToVector()
+    if type(value) is list and dtype is None and value and _PLAIN.issuperset(map(type, value)):
+        return np.array(value, float)
     try:
         a = np.asarray(value)
         if np.iscomplexobj(a) or (a.dtype == object and a.ndim == 0 and not _is_scalar(value)):

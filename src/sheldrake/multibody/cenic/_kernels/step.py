@@ -145,8 +145,8 @@ def move_others(program, S, side, row_table, step, calls, h):
     for k in range(step.surface_speed.shape[0]):
         S[program.xc + behind + k] += h * step.surface_speed[k]
     refresh(program, S, side, row_table, deriv)
-    for j in range(program.act_ptr[deriv], program.act_ptr[deriv + 1]):
-        r = program.act[j]
+    for j in range(program.calls_begin[deriv], program.calls_begin[deriv + 1]):
+        r = program.calls[j]
         if side.status == 0 and (r < calls.row_begin or r >= calls.row_end):
             call(program, S, side, row_table, r)
     if side.status == 0:

@@ -152,6 +152,13 @@ class View:
 
     # --- stages
 
+    def X_WB(self) -> np.ndarray:
+        """Poses of the bodies by row, to be read only."""
+        if self.T is AutoDiffXd:
+            return self.calls.results(self.POSES, self.work).X_WB
+        self._ask_poses()
+        return self.work.X_WB
+
     def positions(self) -> Any:
         """The workspace with `X_WB`, `S` and `inertia`; for duals what it would hold, to be read only."""
         if self.T is AutoDiffXd:
@@ -169,6 +176,10 @@ class View:
     def body_velocities(self) -> np.ndarray:
         """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
         return self._ask_body_velocities()
+
+    @cached_property
+    def _ask_poses(self) -> Query:
+        return self.calls.stages(self.POSES)
 
     @cached_property
     def _ask_positions(self) -> Query:
@@ -319,6 +330,14 @@ class View:
         arguments = (self.model, self.p, self.work, places, np.zeros(3), J)
         ask = self.calls.query(jacobians.calc_frame_jacobian, *arguments, given=("point",), needs=self.POSES, answer=J)
         return self._keep_place(key, ask)
+
+    def bias_acceleration(self, key: tuple, ends: tuple) -> Query:
+        """A query for the spatial acceleration of a given point that does not depend on vdot; as `jacobian`."""
+        A = self.zeros(6)
+        places = jacobians.Frames(np.array(ends, np.int64))
+        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), A), self.POSES | self.VELOCITIES
+        kernel = jacobians.calc_bias_acceleration
+        return self._keep_place(key, self.calls.query(kernel, *arguments, given=("point",), needs=needs, answer=A))
 
     def relative_pose(self, key: tuple, ends: tuple) -> Query:
         """A query for the pose of a frame in another, twelve numbers; kept by `key`.

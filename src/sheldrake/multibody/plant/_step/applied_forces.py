@@ -86,7 +86,7 @@ class AppliedForces:
         view = self._contexts.view(context)
         if view.dtype == float:
             return self._of_floats(context, view)
-        F_Bo_W = self.on_bodies(context, view.positions().X_WB)
+        F_Bo_W = self.on_bodies(context, view.X_WB())
         return view.zeros(view.nv) if F_Bo_W is None else view.ask_generalized_forces(F_Bo_W)
 
     def _of_floats(self, context: Context, view: View) -> np.ndarray:

@@ -66,7 +66,7 @@ class DiscreteUpdate:
             stages: Its `Stages`.
         """
         dt = self._settings.time_step
-        if self._settings.sampled:
+        if self._settings.sampled:  # what ports report of a step, in its scratch, is state too
             plant.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, stages)
             plant.DeclareForcedUnrestrictedUpdateEvent(stages)
         else:

@@ -110,13 +110,13 @@ class KernelModels:
 
     def geometry_in(self, root: RootView) -> CompiledGeometry:
         """What kernels know of the geometry of a root."""
-        return self.compiled_geometry(root.given(GEOMETRY_QUERY))
+        return self.compiled_geometry(root.structure_behind(GEOMETRY_QUERY))
 
     def geometry_of(self, context: Context) -> CompiledGeometry:
         """What kernels know of the geometry of a context."""
         layout = context._store.layout
         kind, n, _ = layout.sources[context._node, GEOMETRY_QUERY]
-        return self.compiled_geometry(layout.given.get(n) if kind == "out" else None)
+        return self.compiled_geometry(layout.structures.get(n) if kind == "out" else None)
 
     def compiled_geometry(self, state: GeometryState | None = None) -> CompiledGeometry:
         """What kernels know of geometry: that of new contexts, or the given; kept for the last few states."""

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from sheldrake.systems.framework._system import System
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class ContextBase:
@@ -31,6 +32,8 @@ class ContextBase:
 
     _state: Any = None
     """The state as one object, likewise."""
+    _numeric: dict[int, BasicVector] | None = None
+    """Groups of numeric parameters, likewise."""
 
     def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")

@@ -327,9 +327,16 @@ class Context(ContextBase):
         return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
 
     def _numeric_parameter(self, k: int) -> BasicVector:
-        group = self._place.parameters[0] + k
-        a, b = self._store.layout.parameter_groups[group]
-        return self._vector(a, b, Toucher(self._store, CONSTANT, "pn", group), "_pn_models", k)
+        known = self._numeric
+        if known is None:
+            known = self._numeric = {}
+        found = known.get(k)
+        if found is None:
+            group = self._place.parameters[0] + k
+            a, b = self._store.layout.parameter_groups[group]
+            touch = Toucher(self._store, CONSTANT, "pn", group)
+            found = known[k] = self._vector(a, b, touch, "_pn_models", k)
+        return found
 
     def get_mutable_parameters(self) -> Parameters:
         """The parameters, to be changed."""

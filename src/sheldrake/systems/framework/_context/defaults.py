@@ -29,7 +29,7 @@ def set_defaults(store: Store, n: int) -> None:
         if m in leaves:
             store.systems[m]._set_default_context(store.context(m))
     store.out_of_date()
-    if layout.given:
+    if layout.structures:
         store.restructure()
 
 

@@ -87,7 +87,10 @@ def _rows_for(store: Store, kind: int | None, output: int | None) -> list[int] |
     program, rows = layout.program, []
     for g, (its_kind, clock, acting, _) in enumerate(layout.group_list):
         if its_kind == kind and (kind == DERIVATIVES or clock >= 0):
-            rows += [*program.pre[program.pre_ptr[g] : program.pre_ptr[g + 1]].tolist(), *acting]
+            rows += [
+                *program.prerequisites[program.prerequisites_begin[g] : program.prerequisites_begin[g + 1]].tolist(),
+                *acting,
+            ]
     if output is not None:
         slot = layout.output_slot(0, output)[2]
         if not slot.vector:

@@ -56,9 +56,9 @@ class Place:
 class Memory(Topology):
     """A topology whose values have places in a slab of `size` numbers; time is the first."""
 
-    def __init__(self, root: System, overrides: frozenset[tuple[int, int]], given: dict | None):
+    def __init__(self, root: System, overrides: frozenset[tuple[int, int]], structures: dict | None):
         super().__init__(root, overrides)
-        self.given = given or {}
+        self.structures = structures or {}
         """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
         self.stores: weakref.WeakSet[Any] = weakref.WeakSet()
         self.size = 1
@@ -207,10 +207,10 @@ class RootView:
         kind, n, j = self._layout.sources[self._node, i]
         return (self._layout.systems[n], j) if kind == "out" else None
 
-    def given(self, i: int) -> Any:
+    def structure_behind(self, i: int) -> Any:
         """What the leaf that feeds input port `i` has in these contexts otherwise than in new ones, or None."""
         kind, n, _ = self._layout.sources[self._node, i]
-        return self._layout.given.get(n) if kind == "out" else None
+        return self._layout.structures.get(n) if kind == "out" else None
 
     def feeding(self, i: int) -> RootView | None:
         """What the leaf that feeds input port `i` may ask; None if nothing does."""

@@ -130,7 +130,7 @@ class Store:
         self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
         self.written: list[tuple[Any, Any]] = []
         self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
-        self.twins: dict[int, tuple] = {}
+        self.python_arguments: dict[int, tuple] = {}
         self.chains: dict[Any, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
         self.pending: dict[int, list[AbstractValue]] = {}
@@ -260,7 +260,7 @@ class Store:
         """What input port `i` of node `n` will be fixed to when memory may move, or None."""
         if not self.waiting.inputs:
             return None
-        layout = self.systems[0]._layout_with(self.layout.overrides | set(self.waiting.inputs), self.layout.given)
+        layout = self.systems[0]._layout_with(self.layout.overrides | set(self.waiting.inputs), self.layout.structures)
         slot = layout.input_slot(n, i)
         return next((self.waiting.inputs.get(p) for p, number in layout.free.items() if number == slot.free), None)
 
@@ -286,18 +286,20 @@ class Store:
         try:
             waiting, self.waiting, self.unsettled = self.waiting, Waiting(), False
             if waiting.inputs:
-                self._move_to(self.systems[0]._layout_with(self.layout.overrides | set(waiting.inputs), self._given()))
+                self._move_to(
+                    self.systems[0]._layout_with(self.layout.overrides | set(waiting.inputs), self._structures())
+                )
                 for (n, i), value in waiting.inputs.items():
                     self.fix(n, i, value)
                 self.out_of_date()
-            elif waiting.structure and ((given := self._given()) != self.layout.given or self._is_old()):
-                self._move_to(self.systems[0]._layout_with(self.layout.overrides, given))
+            elif waiting.structure and ((structures := self._structures()) != self.layout.structures or self._is_old()):
+                self._move_to(self.systems[0]._layout_with(self.layout.overrides, structures))
                 self.out_of_date()
             waiting.move_logs(self)
         finally:
             self.lock.release()
 
-    def _given(self) -> dict[int, Any]:
+    def _structures(self) -> dict[int, Any]:
         """What systems say of this context that the layout must know."""
         found = {n: self.systems[n]._structure_in(self.context(n)) for n in self.layout.structured}
         return {n: structure for n, structure in found.items() if structure is not None}
@@ -348,7 +350,7 @@ class Store:
         for m, context in contexts.items():
             self.contexts[m] = context
             context._place, context._kept = new.places[m], None
-            context._discrete = context._continuous = context._state = None
+            context._discrete = context._continuous = context._state = context._numeric = None
         self.forget_readers()
 
     # Computing.
@@ -443,9 +445,9 @@ class Store:
             return row.calc.function(self.S[0], self._slab_address, self.layout.words_of[r])
         if self.left:
             self.leave_scratch(row.node)
-        arguments = self.twins.get(r)
+        arguments = self.python_arguments.get(r)
         if arguments is None:
-            arguments = self.twins[r] = self.arguments_of(row, self.S, self.scratch(row.node))
+            arguments = self.python_arguments[r] = self.arguments_of(row, self.S, self.scratch(row.node))
         status = row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
         if self.scalar is not float:
             written = self.S[slice(*row.out)]
