@@ -107,7 +107,7 @@ class RollPitchYaw(ScalarBase):
             overload(from_matrix, matrix=matrix(T, 3, 3)),
         ]
 
-    def _set(self, M: np.ndarray, wxyz: Sequence[Scalar] | np.ndarray) -> None:
+    def _set(self, M: np.ndarray, wxyz: Sequence[Any] | np.ndarray) -> None:
         """Angles accurate everywhere, gimbal lock included.
 
         Pitch comes from the matrix. Half the sum and half the difference of yaw and roll come from the quaternion
