@@ -22,6 +22,10 @@ from sheldrake.cli._output import add_json, add_output, output_file, reporting, 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Diagram, DiagramBuilder
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+
 _VIEWERS = (".rrd", ".mcap")
 
 
