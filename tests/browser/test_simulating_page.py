@@ -98,7 +98,9 @@ def test_it_opens_from_a_file_and_gives_the_native_numbers(browser, tmp_path, pi
     assert [url for url in page.requests() if not url.startswith("file:")] == []
     assert page.console() == []
     hint = page.evaluate("document.querySelector('.hint').textContent")
-    assert ("Drag a free body" in hint) == (name not in ("arm", "inverse", "cart-pole")) and "pull on a body" in hint.lower()
+    assert ("Drag a free body" in hint) == (
+        name not in ("arm", "inverse", "cart-pole")
+    ) and "pull on a body" in hint.lower()
     page.evaluate("++simulation.moves")  # draws what is now
     page.screenshot(pictures / f"page-{name}.png", 1280, 800)
     browser.close_page(page)
