@@ -102,7 +102,7 @@ def status_of(code: Any) -> int:
 def _watch() -> list[Any]:
     """Has every simulator made from now on in a list, and the state of every plant logged."""
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import Diagram, DiagramBuilder
+    from sheldrake.systems.framework import DiagramBuilder
 
     simulators: list[Any] = []
     make, build = Simulator.__init__, DiagramBuilder.Build
