@@ -6,8 +6,8 @@ Each is an example of this repository, as `sheldrake page` takes it, or the arm 
 module that browsers run is run in Node. Times are of the processor, the best of several runs.
 Differences are of all states before the first contact, and after a second (a heap's: earlier, for native runs that
 begin a last bit apart part as well). With --browser each page is also opened in Chromium, from its file, without a
-network or a graphics card: when it can be used, whether its bits are Node's, its memory before and after a minute
-of simulated time. With --minutes each page plays for so long by the clock, at five times the speed or as fast as it can,
+network or a graphics card: when it can be used, whether its bits are Node's, its memory before and after a minute of
+simulated time. With --minutes each page plays for so long by the clock, at five times the speed or as fast as it can,
 and its memory is told every half minute.
 """
 

@@ -18,12 +18,16 @@ import pathlib
 import sys
 import time
 import webbrowser
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import sheldrake
 from sheldrake.cli._output import add_json, reporting
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
+    from sheldrake.geometry._scene_graph import SceneGraph
 
 _PATIENCE = 20.0  # how long it waits for the first page [s]
 _DRAWING = 60.0  # how long, once somebody has come, for the page to draw the scene [s]
@@ -136,7 +140,7 @@ class _Scene:
         self.context = self.diagram.CreateDefaultContext()
         self._lift(scene_graph)
 
-    def _lift(self, scene_graph: Any) -> None:
+    def _lift(self, scene_graph: SceneGraph) -> None:
         """Turns the part a little and places it above the ground, three times its size."""
         from sheldrake.math import RigidTransform, RollPitchYaw
 
@@ -210,7 +214,7 @@ class _Scene:
         return time.perf_counter() - start
 
 
-def _invite(meshcat: Any, opens: bool) -> None:
+def _invite(meshcat: Meshcat, opens: bool) -> None:
     """Says where the page is, opens it where there is a browser, and waits until somebody looks, for a while."""
     print(f"Watch it at {meshcat.web_url()}", flush=True)
     if opens and _has_screen():
@@ -230,7 +234,7 @@ def _has_screen() -> bool:
     return "SSH_CONNECTION" not in os.environ
 
 
-def _stay(meshcat: Any) -> None:
+def _stay(meshcat: Meshcat) -> None:
     """Keeps the page and its replay until Ctrl-C, where somebody looks or could."""
     if not (meshcat.GetNumActiveConnections() or sys.stdout.isatty()):
         return

@@ -6,7 +6,12 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._simulator import Simulator
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 from sheldrake.cli._output import add_json, reporting, say_written
 
@@ -43,11 +48,11 @@ def write_first_simulation(options: argparse.Namespace, output: str, write: Call
 
     build = DiagramBuilder.Build
 
-    def advance_to(self: Any, *args: Any, **kwargs: Any) -> Any:
+    def advance_to(self: Simulator, *args: Any, **kwargs: Any) -> Any:
         write(self)
         raise _Written
 
-    def build_with_logs(self: Any) -> Any:
+    def build_with_logs(self: DiagramBuilder) -> Diagram:
         log_states(self)
         return build(self)
 

@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.cad._make_urdf import MeshModel
 
 from sheldrake.cli._output import add_json, reporting
 
@@ -75,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _make(options: argparse.Namespace) -> Any:
+def _make(options: argparse.Namespace) -> MeshModel:
     from sheldrake.cad import MakeUrdfFromMesh
 
     return MakeUrdfFromMesh(

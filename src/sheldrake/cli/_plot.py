@@ -13,9 +13,12 @@ import argparse
 import os
 import re
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.cli._output import add_json, add_output, output_file, print_json, reporting, say_written
+
+if TYPE_CHECKING:
+    pass
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

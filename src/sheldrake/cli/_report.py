@@ -15,9 +15,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Diagram, DiagramBuilder
 
 _VIEWERS = (".rrd", ".mcap")
 
@@ -99,7 +102,7 @@ def status_of(code: Any) -> int:
 def _watch() -> list[Any]:
     """Has every simulator made from now on in a list, and the state of every plant logged."""
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import DiagramBuilder
+    from sheldrake.systems.framework import Diagram, DiagramBuilder
 
     simulators: list[Any] = []
     make, build = Simulator.__init__, DiagramBuilder.Build
@@ -108,7 +111,7 @@ def _watch() -> list[Any]:
         make(self, *args, **kwargs)
         simulators.append(self)
 
-    def build_with_logs(self: Any) -> Any:
+    def build_with_logs(self: DiagramBuilder) -> Diagram:
         log_states(self)
         return build(self)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,11 +18,23 @@ from sheldrake.systems.primitives._vector_log import (
     write_parquet,
 )
 
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    import xarray
+    from numpy.typing import ArrayLike
+
 
 class TableLog(VectorLog):
     """A log that holds times and samples it was given, as one read from a file does."""
 
-    def __init__(self, times: Any, data: Any, names: Any = None, units: Any = None):
+    def __init__(
+        self,
+        times: ArrayLike,
+        data: Any,
+        names: Any = None,
+        units: Any = None,
+    ):
         data = np.asarray(data, dtype=float)
         super().__init__(len(data))
         self._own = np.column_stack([np.asarray(times, dtype=float), data.T])
@@ -93,7 +105,7 @@ class LogSet(Mapping):
             parts.append(part)
         return axis, np.column_stack(parts)
 
-    def ToDataFrame(self) -> Any:
+    def ToDataFrame(self) -> pandas.DataFrame:
         """All logs as one pandas DataFrame, indexed by time [s]; units are in `attrs["units"]`, by column.
 
         Raises:
@@ -105,7 +117,7 @@ class LogSet(Mapping):
         frame.attrs["units"] = dict(zip(self.columns(), self.units()))
         return frame
 
-    def ToXarray(self) -> Any:
+    def ToXarray(self) -> xarray.Dataset:
         """All logs as one xarray Dataset: a variable for each, on times and elements of its own.
 
         The log k has the dimensions `time_k` [s] and `element_k`, with names and units; logs with the same times share

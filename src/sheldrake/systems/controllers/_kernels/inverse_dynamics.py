@@ -69,10 +69,15 @@ def element_forces(tree_model, force_model, p_model, x, tree, motion):
 
 @kernel(top=True, short_loops=True)
 def force_for_acceleration(
-    tree_model: TreeModel, force_model: ForceModel, p_model: Vector, u: Vectors, tree: TreeWork, motion: Motion,
+    tree_model: TreeModel,
+    force_model: ForceModel,
+    p_model: Vector,
+    u: Vectors,
+    tree: TreeWork,
+    motion: Motion,
     tau: Vector,
 ) -> None:
-    """Inverse dynamics; the inputs are the state and desired accelerations."""  # fmt: skip
+    """Inverse dynamics; the inputs are the state and desired accelerations."""
     place(tree_model, p_model, tree, u[0])
     element_forces(tree_model, force_model, p_model, u[0], tree, motion)
     calc_inverse_dynamics(tree_model, p_model, tree, u[1], motion.F_Bo_W, motion.force, motion.A_WB, tau)
@@ -89,10 +94,16 @@ def force_against_gravity(tree_model: TreeModel, p_model: Vector, u: Vectors, tr
 
 @kernel(top=True, short_loops=True)
 def actuation_of_springs(
-    tree_model: TreeModel, force_model: ForceModel, p_model: Vector, stiffness_model: Stiffness, u: Vectors,
-    tree: TreeWork, motion: Motion, y: Vector,
+    tree_model: TreeModel,
+    force_model: ForceModel,
+    p_model: Vector,
+    stiffness_model: Stiffness,
+    u: Vectors,
+    tree: TreeWork,
+    motion: Motion,
+    y: Vector,
 ) -> None:
-    """Springs and dampers about a desired state, gravity and force elements compensated, Coriolis forces left alone."""  # fmt: skip
+    """Springs and dampers about a desired state; gravity and force elements compensated, Coriolis forces not."""
     x, desired = u[0], u[1]
     place(tree_model, p_model, tree, x)
     element_forces(tree_model, force_model, p_model, x, tree, motion)
@@ -101,9 +112,7 @@ def actuation_of_springs(
         motion.v[k] = 0.0
         motion.vdot[k] = 0.0
     velocity_kinematics(tree_model, p_model, tree, x, motion.v)
-    calc_inverse_dynamics(
-        tree_model, p_model, tree, motion.vdot, motion.F_Bo_W, motion.force, motion.A_WB, motion.v
-    )
+    calc_inverse_dynamics(tree_model, p_model, tree, motion.vdot, motion.F_Bo_W, motion.force, motion.A_WB, motion.v)
     for k in range(n):
         motion.v[k] += stiffness_model.kp[k] * (desired[k] - x[k])
         motion.v[k] += stiffness_model.kd[k] * (desired[n + k] - x[n + k])
