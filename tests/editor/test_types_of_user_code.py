@@ -68,7 +68,7 @@ def test_the_same_mistakes_are_seen_less_well_with_the_stubs_of_pydrake(tmp_path
     (tmp_path / "mistakes.py").write_text(text, encoding="utf-8")
     lines = {line for _, line, _ in errors_of(tmp_path)}
     wrong = {number for number, line in enumerate(text.splitlines(), 1) if line.endswith("# wrong")}
-    assert lines & wrong < wrong and lines - wrong, "pydrake's stubs are as good: the documentation says otherwise"
+    assert lines & wrong < wrong and lines - wrong, "the stubs of pydrake are as good as ours"
 
 
 TYPES = {
