@@ -115,8 +115,8 @@ class RollPitchYaw(ScalarBase):
         """
         (a, _, _), (b, _, _), (c, d, e) = M.tolist()
         if self._T is float:
-            w, x, y, z = wxyz
-            about_y = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
+            w, x, y, z = map(float, wxyz)
+            pitch: Scalar = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
             plus, minus = _half(x + z, w - y), _half(z - x, w + y)
             self._rpy = new_array(float, [_turned(plus - minus), about_y, _turned(plus + minus)])
             return
