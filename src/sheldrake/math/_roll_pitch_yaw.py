@@ -118,7 +118,7 @@ class RollPitchYaw(ScalarBase):
             w, x, y, z = map(float, wxyz)
             pitch: Scalar = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
             plus, minus = _half(x + z, w - y), _half(z - x, w + y)
-            self._rpy = new_array(float, [_turned(plus - minus), about_y, _turned(plus + minus)])
+            self._rpy = new_array(float, [_turned(plus - minus), pitch, _turned(plus + minus)])
             return
         cos_pitch = sqrt((e * e + d * d + b * b + a * a) / 2.0)
         pitch = atan2(-c, cos_pitch)
