@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 GEOM_INERTIA_ROLE_ORDER_DEFAULT = [Role.kProximity, Role.kIllustration, Role.kPerception]
-_WATER = 1000.0  # [kg/m^3] of a body whose mass is impossible, too
+_MASS = 1.0  # [kg] of a body whose mass is impossible, too, as Drake takes it
 _MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
 _ROLES = {Role.kProximity: "proximity", Role.kIllustration: "illustration", Role.kPerception: "perception"}
 
@@ -101,7 +101,7 @@ def _edits(source: Any, body: Any, kind: str, roles: list[str]) -> list[Any]:
         return []
     volume, p, unit = found
     wrong_mass = not 0.0 < mass < np.inf
-    mass = _WATER * volume if wrong_mass else mass
+    mass = _MASS if wrong_mass else mass
     I = unit * (mass / volume)
     center = " ".join(f"{x:.9g}" for x in p + 0.0)
     if kind == ".urdf":

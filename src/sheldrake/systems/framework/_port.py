@@ -277,7 +277,7 @@ class InputPort(_Port):
     def _is_vector(self) -> bool:
         return self._declaration.data_type is PortDataType.kVectorValued
 
-    def _numbers(self, value: BasicVector | AbstractValue | Scalars, store: Store) -> np.ndarray:
+    def _numbers(self, value: Any, store: Store) -> np.ndarray:
         """A vector as an array for the slab."""
         declaration = self._declaration
         if isinstance(value, (list, np.ndarray)) and store.scalar is float:

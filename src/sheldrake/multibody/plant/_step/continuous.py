@@ -123,6 +123,8 @@ class ContinuousDynamics:
         for c in range(int(work.table.num_contacts)):
             A, B, body_A, body_B = work.table.pair[c]
             point, force = work.table.point[c], work.flow.contacts[c]
+            if all(x == 0.0 for x in force.f_BC_W):  # it separates faster than its spring pushes
+                continue
             p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
             nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
             pair = point_pair(ids[A], ids[B], p_WCa, p_WCb, nhat, depth)
