@@ -115,14 +115,10 @@ class RollPitchYaw(ScalarBase):
         """
         (a, _, _), (b, _, _), (c, d, e) = M.tolist()
         if self._T is float:
-<<<<<<< HEAD
-            self._rpy = new_array(float, _plain_angles((a, b, c, d, e), wxyz))
-=======
             w, x, y, z = map(float, wxyz)
             pitch: Scalar = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
             plus, minus = _half(x + z, w - y), _half(z - x, w + y)
             self._rpy = new_array(float, [_turned(plus - minus), pitch, _turned(plus + minus)])
->>>>>>> main
             return
         cos_pitch = sqrt((e * e + d * d + b * b + a * a) / 2.0)
         pitch = atan2(-c, cos_pitch)
@@ -336,14 +332,6 @@ class RollPitchYaw(ScalarBase):
     def __repr__(self) -> str:
         roll, pitch, yaw = self._rpy.tolist()
         return f"{pretty_class_name(type(self))}(roll={roll!r}, pitch={pitch!r}, yaw={yaw!r})"
-
-
-def _plain_angles(M: tuple[float, ...], wxyz: Any) -> list[float]:
-    """The same of plain numbers: those of the matrix in its first column and last row."""
-    (a, b, c, d, e), (w, x, y, z) = M, wxyz
-    pitch = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
-    plus, minus = _half(x + z, w - y), _half(z - x, w + y)
-    return [_turned(plus - minus), pitch, _turned(plus + minus)]
 
 
 def _half(sine: float, cosine: float) -> float:
