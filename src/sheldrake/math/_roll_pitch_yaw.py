@@ -114,15 +114,16 @@ class RollPitchYaw(ScalarBase):
         (P. Mitiguy, as documented with Drake's RollPitchYaw); a pair that vanishes leaves its angle at zero.
         """
         (a, _, _), (b, _, _), (c, d, e) = M.tolist()
+        w, x, y, z = wxyz
+        plus: Scalar
+        minus: Scalar
         if self._T is float:
-            w, x, y, z = map(float, wxyz)
             pitch: Scalar = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
             plus, minus = _half(x + z, w - y), _half(z - x, w + y)
             self._rpy = new_array(float, [_turned(plus - minus), pitch, _turned(plus + minus)])
             return
         cos_pitch = sqrt((e * e + d * d + b * b + a * a) / 2.0)
         pitch = atan2(-c, cos_pitch)
-        w, x, y, z = wxyz
 
         def half(sine: Scalar, cosine: Scalar) -> Scalar:
             vanishes = all_of((abs(sine) <= _EPSILON, abs(cosine) <= _EPSILON))
