@@ -11,7 +11,18 @@ from typing import Any
 from sheldrake.common._native.store import code_of_text
 from sheldrake.common._native.target import Target
 
-NO_LINKER = "{} needs a linker: pip install 'sheldrake[export]' (it brings ziglang and llvmlite)."
+NO_COMPILER = "{} needs a compiler and a linker: pip install 'sheldrake[export]' (it brings llvmlite and ziglang)."
+
+
+def require_compiler(call: str) -> None:
+    """Says what to install, before anything is done.
+
+    Raises:
+        ModuleNotFoundError: llvmlite or ziglang is not installed.
+    """
+    for name in ("llvmlite", "ziglang"):
+        if importlib.util.find_spec(name) is None:
+            raise ModuleNotFoundError(NO_COMPILER.format(call), name=name)
 
 
 def write_objects(functions: list[dict[str, Any]], target: Target, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -40,7 +51,7 @@ def zig(call: str, *options: Any) -> None:
         RuntimeError: zig failed; the message has its words.
     """
     if importlib.util.find_spec("ziglang") is None:
-        raise ModuleNotFoundError(NO_LINKER.format(call), name="ziglang")
+        raise ModuleNotFoundError(NO_COMPILER.format(call), name="ziglang")
     command = [sys.executable, "-m", "ziglang", *map(str, options)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
