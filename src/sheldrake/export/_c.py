@@ -15,7 +15,7 @@ import numpy as np
 from sheldrake.common._native.target import Target
 from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram
-from sheldrake.export._objects import write_objects, zig
+from sheldrake.export._objects import require_compiler, write_objects, zig
 from sheldrake.systems.framework import OutputPort
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ def SaveC(
     """
     if target not in BOARDS:
         raise ValueError(f"SaveC(): there is no target {target!r}; there are {', '.join(BOARDS)}.")
+    require_compiler("SaveC()")
     frozen = Freeze(simulator, outputs)
     out = pathlib.Path(os.fspath(folder))
     out.mkdir(parents=True, exist_ok=True)
