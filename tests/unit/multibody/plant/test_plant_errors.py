@@ -293,3 +293,19 @@ def test_a_name_is_no_body():
     plant, *_ = plant_with_arm()
     with pytest.raises(TypeError, match=r"EvalBodyPoseInWorld\(\): incompatible.*'link'"):
         plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), "link")
+
+
+@pytest.mark.parametrize("x", [np.nan, np.inf, None])
+def test_numbers_that_are_none_are_refused_where_they_are_given(x):
+    plant, ja, jb = two_joints(0.01)
+    world, body = plant.world_body(), ja.child_body()
+    for give in (
+        lambda: plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, x]),
+        lambda: RevoluteJoint("j", plant.world_frame(), body.body_frame(), [0.0, 0.0, x]),
+        lambda: plant.AddJointActuator("motor", ja).set_default_gear_ratio(x),
+        lambda: plant.AddBallConstraint(body, [x, 0.0, 0.0], world),
+        lambda: plant.AddCouplerConstraint(ja, jb, x),
+        lambda: plant.AddCouplerConstraint(ja, jb, 1.0, x),
+    ):
+        with pytest.raises((RuntimeError, TypeError), match=r"finite|must be float|NoneType"):
+            give()
