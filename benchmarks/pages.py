@@ -1,12 +1,14 @@
 """Pages that simulate, against the same diagrams as machine code: how large, how fast, how far apart.
 
-    python benchmarks/pages.py [NAME ...] [--browser]
+    python benchmarks/pages.py [NAME ...] [--browser | --minutes N]
 
 Each is an example of this repository, as `sheldrake page` takes it, or the arm of `arm.py` under a PidController. The
 module that browsers run is run in Node. Times are of the processor, the best of several runs.
 Differences are of all states before the first contact, and after a second (a heap's: earlier, for native runs that
 begin a last bit apart part as well). With --browser each page is also opened in Chromium, from its file, without a
-network or a graphics card: when it can be used, whether its bits are Node's, its memory before and after a minute.
+network or a graphics card: when it can be used, whether its bits are Node's, its memory before and after a minute of
+simulated time. With --minutes each page plays for so long by the clock, at five times the speed or as fast as it can,
+and its memory is told every half minute.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from sheldrake.export import Freeze, FrozenSimulation, SavePage  # noqa: E402
 
 ROUNDS = 10
 MINUTE = 60.0  # [s], simulated in a browser while its memory is watched
+LOOK = 30.0  # [s] by the clock, between looks at the memory of a page that plays
 
 
 def native(frozen: Any, last: float) -> float:
@@ -55,6 +58,32 @@ def words_in(page: Any) -> np.ndarray:
     return words_of(page.evaluate("simulation.machine.words()"))
 
 
+def used(page: Any) -> float:
+    """Memory that an open page holds after what nobody needs is collected: its objects, and the module's [MB]."""
+    page.call("HeapProfiler.collectGarbage")
+    heap = page.call("Runtime.getHeapUsage")["usedSize"]
+    return (heap + page.evaluate("simulation.machine.floats.buffer.byteLength")) / 1e6
+
+
+def played(browser: Any, name: str, path: pathlib.Path, minutes: float) -> None:
+    """Has a page play, and tells its memory every half minute; once the browser has compiled all it is to stay."""
+    page = browser.open(path.as_uri())
+    page.wait_for("window.simulation && simulation.ready && simulation.shown")
+    page.evaluate("document.getElementById('speed').value = '5'")
+    page.evaluate("window.pictures = 0; (function count() { ++pictures; requestAnimationFrame(count); })()")
+    page.click_on("document.getElementById('play')")
+    begin, seen = time.monotonic(), []
+    print(f"{name}: clock [s], simulated [s], pictures, memory [MB]")
+    while (now := time.monotonic() - begin) < 60 * minutes + LOOK / 2:
+        simulated, pictures = page.evaluate("[simulation.machine.time, pictures]")
+        seen.append(used(page))
+        print(f"{now:8.0f} {simulated:9.2f} {pictures:8d} {seen[-1]:8.2f}", flush=True)
+        time.sleep(max(0.0, LOOK * len(seen) - (time.monotonic() - begin)))
+    late = seen[len(seen) // 2 :]
+    print(f"{name}: {min(seen):.2f} to {max(seen):.2f} MB, in the second half {min(late):.2f} to {max(late):.2f} MB")
+    browser.close_page(page)
+
+
 def in_browser(browser: Any, path: pathlib.Path, times: list[float], expected: list[np.ndarray]) -> str:
     """What is said of a page in Chromium."""
     page = browser.open(path.as_uri())
@@ -66,16 +95,11 @@ def in_browser(browser: Any, path: pathlib.Path, times: list[float], expected: l
         equal = equal and np.array_equal(words_in(page), words)
     page.wait_for("simulation.shown")
 
-    def used() -> float:
-        page.call("HeapProfiler.collectGarbage")
-        heap = page.call("Runtime.getHeapUsage")["usedSize"]
-        return (heap + page.evaluate("simulation.machine.floats.buffer.byteLength")) / 1e6
-
     page.evaluate("simulation.machine.advanceTo(simulation.machine.time + 1)")
-    before, last = used(), page.evaluate("simulation.machine.time") + MINUTE
+    before, last = used(page), page.evaluate("simulation.machine.time") + MINUTE
     while page.evaluate("simulation.machine.time") < last:
         page.evaluate("simulation.machine.advanceTo(simulation.machine.time + 1)")
-    after = used()
+    after = used(page)
     browser.close_page(page)
     same = "same bits as Node" if equal else "OTHER BITS than Node"
     return f"ready {ready:.0f} ms, {same}, {before:.1f} MB, after {MINUTE:.0f} s {after:.1f} MB"
@@ -85,7 +109,17 @@ def main(words: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SCENES))
     parser.add_argument("--browser", action="store_true", help="open each page in Chromium, too")
+    parser.add_argument("--minutes", type=float, default=0.0, help="have each page play in Chromium for so long")
     given = parser.parse_args(words)
+    if given.minutes:
+        from conftest import start
+
+        with start(offline=True, width=640, height=360) as browser, tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "page.html"
+            for name in given.names or SCENES:
+                SavePage(simulator_of(name), path)
+                played(browser, name, path, given.minutes)
+        return
     print(f"{'':10} {'page':>8} {'native':>9} {'wasm':>9} {'':5}  differences of states")
     if given.browser:
         from conftest import start

@@ -204,7 +204,7 @@ def environments(count: int, rounds: int) -> str:
 
         return watching
 
-    native.travel, native.visit = watched(native.travel), watched(native.visit)  # type: ignore[method-assign]
+    native.roll_out, native.call_each = watched(native.roll_out), watched(native.call_each)  # type: ignore[method-assign]
     actions = random.uniform(-0.3, 0.3, (50, count, 12))
     env.reset(seed=0)
     found = []

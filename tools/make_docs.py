@@ -25,9 +25,10 @@ PROJECT = {
 }
 """Pages from elsewhere in the repository, and their names in the site."""
 
-LIVE = ("bouncing_ball", "cart_pole_lqr", "clutter", "double_pendulum", "drop_the_block", "gyroscope", "pendulum",
-        "quadruped", "soft_ball", "stack")  # fmt: skip
-"""Examples that are simulated in their pages; the others have a system in Python."""
+EXAMPLES = ROOT / "examples"
+LIVE = ("arm_pid", "bouncing_ball", "cart_pole_lqr", "clutter", "double_pendulum", "drop_the_block", "gripper",
+        "gyroscope", "pendulum", "quadruped", "soft_ball", "stack")  # fmt: skip
+"""Examples that are simulated in their pages; the others are about what a page has not."""
 TUTORIAL = "tutorial"
 MARK = "<!-- live: {} -->"
 """Where a page has a simulation that runs in the browser."""
@@ -148,7 +149,7 @@ def write_live(out: pathlib.Path) -> None:
     import make_notebook
 
     out.mkdir()
-    scripts = {name: ROOT / "examples" / f"{name}.py" for name in LIVE}
+    scripts = {name: EXAMPLES / f"{name}.py" for name in LIVE}
     with tempfile.TemporaryDirectory() as folder:
         scripts[TUTORIAL] = pathlib.Path(folder) / f"{TUTORIAL}.py"
         code = make_notebook.BLOCK.findall((DOCS / f"{TUTORIAL}.md").read_text(encoding="utf-8"))

@@ -13,7 +13,8 @@ from tests.unit.export import exported_pages
 from tests.unit.export.exported_pages import SCENES, falling_block, simulator_of
 
 from conftest import start
-from sheldrake.export import Freeze, FrozenSimulation, PageSlider, SavePage
+from sheldrake.common.eigen_geometry import Quaternion
+from sheldrake.export import Freeze, FrozenSimulation, PageSlider, SavePage, ShowPage
 
 pytest.importorskip("ziglang")
 RUN = pathlib.Path(exported_pages.__file__).with_name("run_page.mjs")
@@ -71,9 +72,10 @@ def middle(page, path="/drake/visualizer/two_hole_block/body"):
     )
 
 
-def mouse(page, kind, x, y):
+def mouse(page, kind, x, y, modifiers=0):
     pressed = 0 if kind == "mouseReleased" else 1
-    page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=pressed, clickCount=1)
+    more = {"button": "left", "buttons": pressed, "clickCount": 1, "modifiers": modifiers}
+    page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -185,6 +187,37 @@ def test_a_body_is_dragged_to_where_it_begins(block):
     block.click_on("document.getElementById('step')")
     block.click_on("document.getElementById('reset')")
     np.testing.assert_array_equal(state_of(block), moved)  # that is where it begins now
+
+
+def test_a_body_is_turned_to_how_it_begins(block, pictures):
+    shift, first = 8, state_of(block)
+    x, y = middle(block)
+    mouse(block, "mousePressed", x, y, shift)
+    mouse(block, "mouseMoved", x + 75, y, shift)  # an eighth of a turn
+    mouse(block, "mouseReleased", x + 75, y, shift)
+    turned = state_of(block)
+    np.testing.assert_array_equal(turned[4:], first[4:])
+    q, half = Quaternion(first[:4] / np.linalg.norm(first[:4])), np.pi / 8
+    expected = Quaternion(np.cos(half), 0.0, 0.0, np.sin(half)).multiply(q).wxyz()
+    np.testing.assert_allclose(turned[:4], expected, atol=1e-12)
+    block.screenshot(pictures / "page-turned.png", 1280, 800)
+
+
+def test_a_notebook_shows_it(browser, tmp_path, pictures):
+    """In a frame that has no address."""
+    shown = ShowPage(falling_block().get_system(), title="A block <falls>", height=600)
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!DOCTYPE html><meta charset='utf-8'><p>Out[1]:</p>{shown._repr_html_()}", encoding="utf-8")
+    page = browser.open(path.as_uri())
+    frame = "document.querySelector('iframe').contentWindow"
+    page.wait_for(f"{frame}.simulation && {frame}.simulation.shown")
+    assert page.evaluate(f"{frame}.document.title") == "A block <falls>"
+    page.evaluate(f"{frame}.document.getElementById('play').click()")
+    page.wait_for(f"{frame}.simulation.machine.time > 0.1")
+    assert page.evaluate(f"{frame}.document.getElementById('link').hidden") is True
+    page.screenshot(pictures / "page-notebook.png", 1000, 700)
+    assert page.console() == []
+    browser.close_page(page)
 
 
 def test_a_body_is_pulled_while_it_runs(block):

@@ -71,6 +71,12 @@ TYPES = {
     "simulator.get_context()": "Context",
     "builder.AddSystem(plant)": "MultibodyPlant",
     "scene_graph.get_query_output_port()": "OutputPort",
+    "context.get_discrete_state()": "DiscreteValues",
+    "context.get_discrete_state(0)": "BasicVector",
+    "context.get_abstract_state(0)": "AbstractValue",
+    "diagram.ToAutoDiffXd()": "Diagram",
+    "X.rotation().ToQuaternion().inverse()": "Quaternion",
+    "X.rotation().ToQuaternion().w()": "float",
 }
 """What an editor knows of values that programs hold."""
 

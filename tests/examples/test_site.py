@@ -145,12 +145,30 @@ def test_scenes_run_in_the_pages_of_the_tutorial_and_the_examples(site):
     assert "live:" not in (site / "tutorial.html").read_text(encoding="utf-8")
 
 
+IN_PYTHON = """
+from sheldrake.all import *
+
+
+class Pacer(LeafSystem):
+    def __init__(self):
+        LeafSystem.__init__(self)
+        self.DeclareVectorOutputPort("step", 1, lambda context, output: output.SetFromVector([context.get_time()]))
+
+
+builder = DiagramBuilder()
+LogVectorOutput(builder.AddNamedSystem("pacer", Pacer()).get_output_port(), builder, 0.1)
+Simulator(builder.Build()).AdvanceTo(1.0)
+"""
+
+
 def test_a_script_that_cannot_leave_python_stops_the_site(tmp_path, monkeypatch):
     from tools import make_docs
 
+    (tmp_path / "pacer.py").write_text(IN_PYTHON)
     monkeypatch.syspath_prepend(ROOT / "tools")
-    monkeypatch.setattr(make_docs, "LIVE", ("gripper",))
-    with pytest.raises(RuntimeError, match=r"(?s)gripper has no page that simulates: .*TrajectorySource"):
+    monkeypatch.setattr(make_docs, "EXAMPLES", tmp_path)
+    monkeypatch.setattr(make_docs, "LIVE", ("pacer",))
+    with pytest.raises(RuntimeError, match=r"(?s)pacer has no page that simulates: .*Pacer"):
         make_docs.write_live(tmp_path / "live")
 
 

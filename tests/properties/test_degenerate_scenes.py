@@ -7,7 +7,7 @@ import pytest
 from tests.unit.multibody.plant.free_bodies import FreeBodies
 
 import sheldrake.geometry as g
-from sheldrake.multibody.contact_solvers._kernels import status as statuses
+from sheldrake.multibody.contact_solvers._kernels import problem as statuses
 
 CUBE = 0.05 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 GRID = 0.05 * np.array([[x, y, z] for x in np.linspace(-1, 1, 4) for y in np.linspace(-1, 1, 4) for z in (-1, 1)])

@@ -11,7 +11,6 @@ from sheldrake.common._ieee import divide, power, real
 
 _REAL = (float, int, np.floating, np.integer, np.bool_)
 _EMPTY = np.zeros(0)
-_ARRAY = np.ndarray
 
 
 def _scaled(d, s: float):

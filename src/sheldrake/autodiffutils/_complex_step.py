@@ -92,7 +92,8 @@ class Sweep:
         resets: Copies = (),
         copies: Copies = (),
     ):
-        words, at = join(arguments(kernel.on_complex, given)[0] for kernel, given in rows)
+        blocks: dict = {}
+        words, at = join(arguments(kernel.on_complex, given, blocks)[0] for kernel, given in rows)
         self._rows = np.array([HERE.address(kernel.on_complex) for kernel, _ in rows], np.int64)
         self._words, self._at = words.placed(), np.array(at[:-1], np.int64)
         self._resets, self._copies = _table(resets), _table(copies)
@@ -121,7 +122,7 @@ class Sweep:
         return call.func(t, *call.args[1:]) or slopes.copy()
 
     def beginning(self, copies: Copies) -> np.ndarray:
-        """What `run_points` copies before each point: this, and what is reset; the arrays are kept alive."""
+        """What `run_points` copies before the first point: this, and what is reset; the arrays are kept alive."""
         self._beginnings.append(copies)
         return _table([*copies, *self._resets_of_arrays])
 

@@ -1,10 +1,12 @@
 """`sheldrake report`: one HTML file about a run: replay, plots in step with it, contacts, block diagram, model.
 
 Of a script, it runs the script as `sheldrake run` does, logs the state of every plant, and reports on the simulation
-that took the most steps. Of a file of logs (StreamLogs(), ToNpz(), ToCsv()), it shows the plots.
+that took the most steps; a file that ends with .rrd or .mcap is the same run for the Rerun or Foxglove viewer. Of a
+file of logs (StreamLogs(), ToNpz(), ToCsv()), it shows the plots.
 
   sheldrake report simulate.py
   sheldrake report -o fall.html simulate.py --duration 5      arguments after the script are the script's
+  sheldrake report -o fall.rrd simulate.py
   sheldrake report run.log
 """
 
@@ -13,14 +15,20 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sheldrake.cli._output import add_output, output_file, say_written
+from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Diagram, DiagramBuilder
+
+_VIEWERS = (".rrd", ".mcap")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake report` takes."""
     add_output(parser, "beside, ending with .html")
+    add_json(parser, "the file that is written")
     parser.add_argument("-m", dest="is_module", action="store_true", help="RUN is the name of a module")
     parser.add_argument("script", metavar="RUN", help="a script, or a file of logs")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
@@ -30,11 +38,12 @@ def run(options: argparse.Namespace) -> int:
     """Writes the report; returns the script's exit status, or 1 when there is nothing to report."""
     name = os.path.splitext(os.path.basename(options.script))[0]
     output = options.output or f"{name}.html"
-    with output_file(output, ".html") as path:
-        status = _report(options, path)
-        is_written = os.path.exists(path)
-    if is_written:
-        say_written(output)
+    with reporting(options) as told:
+        with output_file(output, ".html") as path:
+            status = _report(options, path)
+            is_written = os.path.exists(path)
+        if is_written:
+            say_written(output, told)
     return status
 
 
@@ -45,6 +54,9 @@ def _report(options: argparse.Namespace, output: str) -> int:
     from sheldrake.report import SaveLogReport
     from sheldrake.systems.primitives import ReadLogs
 
+    if output.endswith(_VIEWERS):
+        print(f"sheldrake report: {options.script} has no scene; logs become a page (-o FILE.html).", file=sys.stderr)
+        return 1
     try:
         SaveLogReport(ReadLogs(options.script), output, title=os.path.basename(options.script))
     except (OSError, ValueError, ImportError) as error:
@@ -68,11 +80,12 @@ def _of_script(options: argparse.Namespace, output: str) -> int:
     longest = max(done, key=lambda s: s.get_num_steps_taken())
     if len(done) > 1:
         print(f"the script ran {len(done)} simulations; this is the one with most steps", file=sys.stderr)
-    from sheldrake.report import SaveReport
+    from sheldrake.report import SaveReport, SaveRun
 
+    save = SaveRun if output.endswith(_VIEWERS) else SaveReport
     try:
-        SaveReport(longest, output, title=os.path.basename(options.script))
-    except OSError as error:
+        save(longest, output, title=os.path.basename(options.script))
+    except (ImportError, OSError) as error:
         print(f"sheldrake report: {error}", file=sys.stderr)
         return 1
     return status
@@ -89,7 +102,7 @@ def status_of(code: Any) -> int:
 def _watch() -> list[Any]:
     """Has every simulator made from now on in a list, and the state of every plant logged."""
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import DiagramBuilder
+    from sheldrake.systems.framework import Diagram, DiagramBuilder
 
     simulators: list[Any] = []
     make, build = Simulator.__init__, DiagramBuilder.Build
@@ -98,7 +111,7 @@ def _watch() -> list[Any]:
         make(self, *args, **kwargs)
         simulators.append(self)
 
-    def build_with_logs(self: Any) -> Any:
+    def build_with_logs(self: DiagramBuilder) -> Diagram:
         log_states(self)
         return build(self)
 

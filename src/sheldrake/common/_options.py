@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
+import inspect
 import operator
+import sys
 import types
 import typing
 from collections.abc import Callable
@@ -15,9 +16,19 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class _NamesAndTypes:
+    """`__fields__` of a class of settings; types are looked up when asked for, so that making a class costs little."""
+
+    def __get__(self, _: Any, cls: Any) -> tuple[SimpleNamespace, ...]:
+        return tuple(SimpleNamespace(name=name, type=kind) for name, kind in cls._kinds().items())
+
 
 class Options:
-    """Named settings of given types. Derived classes list `_fields`: name, type, default.
+    """Named settings. Derived classes declare them: `name: type = default`, what is annotated, public and has a value.
 
     Settings are given by name; numbers and lists become what the type says; what is set is copied, and so is everything
     in copies. Two objects are equal if they are the same one. `yaml_load_typed` and `yaml_dump_typed` know them.
@@ -27,49 +38,56 @@ class Options:
         TypeError: a value is not of the setting's type.
     """
 
-    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = ()
-    __fields__: ClassVar[tuple] = ()
-    _kinds: ClassVar[dict[str, Any]] = {}
+    _defaults: ClassVar[dict[str, Any]] = {}
+    _types: ClassVar[dict[str, Any]] = {}
+    _names_around: ClassVar[dict[str, Any]]
+    __fields__: ClassVar = _NamesAndTypes()
 
     def __init_subclass__(cls) -> None:
-        cls.__fields__ = tuple(SimpleNamespace(name=name, type=kind) for name, kind, _ in cls._fields)
-        cls._kinds = {name: kind for name, kind, _ in cls._fields}
+        names = (name for name in inspect.get_annotations(cls) if name[0] != "_" and name in vars(cls))
+        cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in names}}
+        cls._names_around = vars(sys.modules[cls.__module__])  # now: packages show classes as their own later
+
+    @classmethod
+    def _kinds(cls) -> dict[str, Any]:
+        if "_types" not in vars(cls):
+            base: Any = cls.__base__
+            own = {name: kind for name, kind in inspect.get_annotations(cls).items() if name in cls._defaults}
+            hints = typing.get_type_hints(SimpleNamespace(__annotations__=own), cls._names_around, dict(vars(cls)))
+            cls._types = {**base._kinds(), **hints}
+        return cls._types
 
     def __init__(self, *args: Any, **kwargs: Any):
         if args:
             raise Mismatch(
                 f"{type(self).__name__}(): incompatible constructor arguments; settings are given by name "
-                f"({', '.join(self._kinds) or 'there are none'}), not {args[0]!r}."
+                f"({', '.join(self._defaults) or 'there are none'}), not {args[0]!r}."
             )
-        for name, _, default in self._fields:
+        for name, default in self._defaults.items():
             object.__setattr__(self, name, copied(default))
         for name, value in kwargs.items():
             setattr(self, name, value)
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any: ...  # the settings, which `_fields` names
 
     def __setattr__(self, name: str, value: Any) -> None:
         owner = type(self).__name__
         if isinstance(getattr(type(self), name, None), property):
             object.__setattr__(self, name, value)
             return
-        if name not in self._kinds:
+        if name not in self._defaults:
             raise AttributeError(
-                f"{owner!r} object has no attribute {name!r}; it has {', '.join(self._kinds) or 'no settings'}."
+                f"{owner!r} object has no attribute {name!r}; it has {', '.join(self._defaults) or 'no settings'}."
             )
-        object.__setattr__(self, name, copied(converted(f"{owner}.{name}", self._kinds[name], value)))
+        object.__setattr__(self, name, copied(converted(f"{owner}.{name}", self._kinds()[name], value)))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._kinds)})"
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._defaults)})"
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         return self.__deepcopy__({})
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
-        for name in self._kinds:
+        for name in self._defaults:
             object.__setattr__(new, name, copied(getattr(self, name)))
         return new
 
@@ -85,7 +103,7 @@ def copied(value: Any) -> Any:
     return copy.copy(value) if hasattr(value, "__fields__") else value
 
 
-def converted(where: str, kind: Any, value: Any) -> Any:
+def converted(where: str, kind: Any, value: object) -> Any:
     """The value as a setting of this type holds it.
 
     Args:
@@ -105,7 +123,7 @@ def converted(where: str, kind: Any, value: Any) -> Any:
 _MISFIT = object()
 
 
-def _as_kind(kind: Any, value: Any) -> Any:
+def _as_kind(kind: Any, value: object) -> Any:
     if kind is Any:
         return value
     origin = typing.get_origin(kind)
@@ -115,6 +133,8 @@ def _as_kind(kind: Any, value: Any) -> Any:
         return value if value in typing.get_args(kind) else _MISFIT
     if origin is list:
         return _as_list_of(typing.get_args(kind)[0], value)
+    if origin is dict:
+        return _as_dict_of(typing.get_args(kind), value)
     kind = origin or kind
     if kind in (None, type(None)):
         return None if value is None else _MISFIT
@@ -124,7 +144,7 @@ def _as_kind(kind: Any, value: Any) -> Any:
     return value if not isinstance(kind, type) or isinstance(value, kind) else _MISFIT
 
 
-def _as_one_of(kinds: tuple, value: Any) -> Any:
+def _as_one_of(kinds: tuple, value: object) -> Any:
     for kind in kinds:  # exactly one of them, before something is converted
         if isinstance(kind, type) and type(value) is kind:
             return value
@@ -161,6 +181,13 @@ def _as_list_of(kind: Any, value: Any) -> Any:
     return _MISFIT if any(item is _MISFIT for item in found) else found
 
 
+def _as_dict_of(kinds: tuple, value: Any) -> Any:
+    if not isinstance(value, dict):
+        return _MISFIT
+    found = {_as_kind(kinds[0], key): _as_kind(kinds[1], item) for key, item in value.items()}
+    return _MISFIT if _MISFIT in found or any(item is _MISFIT for item in found.values()) else found
+
+
 def _as_array(value: Any) -> Any:
     if not isinstance(value, (list, tuple, np.ndarray)):
         return _MISFIT
@@ -177,23 +204,3 @@ _CONVERSIONS: dict[Any, Callable[[Any], Any]] = {
     list: _as_list,
     np.ndarray: _as_array,
 }
-
-
-def typed_fields(cls: Any) -> Any:
-    """Makes a dataclass behave as Options do; every field is found on the class."""
-    types = typing.get_type_hints(cls)
-    fields = [(f.name, types[f.name], _default(f)) for f in dataclasses.fields(cls)]
-    cls._fields = tuple(fields)
-    Options.__init_subclass__.__func__(cls)  # type: ignore[attr-defined]
-    for name in ("__init__", "__setattr__", "__repr__", "__copy__", "__deepcopy__"):
-        setattr(cls, name, getattr(Options, name))
-    for name, _, default in fields:
-        if not hasattr(cls, name):
-            setattr(cls, name, default)
-    return cls
-
-
-def _default(field: dataclasses.Field) -> Any:
-    if field.default_factory is not dataclasses.MISSING:
-        return field.default_factory()
-    return field.default

@@ -5,7 +5,19 @@ from sheldrake.export._fmu import SaveFmu
 from sheldrake.export._fmu_system import FmuSystem
 from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram, LoadFrozen
-from sheldrake.export._page import PageSlider, SavePage
+from sheldrake.export._page import NotebookPage, PageSlider, SavePage, ShowPage
 from sheldrake.export._simulation import FrozenSimulation
 
-__all__ = ["FmuSystem", "Freeze", "FrozenDiagram", "FrozenSimulation", "LoadFrozen", "PageSlider", "SaveC", "SavePage"]
+__all__ = [
+    "FmuSystem",
+    "Freeze",
+    "FrozenDiagram",
+    "FrozenSimulation",
+    "LoadFrozen",
+    "NotebookPage",
+    "PageSlider",
+    "SaveC",
+    "SaveFmu",
+    "SavePage",
+    "ShowPage",
+]

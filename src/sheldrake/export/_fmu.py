@@ -8,7 +8,7 @@ import pathlib
 import tempfile
 import zipfile
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from sheldrake.export._objects import zig
 from sheldrake.export._universal import universal_library
 from sheldrake.systems.framework import OutputPort
 
+if TYPE_CHECKING:
+    from os import PathLike
+
 
 class Place(NamedTuple):
     """A platform, as FMI 3.0 calls it, and what is made for it.
@@ -30,15 +33,17 @@ class Place(NamedTuple):
     Attributes:
         built_as: Its name where wheels are built.
         folder2: What FMI 2.0 calls it; where that knows no such platform, its name in FMI 3.0.
+        alone2: Where hosts of FMI 2.0 on such a platform look all the same; taken when the file has nothing else there.
     """
 
     built_as: str
     folder2: str
+    alone2: str = ""
 
 
 PLACES = {
     "x86_64-linux": Place("linux-x86_64", "linux64"),
-    "aarch64-linux": Place("linux-aarch64", "aarch64-linux"),
+    "aarch64-linux": Place("linux-aarch64", "aarch64-linux", "linux64"),
     "x86_64-windows": Place("windows-x86_64", "win64"),
     "x86_64-darwin": Place("macos-x86_64", "darwin64"),
     "aarch64-darwin": Place("macos-arm64", "darwin64"),
@@ -49,7 +54,7 @@ _SOURCE = pathlib.Path(__file__).with_name("fmu.c")
 
 def SaveFmu(
     diagram: Any,
-    path: Any,
+    path: str | PathLike[str],
     *,
     fmi_version: str = "3.0",
     platforms: Sequence[str] = tuple(PLACES),
@@ -134,6 +139,7 @@ class _Fmu:
         from sheldrake.common._native.build import PLATFORMS
 
         found: dict[str, bytes] = {}
+        also: dict[str, bytes] = {}
         with tempfile.TemporaryDirectory(prefix="sheldrake-") as temporary:
             for title in dict.fromkeys(platforms):
                 folder = pathlib.Path(temporary) / title
@@ -143,7 +149,9 @@ class _Fmu:
                 path = f"binaries/{place}/{self.identifier}{target.ending}"
                 library = self._library(target, folder)
                 found[path] = universal_library([found[path], library]) if path in found else library
-        return found
+                if self.version == "2.0" and PLACES[title].alone2:
+                    also[f"binaries/{PLACES[title].alone2}/{self.identifier}{target.ending}"] = library
+        return also | found
 
     def _library(self, target: Any, folder: pathlib.Path) -> bytes:
         """Machine code for a platform."""

@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._files import whole_file
 from sheldrake.export._freeze import Freezer
@@ -18,6 +18,13 @@ from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._scene import Scene
 from sheldrake.export._wasm import wasm_module
 from sheldrake.report._replay import find_meshcat
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import System
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
 
 _SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5)
 _MOST_LINES = 12  # of a plot
@@ -45,7 +52,12 @@ class PageSlider:
 
 
 def SavePage(
-    simulator: Any, path: Any, *, title: str = "", sliders: Sequence[PageSlider] = (), meshcat: Any = None
+    simulator: Any,
+    path: str | PathLike[str],
+    *,
+    title: str = "",
+    sliders: Sequence[PageSlider] = (),
+    meshcat: Meshcat | None = None,
 ) -> None:
     """Writes one HTML file that simulates a diagram in any browser, from where the simulator stands.
 
@@ -67,12 +79,52 @@ def SavePage(
             ziglang is not installed.
         OSError: the file can not be written.
     """
+    text = _page_of(simulator, title, sliders, meshcat)
+    with whole_file(path, encoding="utf-8", newline="\n") as file:
+        file.write(text)
+
+
+class NotebookPage:
+    """A page that simulates, in a notebook: it shows itself where it is the last line of a cell.
+
+    Args:
+        html: The page.
+        height: Of its place in the notebook [px].
+    """
+
+    def __init__(self, html: str, height: int):
+        self.html, self.height = html, height
+
+    def _repr_html_(self) -> str:
+        style = f"width:100%; height:{self.height}px; border:0"
+        return f'<iframe srcdoc="{html.escape(self.html)}" title="Simulation" style="{style}"></iframe>'
+
+
+def ShowPage(
+    simulator: Any, *, title: str = "", sliders: Sequence[PageSlider] = (), meshcat: Any = None, height: int = 560
+) -> NotebookPage:
+    """Returns the page that `SavePage` writes, for a notebook, which shows it in a cell and keeps it when it is saved.
+
+    Args:
+        simulator: As in `SavePage`; or a diagram, which begins with its default context.
+        title: As in `SavePage`.
+        sliders: As in `SavePage`.
+        meshcat: As in `SavePage`.
+        height: Of its place in the notebook [px].
+
+    Raises:
+        ValueError: as in `SavePage`.
+        ModuleNotFoundError: as in `SavePage`.
+    """
+    ready = Simulator(simulator) if isinstance(simulator, System) else simulator
+    return NotebookPage(_page_of(ready, title, sliders, meshcat), int(height))
+
+
+def _page_of(simulator: Any, title: str, sliders: Iterable[PageSlider], meshcat: Any) -> str:
     freezer = Freezer(simulator)
     scene = Scene(freezer, meshcat if meshcat is not None else find_meshcat(simulator.get_system()))
     frozen = freezer.frozen()
-    text = make_page(frozen, scene, title or frozen.name or "Simulation", sliders)
-    with whole_file(path, encoding="utf-8", newline="\n") as file:
-        file.write(text)
+    return make_page(frozen, scene, title or frozen.name or "Simulation", sliders)
 
 
 def make_page(frozen: FrozenDiagram, scene: Scene, title: str, sliders: Iterable[PageSlider]) -> str:
@@ -166,7 +218,11 @@ def _hint(scene: Scene) -> str:
     if not scene.html:
         return ""
     about = scene.description
-    ways = ["drag a free body to where it is to begin"] if any(f["free"] >= 0 for f in about["frames"]) else []
+    ways = (
+        ["drag a free body to where it is to begin, with Shift to turn it"]
+        if any(f["free"] >= 0 for f in about["frames"])
+        else []
+    )
     ways += ["pull on a body while it runs"] if any(plant["tau"] >= 0 for plant in about["plants"]) else []
     said = "; ".join(ways)
     return f"{said[:1].upper()}{said[1:]}. ".lstrip(". ") + "Keys: space plays, s steps, r resets."

@@ -226,6 +226,22 @@
     return { f: best.f, point, facing, local, target: point.clone() };
   };
   const atBeginning = () => machine.time === start && !state.playing;
+  const begunAnew = () => { // what was logged of the old beginning is none of the new
+    machine.takeSamples();
+    forget();
+    ++state.moves;
+  };
+  const turn = (event) => { // about the vertical and about what points to the right, a half turn in 300 px
+    const { facing, from } = held, angle = Math.PI / 300, n = Math.hypot(facing.x, facing.y) || 1;
+    const about = (a, [x, y, z]) => [Math.cos(a / 2), x * Math.sin(a / 2), y * Math.sin(a / 2), z * Math.sin(a / 2)];
+    const times = ([a, b, c, d], [w, x, y, z]) => [
+      a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y, a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w];
+    const right = [facing.y / n, -facing.x / n, 0];
+    const aside = about(angle * (event.clientX - held.x), [0, 0, 1]), down = about(angle * (event.clientY - held.y), right);
+    const q = times(aside, times(down, from.slice(0, 4))), norm = Math.hypot(...q);
+    q.forEach((value, k) => write(held.at + k, value / norm));
+    begunAnew();
+  };
   const listen = (view) => {
     const view_of = frame.contentWindow, { canvas } = view;
     view_of.addEventListener("pointerdown", (event) => {
@@ -235,25 +251,25 @@
       if (!can) return; // the camera turns
       event.stopImmediatePropagation();
       event.preventDefault();
-      held = { ...found, id: event.pointerId, place: atBeginning() };
+      held = { ...found, id: event.pointerId, place: atBeginning(), turn: event.shiftKey };
       if (held.place) {
-        const at = plants[held.f.plant].q + held.f.free + 4;
-        held.at = at;
-        held.from = [0, 1, 2].map((k) => machine.slab[at + k]);
+        held.at = plants[held.f.plant].q + held.f.free;
+        held.from = [0, 1, 2, 3, 4, 5, 6].map((k) => machine.slab[held.at + k]);
+        held.x = event.clientX;
+        held.y = event.clientY;
       }
       canvas.setPointerCapture(event.pointerId);
     }, { capture: true });
     view_of.addEventListener("pointermove", (event) => {
       if (!held || event.pointerId !== held.id) return;
       event.stopImmediatePropagation();
+      if (held.turn && held.place) return turn(event);
       const { from, along } = ray(view, event), { facing, point } = held;
       const t = point.clone().sub(from).dot(facing) / along.dot(facing);
       held.target = from.clone().addScaledVector(along, t);
       if (held.place) {
-        ["x", "y", "z"].forEach((axis, k) => write(held.at + k, held.from[k] + held.target[axis] - point[axis]));
-        machine.takeSamples();
-        forget(); // what was logged of the old beginning
-        ++state.moves;
+        ["x", "y", "z"].forEach((axis, k) => write(held.at + 4 + k, held.from[4 + k] + held.target[axis] - point[axis]));
+        begunAnew();
       }
     }, { capture: true });
     for (const kind of ["pointerup", "pointercancel"])
@@ -381,6 +397,7 @@
     refresh();
     note(`Loaded: t = ${machine.time.toFixed(3)} s.`);
   };
+  find("link").hidden = location.protocol === "about:"; // in a notebook, which has an address of its own
   find("link").addEventListener("click", async () => {
     history.replaceState(null, "", `#state=${encodeURIComponent(await saved())}`);
     try { await navigator.clipboard.writeText(location.href); note("The link is copied."); }

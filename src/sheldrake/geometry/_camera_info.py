@@ -102,7 +102,7 @@ class CameraInfo:
         """[[focal_x, 0, center_x], [0, focal_y, center_y], [0, 0, 1]]."""
         return np.array([[self._focal[0], 0, self._center[0]], [0, self._focal[1], self._center[1]], [0, 0, 1.0]])
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Any, ...]:
         return CameraInfo, (self._width, self._height, *self._focal, *self._center)
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._kinds import anything, instance_of
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._meshcat.tree import as_float
@@ -37,15 +36,14 @@ if TYPE_CHECKING:
     from sheldrake.geometry._shapes import Shape
     from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._port import OutputPort
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
 _HALF_SPACE = (50.0, 50.0, 1.0)  # of the box that stands for one [m]
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class DrakeVisualizerParams:
+class DrakeVisualizerParams(Options):
     """What a DrakeVisualizer tells of, and how often.
 
     Attributes:
@@ -58,7 +56,7 @@ class DrakeVisualizerParams:
 
     publish_period: float = 1 / 64.0
     role: Role = Role.kIllustration
-    default_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.9, 0.9, 1.0))
+    default_color: Rgba = Rgba(0.9, 0.9, 0.9, 1.0)
     show_hydroelastic: bool = False
     use_role_channel_suffix: bool = False
 
@@ -101,7 +99,13 @@ class DrakeVisualizer(LeafSystem):
 
     @classmethod
     @overloaded(*of_scene(lcm=(anything, None), params=(instance_of(DrakeVisualizerParams), None)))
-    def AddToBuilder(cls, builder: DiagramBuilder, source: Any, lcm: Any, params: Any) -> DrakeVisualizer:
+    def AddToBuilder(
+        cls,
+        builder: DiagramBuilder,
+        source: SceneGraph | OutputPort,
+        lcm: DrakeLcmInterface | None,
+        params: DrakeVisualizerParams,
+    ) -> DrakeVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:

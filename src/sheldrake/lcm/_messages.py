@@ -1,219 +1,52 @@
-"""Message types as lists of fields, with LCM's encoding: big-endian numbers after a number that names the type."""
+"""The message types of Drake."""
 
 from __future__ import annotations
 
-import struct
-from typing import TYPE_CHECKING, Any, ClassVar
-
-_CODES = {"int8_t": "b", "int16_t": "h", "int32_t": "i", "int64_t": "q", "float": "f", "double": "d", "boolean": "?"}
-_WORD = (1 << 64) - 1
-
-
-def _signed(v: int) -> int:
-    v &= _WORD
-    return v - (1 << 64) if v >> 63 else v
-
-
-def _mix(v: int, c: int) -> int:
-    return _signed(((v << 8) ^ (v >> 55)) + c)
-
-
-def _mix_text(v: int, text: str) -> int:
-    v = _mix(v, len(text))
-    for c in text.encode():
-        v = _mix(v, c)
-    return v
-
-
-def fingerprint(fields: list[tuple]) -> int:
-    """The number that names a type of these fields."""
-    v = 0x12345678
-    for name, kind, *dimensions in fields:
-        v = _mix_text(v, name)
-        if isinstance(kind, str):
-            v = _mix_text(v, kind)
-        v = _mix(v, len(dimensions))
-        for dimension in dimensions:
-            v = _mix(v, 0 if isinstance(dimension, int) else 1)
-            v = _mix_text(v, str(dimension))
-    v += sum(fingerprint(kind._fields) for _, kind, *_ in fields if not isinstance(kind, str))
-    v &= _WORD
-    return ((v << 1) & _WORD) | v >> 63
-
-
-class Message:
-    """A message; derived classes list `_fields`: (name, kind) or (name, kind, length).
-
-    A kind is the name of one of LCM's types or a message class, a length a number or a field's name. Arrays of "byte"
-    are bytes. Numbers may have a second length, a number: they are a list of lists.
-    """
-
-    _fields: ClassVar[list[tuple]] = []
-
-    if TYPE_CHECKING:  # what `_fields` names
-
-        def __getattr__(self, name: str) -> Any: ...
-
-    def __init__(self, **values: Any):
-        for name, kind, *dimensions in self._fields:
-            setattr(self, name, values.pop(name) if name in values else _zero(kind, *dimensions))
-        if values:
-            names = ", ".join(f[0] for f in self._fields)
-            raise TypeError(f"{type(self).__name__}() has no field {', '.join(values)}; it has {names}.")
-
-    def encode(self) -> bytes:
-        """The message's bytes."""
-        return struct.pack(">Q", fingerprint(self._fields)) + self._encoded()
-
-    def _encoded(self) -> bytes:
-        """The bytes after those that name the type."""
-        parts = []
-        for name, kind, *dimensions in self._fields:
-            value = getattr(self, name)
-            if not dimensions:
-                parts.append(_encode_one(kind, value))
-                continue
-            n = _length(self, dimensions[0])
-            if len(dimensions) > 1:
-                value = [number for row in value for number in row]
-                n *= dimensions[1]
-            if len(value) != n:
-                raise ValueError(f"{type(self).__name__}.encode(): {name} has {len(value)} elements, not {n}.")
-            if kind == "byte":
-                parts.append(bytes(value))
-            elif kind in _CODES:
-                parts.append(struct.pack(f">{n}{_CODES[kind]}", *value))
-            else:
-                parts += [_encode_one(kind, one) for one in value]
-        return b"".join(parts)
-
-    @classmethod
-    def decode(cls, data: bytes) -> Any:
-        """The message that these bytes are.
-
-        Raises:
-            ValueError: they are another type's, or not complete.
-        """
-        if len(data) < 8 or struct.unpack_from(">Q", data)[0] != fingerprint(cls._fields):
-            raise ValueError(f"{cls.__name__}.decode(): these {len(data)} bytes are no {cls.__name__}.")
-        try:
-            return cls._decoded(data, 8)[0]
-        except struct.error as e:
-            raise ValueError(f"{cls.__name__}.decode(): the message ends early: {e}.") from None
-
-    @classmethod
-    def _decoded(cls, data: bytes, at: int) -> tuple[Any, int]:
-        """The message whose first field begins at `at`, and where it ends."""
-        message = cls()
-        for name, kind, *dimensions in cls._fields:
-            if not dimensions:
-                value, at = _decode_one(kind, data, at)
-            elif kind == "byte" or kind in _CODES:
-                n = _length(message, dimensions[0])
-                n *= dimensions[1] if len(dimensions) > 1 else 1
-                form = struct.Struct(f">{n}s" if kind == "byte" else f">{n}{_CODES[kind]}")
-                found = form.unpack_from(data, at)
-                value, at = found[0] if kind == "byte" else list(found), at + form.size
-                if len(dimensions) > 1:
-                    value = [value[k : k + dimensions[1]] for k in range(0, n, dimensions[1])]
-            else:
-                value = []
-                for _ in range(_length(message, dimensions[0])):
-                    one, at = _decode_one(kind, data, at)
-                    value.append(one)
-            setattr(message, name, value)
-        return message, at
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{f[0]}={getattr(self, f[0])!r}' for f in self._fields)})"
-
-
-def _length(message: Message, dimension: Any) -> int:
-    return dimension if isinstance(dimension, int) else getattr(message, dimension)
-
-
-def _zero(kind: Any, dimension: Any = None, *_: Any) -> Any:
-    """What a field is until it is set."""
-    if kind == "byte" and dimension is not None:
-        return b""
-    zero: Any = "" if kind == "string" else 0.0 if kind in ("float", "double") else 0
-    if dimension is not None:
-        return [zero] * (dimension if isinstance(dimension, int) else 0)
-    return zero if isinstance(kind, str) else kind()
-
-
-def _encode_one(kind: Any, value: Any) -> bytes:
-    if kind == "string":
-        text = value.encode() + b"\0"
-        return struct.pack(">i", len(text)) + text
-    return struct.pack(f">{_CODES[kind]}", value) if isinstance(kind, str) else value._encoded()
-
-
-def _decode_one(kind: Any, data: bytes, at: int) -> tuple[Any, int]:
-    if kind == "string":
-        (n,) = struct.unpack_from(">i", data, at)
-        return data[at + 4 : at + 3 + n].decode(), at + 4 + n
-    if not isinstance(kind, str):
-        return kind._decoded(data, at)
-    form = struct.Struct(f">{_CODES[kind]}")
-    return form.unpack_from(data, at)[0], at + form.size
+from sheldrake.lcm._message import Message
 
 
 class lcmt_scope(Message):
     """A vector at a time [us]."""
 
-    _fields: ClassVar[list[tuple]] = [("utime", "int64_t"), ("size", "int32_t"), ("value", "double", "size")]
+    layout = "int64_t utime; int32_t size; double value[size]"
 
 
 class lcmt_schunk_wsg_command(Message):
     """Where a WSG gripper's fingers should be [mm] apart, and the most force [N]."""
 
-    _fields: ClassVar[list[tuple]] = [("utime", "int64_t"), ("target_position_mm", "double"), ("force", "double")]
+    layout = "int64_t utime; double target_position_mm, force"
 
 
 class lcmt_schunk_wsg_status(Message):
     """How far apart a WSG gripper's fingers are [mm], how fast they part [mm/s], and their force [N]."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("utime", "int64_t"),
-        ("actual_position_mm", "double"),
-        ("actual_force", "double"),
-        ("actual_speed_mm_per_s", "double"),
-    ]
+    layout = "int64_t utime; double actual_position_mm, actual_force, actual_speed_mm_per_s"
 
 
 class lcmt_iiwa_command(Message):
     """Positions [rad] and torques [N m] for an iiwa."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("utime", "int64_t"),
-        ("num_joints", "int32_t"),
-        ("joint_position", "double", "num_joints"),
-        ("num_torques", "int32_t"),
-        ("joint_torque", "double", "num_torques"),
-    ]
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position[num_joints]; int32_t num_torques;
+        double joint_torque[num_torques]
+    """
 
 
 class lcmt_iiwa_status(Message):
     """What an iiwa measures and was commanded: positions [rad], velocities [rad/s], torques [N m]."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("utime", "int64_t"),
-        ("num_joints", "int32_t"),
-        ("joint_position_measured", "double", "num_joints"),
-        ("joint_velocity_estimated", "double", "num_joints"),
-        ("joint_position_commanded", "double", "num_joints"),
-        ("joint_position_ipo", "double", "num_joints"),
-        ("joint_torque_measured", "double", "num_joints"),
-        ("joint_torque_commanded", "double", "num_joints"),
-        ("joint_torque_external", "double", "num_joints"),
-    ]
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position_measured[num_joints],
+        joint_velocity_estimated[num_joints], joint_position_commanded[num_joints],
+        joint_position_ipo[num_joints], joint_torque_measured[num_joints], joint_torque_commanded[num_joints],
+        joint_torque_external[num_joints]
+    """
 
 
 class lcmt_header(Message):
     """Number, time [us] and name of a message."""
 
-    _fields: ClassVar[list[tuple]] = [("seq", "int32_t"), ("utime", "int64_t"), ("frame_name", "string")]
+    layout = "int32_t seq; int64_t utime; string frame_name"
 
 
 class lcmt_image(Message):
@@ -228,131 +61,82 @@ class lcmt_image(Message):
     COMPRESSION_METHOD_JPEG, COMPRESSION_METHOD_PNG = 2, 3
     PIXEL_FORMAT_INVALID = CHANNEL_TYPE_INVALID = COMPRESSION_METHOD_INVALID = -1
 
-    _fields: ClassVar[list[tuple]] = [
-        ("header", lcmt_header),
-        ("width", "int32_t"),
-        ("height", "int32_t"),
-        ("row_stride", "int32_t"),
-        ("size", "int32_t"),
-        ("data", "byte", "size"),
-        ("bigendian", "boolean"),
-        ("pixel_format", "int8_t"),
-        ("channel_type", "int8_t"),
-        ("compression_method", "int8_t"),
-    ]
+    layout = """
+        lcmt_header header; int32_t width, height, row_stride, size; byte data[size]; boolean bigendian;
+        int8_t pixel_format, channel_type, compression_method
+    """
 
 
 class lcmt_image_array(Message):
     """Images taken together."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("header", lcmt_header),
-        ("num_images", "int32_t"),
-        ("images", lcmt_image, "num_images"),
-    ]
+    layout = "lcmt_header header; int32_t num_images; lcmt_image images[num_images]"
 
 
 class lcmt_panda_command(Message):
     """Positions [rad], velocities [rad/s] and torques [N m] for a Panda, and which of them it should follow."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("utime", "int64_t"),
-        ("num_joint_position", "int32_t"),
-        ("joint_position", "double", "num_joint_position"),
-        ("num_joint_velocity", "int32_t"),
-        ("joint_velocity", "double", "num_joint_velocity"),
-        ("num_joint_torque", "int32_t"),
-        ("joint_torque", "double", "num_joint_torque"),
-        ("control_mode_expected", "int8_t"),
-    ]
+    layout = """
+        int64_t utime; int32_t num_joint_position; double joint_position[num_joint_position];
+        int32_t num_joint_velocity; double joint_velocity[num_joint_velocity]; int32_t num_joint_torque;
+        double joint_torque[num_joint_torque]; int8_t control_mode_expected
+    """
     CONTROL_MODE_POSITION, CONTROL_MODE_VELOCITY, CONTROL_MODE_TORQUE = 1, 2, 4
 
 
 class lcmt_panda_status(Message):
     """What a Panda measures and was commanded: positions [rad], velocities [rad/s], torques [N m]."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("utime", "int64_t"),
-        ("num_joints", "int32_t"),
-        ("joint_position", "double", "num_joints"),
-        ("joint_position_desired", "double", "num_joints"),
-        ("joint_velocity", "double", "num_joints"),
-        ("joint_velocity_desired", "double", "num_joints"),
-        ("joint_acceleration_desired", "double", "num_joints"),
-        ("joint_torque", "double", "num_joints"),
-        ("joint_torque_desired", "double", "num_joints"),
-        ("joint_torque_external", "double", "num_joints"),
-        ("control_command_success_rate", "double"),
-        ("robot_mode", "int8_t"),
-        ("robot_utime", "int64_t"),
-        ("control_mode", "int8_t"),
-    ]
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position[num_joints],
+        joint_position_desired[num_joints], joint_velocity[num_joints], joint_velocity_desired[num_joints],
+        joint_acceleration_desired[num_joints], joint_torque[num_joints], joint_torque_desired[num_joints],
+        joint_torque_external[num_joints], control_command_success_rate; int8_t robot_mode; int64_t robot_utime;
+        int8_t control_mode
+    """
     CONTROL_MODE_POSITION, CONTROL_MODE_VELOCITY, CONTROL_MODE_TORQUE = 1, 2, 4
 
 
 class lcmt_point(Message):
     """A point [m]."""
 
-    _fields: ClassVar[list[tuple]] = [("x", "double"), ("y", "double"), ("z", "double")]
+    layout = "double x, y, z"
 
 
 class lcmt_point_pair_contact_info_for_viz(Message):
     """A contact point, the force on body 2 there, and the normal from body 2 to body 1."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("timestamp", "int64_t"),
-        ("body1_name", "string"),
-        ("body2_name", "string"),
-        ("contact_point", "double", 3),
-        ("contact_force", "double", 3),
-        ("normal", "double", 3),
-    ]
+    layout = "int64_t timestamp; string body1_name, body2_name; double contact_point[3], contact_force[3], normal[3]"
 
 
 class lcmt_hydroelastic_quadrature_per_point_data_for_viz(Message):
     """Slip and traction at a point of a contact surface."""
 
-    _fields: ClassVar[list[tuple]] = [("p_WQ", "double", 3), ("vt_BqAq_W", "double", 3), ("traction_Aq_W", "double", 3)]
+    layout = "double p_WQ[3], vt_BqAq_W[3], traction_Aq_W[3]"
 
 
 class lcmt_hydroelastic_contact_surface_for_viz(Message):
     """A contact surface: whose it is, its resultant force, its polygons with their pressure."""
 
-    _fields: ClassVar[list[tuple]] = [
-        *(
-            field
-            for i in "12"
-            for field in (
-                (f"geometry{i}_name", "string"),
-                (f"body{i}_name", "string"),
-                (f"model{i}_name", "string"),
-                (f"body{i}_unique", "boolean"),
-                (f"collision_count{i}", "int32_t"),
-            )
-        ),
-        ("centroid_W", "double", 3),
-        ("force_C_W", "double", 3),
-        ("moment_C_W", "double", 3),
-        ("num_quadrature_points", "int32_t"),
-        ("quadrature_point_data", lcmt_hydroelastic_quadrature_per_point_data_for_viz, "num_quadrature_points"),
-        ("num_vertices", "int32_t"),
-        ("p_WV", lcmt_point, "num_vertices"),
-        ("pressure", "double", "num_vertices"),
-        ("poly_data_int_count", "int32_t"),
-        ("poly_data", "int32_t", "poly_data_int_count"),
-    ]
+    layout = """
+        string geometry1_name, body1_name, model1_name; boolean body1_unique; int32_t collision_count1;
+        string geometry2_name, body2_name, model2_name; boolean body2_unique; int32_t collision_count2;
+        double centroid_W[3], force_C_W[3], moment_C_W[3]; int32_t num_quadrature_points;
+        lcmt_hydroelastic_quadrature_per_point_data_for_viz quadrature_point_data[num_quadrature_points];
+        int32_t num_vertices; lcmt_point p_WV[num_vertices]; double pressure[num_vertices];
+        int32_t poly_data_int_count, poly_data[poly_data_int_count]
+    """
 
 
 class lcmt_contact_results_for_viz(Message):
     """All contacts at one time [us]."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("timestamp", "int64_t"),
-        ("num_point_pair_contacts", "int32_t"),
-        ("point_pair_contact_info", lcmt_point_pair_contact_info_for_viz, "num_point_pair_contacts"),
-        ("num_hydroelastic_contacts", "int32_t"),
-        ("hydroelastic_contacts", lcmt_hydroelastic_contact_surface_for_viz, "num_hydroelastic_contacts"),
-    ]
+    layout = """
+        int64_t timestamp; int32_t num_point_pair_contacts;
+        lcmt_point_pair_contact_info_for_viz point_pair_contact_info[num_point_pair_contacts];
+        int32_t num_hydroelastic_contacts;
+        lcmt_hydroelastic_contact_surface_for_viz hydroelastic_contacts[num_hydroelastic_contacts]
+    """
 
 
 class lcmt_point_cloud_field(Message):
@@ -360,12 +144,7 @@ class lcmt_point_cloud_field(Message):
 
     INT8, UINT8, INT16, UINT16, INT32, UINT32, FLOAT32, FLOAT64 = 1, 2, 3, 4, 5, 6, 7, 8
 
-    _fields: ClassVar[list[tuple]] = [
-        ("name", "string"),
-        ("byte_offset", "int32_t"),
-        ("datatype", "int8_t"),
-        ("count", "int32_t"),
-    ]
+    layout = "string name; int32_t byte_offset; int8_t datatype; int32_t count"
 
 
 class lcmt_point_cloud(Message):
@@ -373,21 +152,11 @@ class lcmt_point_cloud(Message):
 
     IS_BIGENDIAN, IS_STRICTLY_FINITE = 1, 2
 
-    _fields: ClassVar[list[tuple]] = [
-        ("utime", "int64_t"),
-        ("frame_name", "string"),
-        ("width", "int64_t"),
-        ("height", "int64_t"),
-        ("num_fields", "int32_t"),
-        ("fields", lcmt_point_cloud_field, "num_fields"),
-        ("flags", "int64_t"),
-        ("point_step", "int32_t"),
-        ("row_step", "int64_t"),
-        ("filler_size", "int16_t"),
-        ("filler", "byte", "filler_size"),
-        ("data_size", "int64_t"),
-        ("data", "byte", "data_size"),
-    ]
+    layout = """
+        int64_t utime; string frame_name; int64_t width, height; int32_t num_fields;
+        lcmt_point_cloud_field fields[num_fields]; int64_t flags; int32_t point_step; int64_t row_step;
+        int16_t filler_size; byte filler[filler_size]; int64_t data_size; byte data[data_size]
+    """
 
 
 class lcmt_viewer_geometry_data(Message):
@@ -399,42 +168,138 @@ class lcmt_viewer_geometry_data(Message):
 
     BOX, SPHERE, CYLINDER, MESH, CAPSULE, ELLIPSOID = 1, 2, 3, 4, 5, 6
 
-    _fields: ClassVar[list[tuple]] = [
-        ("type", "int8_t"),
-        ("position", "float", 3),
-        ("quaternion", "float", 4),
-        ("color", "float", 4),
-        ("string_data", "string"),
-        ("num_float_data", "int32_t"),
-        ("float_data", "float", "num_float_data"),
-    ]
+    layout = """
+        int8_t type; float position[3], quaternion[4], color[4]; string string_data; int32_t num_float_data;
+        float float_data[num_float_data]
+    """
 
 
 class lcmt_viewer_link_data(Message):
     """A link with its shapes."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("name", "string"),
-        ("robot_num", "int32_t"),
-        ("num_geom", "int32_t"),
-        ("geom", lcmt_viewer_geometry_data, "num_geom"),
-    ]
+    layout = "string name; int32_t robot_num, num_geom; lcmt_viewer_geometry_data geom[num_geom]"
 
 
 class lcmt_viewer_load_robot(Message):
     """All links that there are."""
 
-    _fields: ClassVar[list[tuple]] = [("num_links", "int32_t"), ("link", lcmt_viewer_link_data, "num_links")]
+    layout = "int32_t num_links; lcmt_viewer_link_data link[num_links]"
 
 
 class lcmt_viewer_draw(Message):
     """Poses of links in the world at a time [ms]."""
 
-    _fields: ClassVar[list[tuple]] = [
-        ("timestamp", "int64_t"),
-        ("num_links", "int32_t"),
-        ("link_name", "string", "num_links"),
-        ("robot_num", "int32_t", "num_links"),
-        ("position", "float", "num_links", 3),
-        ("quaternion", "float", "num_links", 4),
-    ]
+    layout = """
+        int64_t timestamp; int32_t num_links; string link_name[num_links]; int32_t robot_num[num_links];
+        float position[num_links][3], quaternion[num_links][4]
+    """
+
+
+# ---- of no system here: for programs that talk to others
+
+
+class lcmt_quaternion(Message):
+    """A quaternion."""
+
+    layout = "double w, x, y, z"
+
+
+class lcmt_robot_state(Message):
+    """Positions of joints, by name [m or rad], at a time [us]."""
+
+    layout = "int64_t utime; int16_t num_joints; string joint_name[num_joints]; float joint_position[num_joints]"
+
+
+class lcmt_robot_plan(Message):
+    """States to go through, one after the other."""
+
+    layout = "int64_t utime; int32_t num_states; lcmt_robot_state plan[num_states]"
+
+
+class lcmt_force_torque(Message):
+    """A force [N] and a torque [N m] at a time [us]."""
+
+    layout = "int64_t timestamp; double fx, fy, fz, tx, ty, tz"
+
+
+class lcmt_drake_signal(Message):
+    """A vector with names at a time [ms]."""
+
+    layout = "int32_t dim; double val[dim]; string coord[dim]; int64_t timestamp"
+
+
+class lcmt_acrobot_u(Message):
+    """Torque of an acrobot's elbow [N m]."""
+
+    layout = "int64_t timestamp; double tau"
+
+
+class lcmt_acrobot_x(Message):
+    """State of an acrobot [rad, rad/s]."""
+
+    layout = "int64_t timestamp; double theta1, theta1Dot, theta2, theta2Dot"
+
+
+class lcmt_acrobot_y(Message):
+    """What an acrobot's sensors see: angles [rad] and torque [N m]."""
+
+    layout = "int64_t timestamp; double theta1, theta2, tau"
+
+
+class lcmt_allegro_command(Message):
+    """Positions [rad] and torques [N m] for an Allegro hand."""
+
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position[num_joints]; int32_t num_torques;
+        double joint_torque[num_torques]
+    """
+
+
+class lcmt_allegro_status(Message):
+    """What an Allegro hand measures and was commanded: positions [rad], velocities [rad/s], torques [N m]."""
+
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position_measured[num_joints],
+        joint_velocity_estimated[num_joints], joint_position_commanded[num_joints],
+        joint_torque_commanded[num_joints]
+    """
+
+
+class lcmt_jaco_command(Message):
+    """Positions [rad] and velocities [rad/s] for joints and fingers of a Jaco arm."""
+
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position[num_joints], joint_velocity[num_joints];
+        int32_t num_fingers; double finger_position[num_fingers], finger_velocity[num_fingers]
+    """
+
+
+class lcmt_jaco_status(Message):
+    """What a Jaco arm measures: positions [rad], velocities [rad/s], torques [N m] and currents [A]."""
+
+    layout = """
+        int64_t utime; int32_t num_joints; double joint_position[num_joints], joint_velocity[num_joints],
+        joint_torque[num_joints], joint_torque_external[num_joints], joint_current[num_joints];
+        int32_t num_fingers; double finger_position[num_fingers], finger_velocity[num_fingers],
+        finger_torque[num_fingers], finger_torque_external[num_fingers], finger_current[num_fingers]
+    """
+
+
+class lcmt_iiwa_status_telemetry(Message):
+    """Clocks of a computer and an iiwa [us], and how far they are apart."""
+
+    layout = "int64_t host_utime, iiwa_utime, estimated_dt_host_minus_iiwa"
+
+
+class lcmt_viewer_command(Message):
+    """Asks a viewer for something, or answers."""
+
+    STATUS, LOAD_MODEL, LOAD_RENDERER, SHUTDOWN, START_RECORDING, STOP_RECORDING = 0, 1, 2, 3, 4, 5
+    LOAD_TERRAIN, SET_TERRAIN_TRANSFORM = 6, 7
+    layout = "int8_t command_type; string command_data"
+
+
+class lcmt_planar_plant_state(Message):
+    """The state of a plant [m or rad, m/s or rad/s] at a time [us]."""
+
+    layout = "int64_t utime; int32_t num_states; double plant_state[num_states]"

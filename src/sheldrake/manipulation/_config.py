@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Optional
-
 import numpy as np
 
 from sheldrake.common._options import Options
-
-_ARRAY, _NAME = Optional[np.ndarray], Optional[str]  # noqa: UP045 (what pydrake reports)
 
 
 class IiwaDriver(Options):
@@ -25,25 +21,14 @@ class IiwaDriver(Options):
         lcm_status_period: How often the status goes out, and commands are looked at [s].
     """
 
-    hand_model_name: str
-    ext_joint_filter_tau: float
-    desired_kp_gains: np.ndarray | None
-    control_mode: str
-    arm_child_frame_name: str | None
-    gripper_parent_frame_name: str | None
-    lcm_bus: str
-    lcm_status_period: float
-
-    _fields = (
-        ("hand_model_name", str, ""),
-        ("ext_joint_filter_tau", float, 0.01),
-        ("desired_kp_gains", _ARRAY, None),
-        ("control_mode", str, "position_and_torque"),
-        ("arm_child_frame_name", _NAME, None),
-        ("gripper_parent_frame_name", _NAME, None),
-        ("lcm_bus", str, "default"),
-        ("lcm_status_period", float, 0.005),
-    )
+    hand_model_name: str = ""
+    ext_joint_filter_tau: float = 0.01
+    desired_kp_gains: np.ndarray | None = None
+    control_mode: str = "position_and_torque"
+    arm_child_frame_name: str | None = None
+    gripper_parent_frame_name: str | None = None
+    lcm_bus: str = "default"
+    lcm_status_period: float = 0.005
 
 
 class SchunkWsgDriver(Options):
@@ -54,10 +39,8 @@ class SchunkWsgDriver(Options):
         lcm_bus: Name of the connection.
     """
 
-    pid_gains: np.ndarray
-    lcm_bus: str
-
-    _fields = (("pid_gains", np.ndarray, np.array([7200.0, 0.0, 5.0])), ("lcm_bus", str, "default"))
+    pid_gains: np.ndarray = np.array([7200.0, 0.0, 5.0])
+    lcm_bus: str = "default"
 
 
 class ZeroForceDriver(Options):

@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
+from sheldrake.manipulation._kernels import fingers
 from sheldrake.systems.controllers import PidController
 from sheldrake.systems.framework import (
     BasicVector,
@@ -23,6 +24,8 @@ from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._values import DiscreteValues
 
 PERIOD = 0.05
 """How often a new target is looked for [s]."""
@@ -82,7 +85,7 @@ class SchunkWsgTrajectoryGenerator(LeafSystem):
         self.DeclareDiscreteState(4)
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._look_for_target)
 
-    def _look_for_target(self, context: Context, values: Any) -> None:
+    def _look_for_target(self, context: Context, values: DiscreteValues) -> None:
         target = -self.get_desired_position_input_port().Eval(context)[0]
         force = self.get_force_limit_input_port().Eval(context)[0] if self._use_force_limit else np.nan
         state = context.get_discrete_state_vector().value()
@@ -194,7 +197,7 @@ class _ForceOfFingers(VectorSystem):
     def __init__(self) -> None:
         super().__init__(2, 1, True)
 
-    def DoCalcVectorOutput(self, context: Context, u: Any, x: Any, y: Any) -> None:
+    def DoCalcVectorOutput(self, context: Context, u: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
         y[0] = abs(u[0] - u[1])
 
 
@@ -210,32 +213,23 @@ class _PdController(LeafSystem):
         super().__init__()
         if limit <= 0:
             raise RuntimeError(f"SchunkWsgPositionController(): default_force_limit must be positive, it is {limit} N.")
-        self._gains, self._limit = (kp, kd, kp_constraint, kd_constraint), limit
+        self._springs = fingers.Springs.of(kp=kp, kd=kd, kp_middle=kp_constraint, kd_middle=kd_constraint)
         self.DeclareVectorInputPort("desired_state", 2)
-        self.DeclareVectorInputPort("force_limit", 1)
+        self.DeclareVectorInputPort("force_limit", BasicVector([limit]))
+        self._inputs[1].optional = True
         self.DeclareVectorInputPort("state", 4)
-        self.DeclareVectorOutputPort("generalized_force", 2, self._calc_generalized)
-        self.DeclareVectorOutputPort("grip_force", 1, self._calc_grip)
+        self.DeclareVectorOutputPort("generalized_force", 2, fingers.forces_on_fingers)
+        self.DeclareVectorOutputPort("grip_force", 1, fingers.grip_force)
 
-    def _forces(self, context: Context) -> tuple[float, float]:
-        """Force that opens the gripper, and force on both fingers that brings their middle to zero [N]."""
-        limit_port = self.get_input_port(1)
-        limit = limit_port.Eval(context)[0] if limit_port.HasValue(context) else self._limit
-        if not limit > 0:
-            raise RuntimeError(f"{self._describe()}: the force limit must be positive, it is {limit} N.")
-        kp, kd, kp_constraint, kd_constraint = self._gains
-        position, velocity = self.get_input_port(0).Eval(context)
-        q0, q1, v0, v1 = self.get_input_port(2).Eval(context)
-        opening = kp * (position - (q1 - q0)) + kd * (velocity - (v1 - v0))
-        middle = -kp_constraint * (q0 + q1) - kd_constraint * (v0 + v1)
-        return min(max(opening, -limit), limit), middle
+    def _kernel_models(self, root: RootView) -> dict[str, np.ndarray]:
+        return {"spring_model": self._springs}
 
-    def _calc_generalized(self, context: Context, output: BasicVector) -> None:
-        opening, middle = self._forces(context)
-        output.SetFromVector([0.5 * middle - 0.5 * opening, 0.5 * middle + 0.5 * opening])
+    def _is_generic(self) -> bool:
+        return False  # as Drake's
 
-    def _calc_grip(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([abs(self._forces(context)[0])])
+    def _explain_status(self, status: int, context: Context) -> Exception:
+        limit = self.get_input_port(1).Eval(context)[0]
+        return RuntimeError(f"{self._describe()}: the force limit must be positive, it is {limit} N.")
 
 
 class SchunkWsgPositionController(Diagram):

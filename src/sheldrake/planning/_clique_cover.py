@@ -45,17 +45,15 @@ class IrisFromCliqueCoverOptions(Options):
         point_in_set_tol: By how much points may be outside of regions that cover them.
     """
 
-    _fields = (
-        ("iris_options", Any, IrisOptions(iteration_limit=1)),
-        ("coverage_termination_threshold", float, 0.7),
-        ("iteration_limit", int, 100),
-        ("num_points_per_coverage_check", int, 1000),
-        ("minimum_clique_size", int, 3),
-        ("num_points_per_visibility_round", int, 200),
-        ("parallelism", Any, Parallelism.Max()),
-        ("rank_tol_for_minimum_volume_circumscribed_ellipsoid", float, 1e-6),
-        ("point_in_set_tol", float, 1e-6),
-    )
+    iris_options: Any = IrisOptions(iteration_limit=1)
+    coverage_termination_threshold: float = 0.7
+    iteration_limit: int = 100
+    num_points_per_coverage_check: int = 1000
+    minimum_clique_size: int = 3
+    num_points_per_visibility_round: int = 200
+    parallelism: Any = Parallelism.Max()
+    rank_tol_for_minimum_volume_circumscribed_ellipsoid: float = 1e-6
+    point_in_set_tol: float = 1e-6
 
 
 def IrisInConfigurationSpaceFromCliqueCover(
@@ -135,7 +133,7 @@ def _region(
             return IrisZo(checker, ellipsoid, domain.MakeHPolyhedron(), how)
         if isinstance(how, IrisNp2Options):
             return IrisNp2(checker, ellipsoid, domain.MakeHPolyhedron(), how)
-        given = IrisOptions(**{name: getattr(how, name) for name, _, _ in how._fields})
+        given = IrisOptions(**{name: getattr(how, name) for name in how._defaults})
         given.starting_ellipse = ellipsoid
         return IrisNp(checker.plant(), checker.UpdatePositions(center), given)
     except RuntimeError as error:

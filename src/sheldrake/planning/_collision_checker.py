@@ -62,23 +62,14 @@ class CollisionCheckerParams(Options):
         implicit_context_parallelism: How many contexts there are.
     """
 
-    _fields = (
-        ("model", Any, None),
-        ("distance_and_interpolation_provider", Any, None),
-        ("robot_model_instances", Any, []),
-        ("configuration_distance_function", Any, None),
-        ("edge_step_size", float, 0.0),
-        ("env_collision_padding", float, 0.0),
-        ("self_collision_padding", float, 0.0),
-        ("implicit_context_parallelism", Any, None),
-    )
-
-    implicit_context_parallelism: Parallelism
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.implicit_context_parallelism is None:
-            self.implicit_context_parallelism = Parallelism.Max()
+    model: Any = None
+    distance_and_interpolation_provider: Any = None
+    robot_model_instances: Any = []
+    configuration_distance_function: Any = None
+    edge_step_size: float = 0.0
+    env_collision_padding: float = 0.0
+    self_collision_padding: float = 0.0
+    implicit_context_parallelism: Parallelism = Parallelism.Max()
 
 
 class CollisionCheckerContext:

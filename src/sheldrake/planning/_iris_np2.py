@@ -35,11 +35,9 @@ class RaySamplerOptions(Options):
         num_particles_to_walk_towards: How many samples are moved, where not only those in collision are.
     """
 
-    _fields = (
-        ("only_walk_toward_collisions", bool, False),
-        ("ray_search_num_steps", int, 10),
-        ("num_particles_to_walk_towards", int, 200),
-    )
+    only_walk_toward_collisions: bool = False
+    ray_search_num_steps: int = 10
+    num_particles_to_walk_towards: int = 200
 
 
 class IrisNp2Options(Options):
@@ -55,15 +53,13 @@ class IrisNp2Options(Options):
         solver_options: Of the solver.
     """
 
-    _fields = (
-        ("sampled_iris_options", Any, CommonSampledIrisOptions()),
-        ("sampling_strategy", str, "greedy"),
-        ("ray_sampler_options", Any, RaySamplerOptions()),
-        ("add_hyperplane_if_solve_fails", bool, False),
-        ("parameterization", Any, IrisParameterizationFunction()),
-        ("solver", Any, None),
-        ("solver_options", Any, SolverOptions()),
-    )
+    sampled_iris_options: Any = CommonSampledIrisOptions()
+    sampling_strategy: str = "greedy"
+    ray_sampler_options: Any = RaySamplerOptions()
+    add_hyperplane_if_solve_fails: bool = False
+    parameterization: Any = IrisParameterizationFunction()
+    solver: Any = None
+    solver_options: Any = SolverOptions()
 
 
 class _Composed(Constraint):

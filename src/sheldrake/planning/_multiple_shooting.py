@@ -21,11 +21,13 @@ from sheldrake.solvers import (
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import as_kind, bind
 from sheldrake.symbolic import Expression, Variable
+from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
     from sheldrake.solvers import Binding, MathematicalProgramResult
     from sheldrake.solvers._functions.evaluators import Cost, VisualizationCallback
+    from sheldrake.symbolic import Formula, Variables
     from sheldrake.trajectories import PiecewisePolynomial
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
@@ -42,7 +44,7 @@ class MultipleShooting:
     that are added here they stand for the decision variables of each sample.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"pydrake.planning.{type(self).__name__}: No constructor defined!")
 
     def _set_up(
@@ -149,14 +151,11 @@ class MultipleShooting:
     def _time_at(self, index: int) -> Expression:
         if self._dt is not None:
             return Expression(index * self._dt)
-        total = Expression(0.0)
-        for h in self._h_vars[:index]:
-            total = total + h
-        return total
+        return build.sum_of(Expression(h) for h in self._h_vars[:index])
 
-    def _at(self, index: int) -> dict[Variable, Any]:
-        """What stands for each placeholder at a sample."""
-        out = {self._time[0]: self._time_at(index)}
+    def _at(self, index: int, wanted: Variables | set[Variable]) -> dict[Variable, Any]:
+        """What stands for each placeholder at a sample; for time, which is a long sum, only if it is wanted."""
+        out: dict[Variable, Any] = {self._time[0]: self._time_at(index)} if self._time[0] in wanted else {}
         out.update(zip(self._state, self.state(index)))
         out.update(zip(self._input, self.input(index)))
         for placeholders, vars in self._sequences.values():
@@ -164,7 +163,8 @@ class MultipleShooting:
         return out
 
     def _substituted(self, e: Expression, index: int) -> Expression:
-        return _arrays.expression(e).Substitute(self._at(index))
+        e = _arrays.expression(e)
+        return e.Substitute(self._at(index, e.GetVariables()))
 
     # Costs and constraints
 
@@ -186,11 +186,10 @@ class MultipleShooting:
         return self._prog.AddCost(self._substituted(e.reshape(-1)[0], self._N - 1))
 
     @overloaded(
-        overload(lambda self, f: [self._prog.AddConstraint(f.Substitute(self._at(i))) for i in range(self._N)],
-                 f=kinds.formula),
+        overload(lambda self, f: self._formula_to_all(f), f=kinds.formula),
         overload(lambda self, fs: [b for f in fs for b in self.AddConstraintToAllKnotPoints(f)], f=kinds.formulas),
         overload(constraint=instance_of(Constraint), vars=kinds.vars),
-    )  # fmt: skip
+    )
     def AddConstraintToAllKnotPoints(self, constraint: Constraint, vars: np.ndarray) -> list:
         """Adds a constraint at each sample; called with a formula of placeholders, an array of them, or
         `(constraint, vars)`.
@@ -199,11 +198,15 @@ class MultipleShooting:
         cls = next(c for c in classes if isinstance(constraint, c))
         out = []
         for i in range(self._N):
-            places = self._at(i)
+            places = self._at(i, set(vars))
             found = [places.get(v, v) for v in vars]
             binding = bind(cls, constraint, _arrays.variable_vector(traverse.object_array(found)))
             out.append(as_kind(cls, self._prog.AddConstraint(binding)))
         return out
+
+    def _formula_to_all(self, f: Formula) -> list:
+        wanted = f.GetFreeVariables()
+        return [self._prog.AddConstraint(f.Substitute(self._at(i, wanted))) for i in range(self._N)]
 
     def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on all time steps [s]."""

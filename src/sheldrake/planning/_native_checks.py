@@ -23,7 +23,9 @@ from sheldrake.planning._kernels.checks import first_collisions
 
 if TYPE_CHECKING:
     from sheldrake.geometry._query.scene import QueryScene
+    from sheldrake.geometry._state.state import GeometryState
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.plant._context.view import View
 
 _PARTS = 8
 """That each thread takes, so that the last one does not let the others wait."""
@@ -39,14 +41,14 @@ class NativeChecks:
         bodies: Of each geometry of the scene: its body of the plant.
     """
 
-    def __init__(self, scene: QueryScene, plant: MultibodyPlant, view: Any, bodies: list[int]):
+    def __init__(self, scene: QueryScene, plant: MultibodyPlant, view: View, bodies: list[int]):
         self.scene, self.view = scene, view
         self._bodies = np.array(bodies, np.int64)
         rows = parts_of(plant).kernel_models.rows_of_frames()
         self._places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
 
     @staticmethod
-    def can(scene: QueryScene, state: Any, plant: Any, view: Any) -> bool:
+    def can(scene: QueryScene, state: GeometryState, plant: MultibodyPlant, view: View) -> bool:
         """Whether kernels know all there is: the plant places all frames in the world, and pairs are listed."""
         rows: dict[FrameId, int] = parts_of(plant).kernel_models.rows_of_frames()
         of_plant = all(f in rows and state.frames[f].parent == WORLD_FRAME_ID for f in scene.moving)

@@ -58,28 +58,26 @@ class CommonSampledIrisOptions(Options):
         prog_with_additional_constraints: Constraints on configurations; None for none.
     """
 
-    _fields = (
-        ("num_particles", int, 1000),
-        ("tau", float, 0.5),
-        ("delta", float, 0.05),
-        ("epsilon", float, 0.01),
-        ("containment_points", Any, None),
-        ("max_iterations", int, 3),
-        ("max_iterations_separating_planes", int, 20),
-        ("max_separating_planes_per_iteration", int, 10),
-        ("parallelism", Any, Parallelism.Max()),
-        ("verbose", bool, False),
-        ("require_sample_point_is_contained", bool, True),
-        ("configuration_space_margin", float, 0.01),
-        ("relax_margin", bool, False),
-        ("termination_threshold", float, 0.02),
-        ("relative_termination_threshold", float, 1e-3),
-        ("remove_all_collisions_possible", bool, True),
-        ("random_seed", int, 1234),
-        ("mixing_steps", int, 50),
-        ("sample_particles_in_parallel", bool, False),
-        ("prog_with_additional_constraints", Any, None),
-    )
+    num_particles: int = 1000
+    tau: float = 0.5
+    delta: float = 0.05
+    epsilon: float = 0.01
+    containment_points: Any = None
+    max_iterations: int = 3
+    max_iterations_separating_planes: int = 20
+    max_separating_planes_per_iteration: int = 10
+    parallelism: Any = Parallelism.Max()
+    verbose: bool = False
+    require_sample_point_is_contained: bool = True
+    configuration_space_margin: float = 0.01
+    relax_margin: bool = False
+    termination_threshold: float = 0.02
+    relative_termination_threshold: float = 1e-3
+    remove_all_collisions_possible: bool = True
+    random_seed: int = 1234
+    mixing_steps: int = 50
+    sample_particles_in_parallel: bool = False
+    prog_with_additional_constraints: Any = None
 
 
 class IrisParameterizationFunction:
@@ -321,11 +319,9 @@ class IrisZoOptions(Options):
         parameterization: The space in which the region is grown.
     """
 
-    _fields = (
-        ("bisection_steps", int, 10),
-        ("sampled_iris_options", Any, CommonSampledIrisOptions()),
-        ("parameterization", Any, IrisParameterizationFunction()),
-    )
+    bisection_steps: int = 10
+    sampled_iris_options: Any = CommonSampledIrisOptions()
+    parameterization: Any = IrisParameterizationFunction()
 
 
 def IrisZo(

@@ -6,12 +6,16 @@ import contextlib
 import io
 import logging
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._diagram import Diagram
 
 RATE = 60.0  # [Hz] of poses, at most
 MOST = 3000  # poses in time, at most
@@ -39,11 +43,11 @@ class Replay:
 class StateLog:
     """A log of the state of a plant, or of one of its model instances."""
 
-    def __init__(self, plant: Any, instance: Any, log: Any):
+    def __init__(self, plant: MultibodyPlant, instance: Any, log: Any):
         self.plant, self.instance = plant, instance
         self.times, self.data = log.sample_times(), log.data()
 
-    def set_state(self, root: Any, t: float) -> None:
+    def set_state(self, root: Context, t: float) -> None:
         """Puts the plant in a root context where it was at a time [s]."""
         k = max(int(np.searchsorted(self.times, t + 1e-12)) - 1, 0)
         context = self.plant.GetMyMutableContextFromRoot(root)
@@ -51,7 +55,7 @@ class StateLog:
         self.plant.SetPositionsAndVelocities(*arguments, self.data[:, k])
 
 
-def find_state_logs(context: Any, sinks: dict[str, Any]) -> list[StateLog]:
+def find_state_logs(context: Context, sinks: dict[str, Any]) -> list[StateLog]:
     """The logs among `sinks` that tell the state of a plant; of each plant the whole state when it was logged."""
     found: list[StateLog] = []
     store = context._store
@@ -74,23 +78,38 @@ def sample_times(first: float, last: float) -> np.ndarray:
     return np.linspace(first, last, count)
 
 
+def find_scene_graph(diagram: Any) -> Any:
+    """The scene of a diagram, or None."""
+    return next((s for s in _all_systems(diagram) if type(s).__name__.startswith("SceneGraph")), None)
+
+
+def query_of(scene_graph: Any, root: Any) -> Any:
+    """The QueryObject of a scene in a root context."""
+    return scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(root))
+
+
+def poses_of_states(
+    scene_graph: Any, context: Any, logs: list[StateLog], frames: list[Any], times: np.ndarray
+) -> np.ndarray:
+    """Where frames were at times [s]: quaternion and position [m], shape (len(times), len(frames), 7)."""
+    root, memo = context.Clone(), {}  # type: ignore[var-annotated]
+    X = np.zeros((len(times), len(frames), 3, 4))
+    for k, t in enumerate(times):
+        for log in logs:
+            log.set_state(root, float(t))
+        X[k] = query_of(scene_graph, root)._world_matrices(frames, memo)
+    return numbers_of(X)
+
+
 def replay_of_states(diagram: Any, context: Any, logs: list[StateLog], meshcat: Any) -> Replay | None:
     """The replay of logged states; None when the diagram has no scene."""
-    scene_graph = next((s for s in _all_systems(diagram) if type(s).__name__.startswith("SceneGraph")), None)
+    scene_graph = find_scene_graph(diagram)
     if scene_graph is None or not logs:
         return None
-    root = context.Clone()
-    port, own = scene_graph.get_query_output_port(), scene_graph.GetMyContextFromRoot(root)
     first, last = (f([log.times[k] for log in logs]) for f, k in ((min, 0), (max, -1)))
     times = sample_times(float(first), float(last))
-    with drawn(diagram, meshcat, port.Eval(own)) as (page, html, frames, paths):
-        poses = np.zeros((len(times), len(paths), 7))
-        for k, t in enumerate(times):
-            for log in logs:
-                log.set_state(root, float(t))
-            query = port.Eval(own)
-            for n, frame in enumerate(frames):
-                poses[k, n] = numbers_of(query.GetPoseInWorld(frame))
+    with drawn(diagram, meshcat, query_of(scene_graph, context)) as (page, html, frames, paths):
+        poses = poses_of_states(scene_graph, context, logs, frames, times)
         return Replay(html, paths, times, poses, camera_of(page, paths, poses))
 
 
@@ -111,13 +130,16 @@ def matrix_of(pose: np.ndarray) -> np.ndarray:
     return np.column_stack([RotationMatrix(q).matrix(), pose[4:]])
 
 
-def numbers_of(X: Any) -> np.ndarray:
-    q = X.rotation().ToQuaternion()
-    return np.array([q.w(), q.x(), q.y(), q.z(), *X.translation()])
+def numbers_of(X: np.ndarray) -> np.ndarray:
+    """Quaternion w, x, y, z and position, shape (..., 7), of poses, shape (..., 3, 4)."""
+    from sheldrake.geometry._meshcat.tree import quaternions
+
+    q = quaternions(X[..., :3].reshape(-1, 3, 3)).reshape(*X.shape[:-2], 4)
+    return np.concatenate([q, X[..., 3]], axis=-1)
 
 
 @contextlib.contextmanager
-def drawn(diagram: Any, meshcat: Any, query: Any) -> Any:
+def drawn(diagram: Diagram, meshcat: Any, query: Any) -> Any:
     """A page with the scene of a QueryObject, its frames and their paths: the user's Meshcat's, or one of our own."""
     from sheldrake.geometry import Meshcat, MeshcatVisualizer
     from sheldrake.geometry._meshcat.export import static_html
@@ -156,7 +178,6 @@ def replay_of_recording(meshcat: Any) -> Replay | None:
     """The replay of what a Meshcat recorded; None when it recorded nothing."""
     from sheldrake.geometry._meshcat.export import static_html
     from sheldrake.geometry._meshcat.player import Frames
-    from sheldrake.geometry._meshcat.tree import quaternions
 
     frames = Frames(meshcat.get_mutable_recording())
     if frames.num_frames < 2:
@@ -166,21 +187,19 @@ def replay_of_recording(meshcat: Any) -> Replay | None:
         return None
     step = max(1, int(np.ceil(frames.num_frames / MOST)))
     numbers = range(0, frames.num_frames, step)
-    X = np.array([[pose for _, pose in frames.poses_at(n)] for n in numbers])
-    q = quaternions(X[..., :3].reshape(-1, 3, 3)).reshape(len(X), len(paths), 4)
+    poses = numbers_of(np.array([[pose for _, pose in frames.poses_at(n)] for n in numbers]))
     times = np.array(numbers) / frames.frames_per_second
-    poses = np.concatenate([q, X[..., 3]], axis=2)
     page = meshcat._hub.page
     return Replay(static_html(page, None), paths, times, poses, camera_of(page, paths, poses))
 
 
-def find_meshcat(diagram: Any) -> Any:
+def find_meshcat(diagram: Diagram) -> Any:
     """The Meshcat that a diagram draws into, or None."""
     visualizers = [s for s in _all_systems(diagram) if type(s).__name__ == "MeshcatVisualizer"]
     return visualizers[0]._meshcat if visualizers else None
 
 
-def _all_systems(diagram: Any) -> list[Any]:
+def _all_systems(diagram: Diagram) -> list[Any]:
     found, waiting = [], [diagram]
     while waiting:
         system = waiting.pop(0)

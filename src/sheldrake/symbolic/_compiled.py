@@ -166,7 +166,7 @@ class Vectorized:
         J[:, rows, cols] = found[:, m:]
         return found[:, :m], J
 
-    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives of the values times weights of shape (points, m), shape (points, n, n)."""
         function, outputs, rows, cols = self._of_curvature
         H = np.zeros((len(points), len(self._variables), len(self._variables)))

@@ -39,6 +39,52 @@ def linear_terms(e: Expression) -> tuple[list[tuple[Variable, float]], float]:
     return ([], e._args[0]) if e._kind == k.CONSTANT else ([(e._args[0], 1.0)], 0.0)
 
 
+def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] | None:
+    """The terms of a polynomial that is expanded as it is: numbers and powers of variables; None for others."""
+    if e._kind == k.ADD:
+        parts: list[tuple[Expression, float]] = [*e._args[1]]
+        if e._args[0] != 0.0:
+            parts.append((_build.ONE, e._args[0]))
+    else:
+        parts = [(e, 1.0)]
+    out = []
+    for term, c in parts:
+        kind, args = term._kind, term._args
+        factors: tuple = ()
+        if kind == k.VAR:
+            factors = ((term, _build.ONE),)
+        elif kind == k.MUL:
+            c, factors = c * args[0], args[1]
+        elif kind == k.POW:
+            factors = (args,)
+        elif kind == k.CONSTANT:
+            c = c * args[0]
+        else:
+            return None
+        powers = []
+        for base, exponent in factors:
+            n = exponent._args[0] if exponent._kind == k.CONSTANT else 0.5
+            if base._kind != k.VAR or not 1.0 <= n <= 1e9 or n != int(n):
+                return None
+            powers.append((base._args[0], int(n)))
+        out.append((c, powers))
+    return out
+
+
+def degree_of_product(e: Expression) -> int:
+    """The degree of a product of powers of variables and of sums `flat_terms` knows: nothing cancels; 0 of others."""
+    if e._kind != k.MUL or e._args[0] == 0.0:
+        return 0
+    total = 0
+    for base, exponent in e._args[1]:
+        terms = flat_terms(base) if exponent._kind == k.CONSTANT else None
+        n = exponent._args[0]
+        if not terms or not 1.0 <= n <= 1e9 or n != int(n):
+            return 0
+        total += int(n) * max(sum(degree for _, degree in powers) for _, powers in terms)
+    return total
+
+
 def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
     """Adds a term; one that cancels is taken out."""
     total = _build.add(out[m], c) if m in out else c

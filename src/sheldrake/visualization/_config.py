@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.geometry import (
     DrakeVisualizer,
     DrakeVisualizerParams,
@@ -24,12 +23,16 @@ from sheldrake.systems.lcm import LcmBuses
 from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
 from ._inertia_visualizer import InertiaVisualizer
 
+if TYPE_CHECKING:
+    from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.lcm._interface import DrakeLcmInterface
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+
 log = logging.getLogger("drake")
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class VisualizationConfig:
+class VisualizationConfig(Options):
     """What to show of a plant and its scene graph.
 
     Attributes:
@@ -53,9 +56,9 @@ class VisualizationConfig:
     lcm_bus: str = "default"
     publish_period: float = 1 / 64.0
     publish_illustration: bool = True
-    default_illustration_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.9, 0.9))
+    default_illustration_color: Rgba = Rgba(0.9, 0.9, 0.9)
     publish_proximity: bool = True
-    default_proximity_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.8, 0.0, 0.0))
+    default_proximity_color: Rgba = Rgba(0.8, 0.0, 0.0)
     initial_proximity_alpha: float = 0.5
     publish_contacts: bool = True
     publish_inertia: bool = True
@@ -65,7 +68,7 @@ class VisualizationConfig:
     mouse_interaction_stiffness: float | None = None
 
 
-def _subsystem(builder: Any, given: Any, name: str) -> Any:
+def _subsystem(builder: DiagramBuilder, given: Any, name: str) -> Any:
     if given is not None:
         return given
     if not builder.HasSubsystemNamed(name):
@@ -80,12 +83,12 @@ def _subsystem(builder: Any, given: Any, name: str) -> Any:
 
 def ApplyVisualizationConfig(
     config: VisualizationConfig,
-    builder: Any,
-    lcm_buses: Any = None,
-    plant: Any = None,
-    scene_graph: Any = None,
+    builder: DiagramBuilder,
+    lcm_buses: LcmBuses | None = None,
+    plant: MultibodyPlant | None = None,
+    scene_graph: SceneGraph | None = None,
     meshcat: Meshcat | None = None,
-    lcm: Any = None,
+    lcm: DrakeLcmInterface | None = None,
 ) -> None:
     """Adds the visualizers that a configuration asks for to a diagram.
 
@@ -207,7 +210,7 @@ def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerPar
     return wanted
 
 
-def AddDefaultVisualization(builder: Any, meshcat: Meshcat | None = None) -> None:
+def AddDefaultVisualization(builder: DiagramBuilder, meshcat: Meshcat | None = None) -> None:
     """Shows the plant named "plant" of a diagram, with the default configuration.
 
     Args:

@@ -8,17 +8,12 @@ import numpy as np
 import pytest
 
 from sheldrake.common.value import AbstractValue
-from sheldrake.lcm import _messages, _other_messages
+from sheldrake.lcm import _messages
 from sheldrake.systems.lcm import PySerializer
 
 drake = pytest.importorskip("drake")
 pytestmark = pytest.mark.peer
-TYPES = {
-    name: value
-    for home in (_messages, _other_messages)
-    for name, value in vars(home).items()
-    if name.startswith("lcmt_") and value.__module__ == home.__name__
-}
+TYPES = {name: value for name, value in vars(_messages).items() if name.startswith("lcmt_")}
 
 
 def theirs(name):
@@ -41,12 +36,12 @@ def test_a_message_is_encoded_as_theirs(name):
 def test_values_arrive():
     rng = np.random.default_rng(0)
     state = {"utime": 5, "num_joints": 2, "joint_name": ["a", "b"], "joint_position": (0.5, -2.0)}
-    plan = _other_messages.lcmt_robot_plan(utime=7, num_states=1, plan=[_other_messages.lcmt_robot_state(**state)])
+    plan = _messages.lcmt_robot_plan(utime=7, num_states=1, plan=[_messages.lcmt_robot_state(**state)])
     read = theirs("lcmt_robot_plan").decode(plan.encode())
     assert {name: getattr(read.plan[0], name) for name in state} == state
     count = 3
     values = {name: list(rng.normal(size=count)) for name in ("joint_position", "finger_current")}
-    status = _other_messages.lcmt_jaco_status(num_joints=count, num_fingers=count)
+    status = _messages.lcmt_jaco_status(num_joints=count, num_fingers=count)
     for name, _, *dimensions in status._fields:
         if dimensions:
             setattr(status, name, values.get(name, [0.0] * count))

@@ -211,6 +211,27 @@ def test_a_changed_kernel_of_another_module_is_another_kernel():
     assert make(1.0) != make(2.0)
 
 
+def test_a_changed_kernel_in_a_tuple_is_another_kernel():
+    def make(constant):
+        @kernel
+        def helper(x):
+            return constant * x
+
+        class Law(NamedTuple):
+            force: object
+            order: int
+
+        laws = ((helper, 1.0), Law(helper, 2))
+
+        def entry(x: Vector):
+            x[0] = laws[0][0](x[0])
+
+        return kernel(entry, top=True)
+
+    assert store.fingerprint(make(1.0)) == store.fingerprint(make(1.0))
+    assert store.fingerprint(make(1.0)) != store.fingerprint(make(2.0))
+
+
 def test_a_changed_constant_of_a_class_or_an_object_is_another_kernel():
     def make(of_class, of_object, of_member):
         class Gains:

@@ -14,21 +14,20 @@ from sheldrake.manipulation import IiwaDriver, ZeroForceDriver
 
 
 class Inner(Options):
-    _fields = (("gain", float, 2.0), ("names", list[str], ["a"]))
+    gain: float = 2.0
+    names: list[str] = ["a"]
 
 
 class Outer(Options):
-    _fields = (
-        ("count", int, 3),
-        ("gain", float, 0.5),
-        ("on", bool, True),
-        ("name", str, "x"),
-        ("limits", np.ndarray, np.zeros(2)),
-        ("maybe", Optional[float], None),  # noqa: UP045
-        ("either", Union[str, float], "auto"),  # noqa: UP007
-        ("inner", Inner, Inner()),
-        ("free", Any, None),
-    )
+    count: int = 3
+    gain: float = 0.5
+    on: bool = True
+    name: str = "x"
+    limits: np.ndarray = np.zeros(2)
+    maybe: Optional[float] = None  # noqa: UP045
+    either: Union[str, float] = "auto"  # noqa: UP007
+    inner: Inner = Inner()
+    free: Any = None
 
 
 def test_defaults_belong_to_each():
@@ -122,3 +121,18 @@ def test_each_is_equal_to_itself_alone():
 def test_yaml_there_and_back(options):
     text = yaml_dump_typed(options)
     assert repr(yaml_load_typed(schema=type(options), data=text)) == repr(options)
+
+
+def test_settings_are_what_is_annotated_public_and_has_a_value():
+    class More(Inner):
+        gain: float = 3.0
+        sizes: "dict[str, np.ndarray]" = {}
+        _hidden: int = 1
+        declared: int
+        Inner = Inner
+
+    assert [(f.name, f.type) for f in More.__fields__] == [
+        ("gain", float), ("names", list[str]), ("sizes", dict[str, np.ndarray])
+    ]  # fmt: skip
+    assert repr(More(sizes={"a": [1]})) == "More(gain=3.0, names=['a'], sizes={'a': array([1.])})"
+    assert Inner().gain == 2.0

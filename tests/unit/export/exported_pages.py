@@ -93,6 +93,8 @@ class Scene(NamedTuple):
 SCENES = {
     "block": Scene("drop_the_block", 0.1),
     "arm": Scene("", 0.5),
+    "inverse": Scene("arm_pid", 0.5),
+    "gripper": Scene("gripper", 0.3),
     "cart-pole": Scene("cart_pole_lqr", 0.5),
     "quadruped": Scene("quadruped", 0.005),
     "clutter": Scene("clutter", 0.1, 0.18, {"number": 20}),

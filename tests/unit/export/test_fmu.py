@@ -15,6 +15,7 @@ from tests.unit.export.exported_pages import falling_block
 
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.export import FmuSystem, Freeze, SaveFmu
+from sheldrake.export._fmu_system import _Instance
 from sheldrake.export._universal import universal_library
 from sheldrake.systems.analysis import InitializeParams, Simulator
 from sheldrake.systems.framework import DiagramBuilder
@@ -264,6 +265,31 @@ def test_an_fmu_of_ours_gives_the_numbers_of_the_diagram(servos, version):
     other.Initialize(quiet)
     other.AdvanceTo(0.5)
     np.testing.assert_array_equal(outputs(fmu, other.get_context()), answer(native))
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.005])
+def test_each_step_begins_where_the_last_ended_at_multiples_of_the_step(servos, monkeypatch, begin):
+    """To the last bit: an FMU with steps of its own loses one otherwise, or takes one twice."""
+    taken, step = [], _Instance.step
+    monkeypatch.setattr(_Instance, "step", lambda run, t, h: taken.append((t, h)) or step(run, t, h))
+    simulator, _ = around(servos["3.0"])
+    simulator.get_mutable_context().SetTime(begin)
+    simulator.AdvanceTo(1.0)
+    begins = [t for t, _ in taken]
+    assert begins == [begin, *(k * 0.01 for k in range(2 if begin else 1, 100))]
+    assert [t + h for t, h in taken[:-1]] == begins[1:]
+
+
+@pytest.mark.parametrize(("platforms", "folders"), [
+    (["aarch64-linux"], ["aarch64-linux", "linux64"]),
+    (["x86_64-linux", "aarch64-linux"], ["aarch64-linux", "linux64"]),
+])  # fmt: skip
+def test_hosts_of_fmi_2_on_arm_look_where_code_for_x86_is_if_there_is_some(tmp_path, platforms, folders):
+    SaveFmu(servo(), tmp_path / "x.fmu", fmi_version="2.0", platforms=platforms)
+    with zipfile.ZipFile(tmp_path / "x.fmu") as archive:
+        machines = {n.split("/")[1]: archive.read(n)[18] for n in archive.namelist() if n.startswith("binaries")}
+    arm, x86 = 183, 62  # e_machine of ELF
+    assert machines == dict(zip(folders, (arm, arm if len(platforms) == 1 else x86)))
 
 
 def test_with_step_0_it_is_where_the_last_step_of_the_simulator_began(servos):

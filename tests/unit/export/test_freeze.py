@@ -16,7 +16,7 @@ from sheldrake.export import Freeze, FrozenSimulation, LoadFrozen
 from sheldrake.geometry import Meshcat
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
-from sheldrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput, ZeroOrderHold
+from sheldrake.systems.primitives import ConstantVectorSource, Gain, Integrator, LogVectorOutput, ZeroOrderHold
 
 pytestmark = pytest.mark.skipif(not jit_enabled(), reason="runs machine code; SHELDRAKE_JIT=0 switches it off")
 
@@ -159,6 +159,31 @@ def test_frozen_twice_gives_the_same_bytes_and_the_simulator_goes_on():
     simulator.AdvanceTo(0.6)
     other.AdvanceTo(0.6)
     assert slab(simulator).tobytes() == slab(other).tobytes()
+
+
+def unnamed():
+    """Two gains, one of them in a diagram, and two integrators, none of which has a name."""
+    builder, inner = DiagramBuilder(), DiagramBuilder()
+    gain, first = inner.AddSystem(Gain(2.0, 1)), inner.AddSystem(Integrator(1))
+    inner.Connect(gain.get_output_port(), first.get_input_port())
+    inner.ExportInput(gain.get_input_port(), "u")
+    inner.ExportOutput(first.get_output_port(), "y")
+    inside, second, third = builder.AddSystem(inner.Build()), *(builder.AddSystem(Integrator(1)) for _ in range(2))
+    for system in (second, third):
+        builder.Connect(inside.get_output_port(), system.get_input_port())
+        LogVectorOutput(system.get_output_port(), builder, 0.1)
+    simulator = Simulator(builder.Build())
+    inside.get_input_port().FixValue(inside.GetMyMutableContextFromRoot(simulator.get_mutable_context()), [1.0])
+    return Freeze(simulator)
+
+
+def test_systems_without_a_name_go_by_their_class_so_that_a_diagram_built_twice_gives_the_same_bytes():
+    frozen = unnamed()
+    assert frozen.state_names() == ["Diagram/Integrator", "Integrator", "Integrator 2"]
+    assert frozen.log_names() == ["Integrator/y0", "Integrator/y0 (2)"]
+    assert frozen.input_names() == ["Diagram/u"]
+    assert b"@0" not in frozen.ToBytes()
+    assert unnamed().ToBytes() == frozen.ToBytes()
 
 
 def test_inputs_parameters_states_and_outputs_go_by_name():

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface, DrakeLcmParams, Subscriber
-from sheldrake.lcm._messages import Message, lcmt_iiwa_status, lcmt_scope
+from sheldrake.lcm._message import Message
+from sheldrake.lcm._messages import lcmt_iiwa_status, lcmt_scope
 from sheldrake.lcm._multicast import MOST_SHORT, Multicast, datagrams
 
 
@@ -134,15 +135,10 @@ class TestMessages:
 
     def test_round_trip(self):
         class Everything(Message):
-            _fields = [
-                ("name", "string"),
-                ("n", "int32_t"),
-                ("on", "boolean"),
-                ("x", "double", "n"),
-                ("y", "float", 3),
-            ]
+            layout = "string name; int32_t n; boolean on; double x[n]; float y[3], z[n][2]; lcmt_scope scope"
 
-        message = Everything(name="Ω", n=2, on=True, x=[1.0, -0.0], y=[0.5, 0.25, 0.0])
+        rows, scope = [[1.0, 2.0], [3.0, 4.0]], lcmt_scope(size=1, value=[2.5])
+        message = Everything(name="Ω", n=2, on=True, x=[1.0, -0.0], y=[0.5, 0.25, 0.0], z=rows, scope=scope)
         assert repr(Everything.decode(message.encode())) == repr(message)
 
     def test_faults_are_told(self):

@@ -6,7 +6,7 @@ import pytest
 from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from sheldrake.examples import PendulumPlant
 from sheldrake.multibody.plant import MultibodyPlant
-from sheldrake.multibody.tree import PrismaticJoint, SpatialInertia
+from sheldrake.multibody.tree import PrismaticJoint, RevoluteJoint, SpatialInertia
 from sheldrake.planning import (
     DirectCollocation,
     DirectTranscription,
@@ -14,6 +14,7 @@ from sheldrake.planning import (
     MultipleShooting,
     RobotDiagramBuilder,
 )
+from sheldrake.planning._dynamics import Dynamics
 from sheldrake.solvers import Solve
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.primitives import LinearSystem
@@ -39,6 +40,33 @@ def test_a_pendulum_follows_its_dynamics_between_samples():
     for time in (0.35, 0.8):
         simulator.AdvanceTo(time)
         np.testing.assert_allclose(x.value(time).ravel(), mine.get_continuous_state_vector().CopyToVector(), atol=2e-4)
+
+
+def test_slopes_at_points_do_not_depend_on_the_points_before_them():
+    plant = MultibodyPlant(0.0)
+    body = plant.AddRigidBody("link", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3))
+    plant.AddJointActuator(
+        "motor", plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), body.body_frame(), [0, 1, 0]))
+    )
+    plant.Finalize()
+    dynamics = Dynamics(plant, plant.CreateDefaultContext(), plant.get_actuation_input_port().get_index(), False)
+    points = np.random.default_rng(2).normal(size=(6, 3))
+    dynamics.at_points(points, True)
+    f, J = dynamics.at_points(points, True)
+    assert dynamics.at_points(points[:1], False)[1].size == 0
+    for k in range(6):
+        alone = dynamics.at_points(points[k : k + 1], True)
+        np.testing.assert_array_equal(alone[0][0], f[k])
+        np.testing.assert_array_equal(alone[1][0], J[k])
+
+
+def test_time_at_a_knot_is_the_sum_of_the_steps_before_it():
+    system = PendulumPlant()
+    t = DirectCollocation(system, system.CreateDefaultContext(), 4, 0.1, 0.3)
+    bindings = t.AddConstraintToAllKnotPoints(t.time()[0] + t.state()[0] <= 2.0)
+    assert [len(b.variables()) for b in bindings] == [1, 2, 3, 4]
+    bindings = t.AddConstraintToAllKnotPoints(t.state()[0] <= 2.0)
+    assert [b.variables()[0] for b in bindings] == [t.state(k)[0] for k in range(4)]
 
 
 def test_least_effort_is_a_cubic():

@@ -64,7 +64,7 @@ def test_derivatives_are_those_of_differences(make):
 
     _, J, _ = gradient(y)
     H = np.zeros((n, n))
-    np.add.at(H, (form.H_rows, form.H_cols), form.curvature(y, 1.0, weights))
+    np.add.at(H, (form.H_rows, form.H_cols), form.hessian(y, 1.0, weights))
     for j, direction in enumerate(step * np.eye(n)):
         ahead, behind = gradient(y + direction), gradient(y - direction)
         # Differences of values and of slopes err by their curvature, of size step^2, and by rounding over the step.
@@ -101,7 +101,7 @@ def test_functions_of_python_learn_their_curvature():
     for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
         form.constraints(np.array(point))
     found = np.zeros((2, 2))
-    np.add.at(found, (form.H_rows, form.H_cols), form.curvature(np.array([0.5, 0.9]), 0.0, np.ones(1)))
+    np.add.at(found, (form.H_rows, form.H_cols), form.hessian(np.array([0.5, 0.9]), 0.0, np.ones(1)))
     np.testing.assert_allclose(found, [[4.0, 1.0], [1.0, 0.0]], atol=1e-9)  # two steps suffice for two variables
 
 

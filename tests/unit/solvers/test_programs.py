@@ -15,6 +15,7 @@ from sheldrake.solvers import (
     LorentzConeConstraint,
     MathematicalProgram,
     PyFunctionConstraint,
+    QuadraticCost,
     RotatedLorentzConeConstraint,
     ScsSolver,
     SolutionResult,
@@ -200,3 +201,29 @@ def test_formulas_of_bounds_and_names_of_own_solvers():
             return SolverId("mine")
 
     assert Mine().SolverName() == "mine"
+
+
+def test_a_row_alone_is_read_as_it_is_among_others(prog):
+    x, y = prog.NewContinuousVariables(2, "x")
+    for f in (x + 2 * y <= 1, -2 * x >= 3, x - y == 0, 2 * x + 1 <= np.inf):
+        alone = prog.AddConstraint(f)
+        among = prog.AddConstraint(np.array([f, f]))
+        one, two = alone.evaluator(), among.evaluator()
+        assert type(one) is type(two)
+        rows = [one.GetDenseA(), one.lower_bound(), one.upper_bound()]
+        found = [two.GetDenseA(), two.lower_bound(), two.upper_bound()]
+        for a, b in zip(rows, found):
+            np.testing.assert_array_equal(np.atleast_2d(a)[:1], np.atleast_2d(b)[:1, : np.atleast_2d(a).shape[1]])
+
+
+def test_polynomials_are_read_alike_expanded_or_not(prog):
+    x, y = prog.NewContinuousVariables(2, "x")
+    product, sum_ = (x + 2 * y - 1) * (x - y), x**2 + x * y - 2 * y**2 - x + y
+    a, b = prog.AddCost(product).evaluator(), prog.AddCost(sum_).evaluator()
+    assert isinstance(a, QuadraticCost) and isinstance(b, QuadraticCost)
+    np.testing.assert_array_equal(a.Q(), b.Q())
+    np.testing.assert_array_equal(a.b(), b.b())
+    assert prog.AddCost(3.0 * x**2 * y - y).evaluator().num_vars() == 2
+    for e in (x**2 * (x + y), (x + y) ** 2 * (x - y), x * (x * y + 1.0)):
+        assert type(prog.AddCost(e).evaluator()).__name__ == "PolynomialCost"
+    assert isinstance(prog.AddCost(0.5 * x * (x + y)).evaluator(), QuadraticCost)

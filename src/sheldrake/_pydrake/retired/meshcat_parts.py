@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.geometry import Cylinder, Meshcat, Rgba
 from sheldrake.geometry import MeshcatPointCloudVisualizer as _TodaysPointCloudVisualizer
@@ -11,6 +11,9 @@ from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerPara
 from sheldrake.systems.framework import InputPort
 
 from .hints import hint
+
+if TYPE_CHECKING:
+    pass
 
 __all__ = ["AddTriad", "MeshcatContactVisualizer", "MeshcatPointCloudVisualizer"]
 
@@ -62,7 +65,7 @@ class MeshcatPointCloudVisualizer(_TodaysPointCloudVisualizer):
         meshcat_viz: Any,
         draw_period: float = 1 / 30.0,
         name: str = "point_cloud",
-        X_WP: Any = None,
+        X_WP: RigidTransform | None = None,
         default_rgb: Any = (255.0, 255.0, 255.0),
     ):
         hint("MeshcatPointCloudVisualizer is retired: use geometry.MeshcatPointCloudVisualizer(meshcat, path).")

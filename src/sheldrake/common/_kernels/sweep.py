@@ -121,7 +121,7 @@ def sweep_points(
         rows: Address of each row.
         words: Words of all rows.
         at: Where in `words` each row's begin.
-        starts: Where to, where from and how many words: what is copied before each point.
+        starts: Where to, where from and how many words: what is copied at the beginning.
         copies: The same, before each run.
         places: Imaginary parts of the inputs.
         points: Values of the inputs, one row for each point.
@@ -131,8 +131,8 @@ def sweep_points(
     """
     inputs = places.shape[0]
     runs = inputs if slopes.shape[1] > 0 else 0
+    copy_all(memory, starts)
     for p in range(points.shape[0]):
-        copy_all(memory, starts)
         for i in range(inputs):
             memory[places[i] - 1] = points[p, i]
             memory[places[i]] = 0.0

@@ -33,6 +33,7 @@ DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
 _engines: list[Any] = []
+_NUMBERS_AND_TEXTS = (int, float, complex, str, bytes, np.generic)
 
 
 def load(kernel: Kernel) -> tuple[Any, int]:
@@ -206,23 +207,31 @@ def _compiler() -> str:
 
 
 def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
-    from sheldrake.common.kernel import Kernel
-
     if id(kernel) in seen:
         return
     seen.add(id(kernel))
     digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}{kernel.short_loops}".encode())
     _visit_code(kernel.py_func.__code__, digest, _has_docstring(kernel.py_func.__code__))
     for name, value in _mentioned(kernel.py_func):
-        if isinstance(value, Kernel):
-            _visit(value, digest, seen)
-        elif isinstance(value, (int, float, complex, str, bytes, tuple, np.generic)):
-            digest.update(f"{name}={value!r}:{type(value).__name__}".encode())
-        elif isinstance(value, type):
-            layout = getattr(value, "_fields", ()), getattr(value, "PARTS", ())
-            digest.update(f"{name}={value.__name__}:{layout}".encode())
-        elif callable(value):  # mathematics; what else it is, the compiler refuses where it is called
-            digest.update(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
+        _visit_value(name, value, digest, seen)
+
+
+def _visit_value(name: str, value: Any, digest: Any, seen: set[int]) -> None:
+    """What a kernel's code means by a name."""
+    from sheldrake.common.kernel import Kernel
+
+    if isinstance(value, Kernel):
+        _visit(value, digest, seen)
+    elif isinstance(value, (*_NUMBERS_AND_TEXTS, tuple)):
+        digest.update(f"{name}={value!r}:{type(value).__name__}".encode())
+        if isinstance(value, tuple) and not all(isinstance(part, _NUMBERS_AND_TEXTS) for part in value):
+            for k, part in enumerate(value):  # by its content: of a kernel, repr() gives the name alone
+                _visit_value(f"{name}[{k}]", part, digest, seen)
+    elif isinstance(value, type):
+        layout = getattr(value, "_fields", ()), getattr(value, "PARTS", ())
+        digest.update(f"{name}={value.__name__}:{layout}".encode())
+    elif callable(value):  # mathematics; what else it is, the compiler refuses where it is called
+        digest.update(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
 
 
 def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
@@ -233,7 +242,7 @@ def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
         yield from _with_attributes(name, cells.get(name, scope.get(name)), code.co_names)
 
 
-def _with_attributes(path: str, value: Any, names: tuple[str, ...], depth: int = 3) -> Iterator[tuple[str, Any]]:
+def _with_attributes(path: str, value: object, names: tuple[str, ...], depth: int = 3) -> Iterator[tuple[str, Any]]:
     """A value and, of what is no value of a kernel itself, the attributes that have one of these names."""
     yield path, value
     is_whole = isinstance(value, (int, float, complex, str, tuple, np.generic)) or value is np

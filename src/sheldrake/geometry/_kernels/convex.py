@@ -137,15 +137,33 @@ def cap_contacts(model, table, ref, inc, out):
     return table.num_contacts - before
 
 
+@kernel
+def circle_around(table, corners):
+    """Middle of the corners in POLYGON_B, and the square of a radius about it that holds all of them."""
+    middle = (0.0, 0.0, 0.0)
+    for k in range(corners):
+        middle = add3(middle, table.corners[POLYGON_B + k].p_W)
+    middle = scale3(middle, 1.0 / corners)
+    most = 0.0
+    for k in range(corners):
+        r = sub3(table.corners[POLYGON_B + k].p_W, middle)
+        most = max(most, dot3(r, r))
+    return middle, most * (1.0 + _LEVEL)
+
+
 @kernel(outline=True)
 def face_candidates(model, table, ref, inc, out, nhat):
     """Points of what `inc` shows along -nhat, within and below the face of `ref` with outward normal out; how many."""
     sides = shown_feature(model, table, ref, out, POLYGON_A)
     corners = shown_feature(model, table, inc, scale3(nhat, -1.0), POLYGON_B)
+    middle, reach2 = circle_around(table, corners)
     source = POLYGON_B
     for k in range(sides):
-        target = POLYGON_C if source == POLYGON_B else POLYGON_B
         a, outward = side_of_face(table, k, sides, out)
+        height = dot3(outward, sub3(middle, a))
+        if height < 0.0 and height * height >= reach2 * dot3(outward, outward):
+            continue  # all corners are behind the side
+        target = POLYGON_C if source == POLYGON_B else POLYGON_B
         corners = clip(table, source, corners, target, a, outward)
         source = target
     base = table.corners[POLYGON_A].p_W

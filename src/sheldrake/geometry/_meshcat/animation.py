@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .tree import full_path
+
+if TYPE_CHECKING:
+    from sheldrake.math._rigid_transform import RigidTransform
 
 
 def _javascript_type(value: Any) -> tuple[str, Any]:
@@ -113,7 +117,7 @@ class MeshcatAnimation:
         """Sets whether playback stays on the last frame."""
         self._clamp_when_finished = bool(clamp)
 
-    def SetTransform(self, frame: int, path: str, X_ParentPath: Any) -> None:
+    def SetTransform(self, frame: int, path: str, X_ParentPath: RigidTransform) -> None:
         """Sets where a path is at a frame.
 
         Args:
@@ -135,7 +139,7 @@ class MeshcatAnimation:
                 )
         self._set_pose(self._checked(frame), path, np.array(X_ParentPath.GetAsMatrix34(), dtype=float))
 
-    def SetProperty(self, frame: int, path: str, property: str, value: Any) -> None:
+    def SetProperty(self, frame: int, path: str, property: str, value: object) -> None:
         """Sets a property of a path at a frame.
 
         Args:
@@ -174,6 +178,25 @@ class MeshcatAnimation:
         if track is None:
             track = self._poses[path] = {}
         track[frame] = pose
+
+    def _set_poses(self, frame: int, paths: list[str], poses: Iterable[np.ndarray]) -> None:
+        """Keeps poses, shape (3, 4) each, which nobody changes any more, under full paths."""
+        tracks = self._poses
+        for path, pose in zip(paths, poses):
+            track = tracks.get(path)
+            if track is None:
+                track = tracks[path] = {}
+            track[frame] = pose
+
+    def _set_values(self, frame: int, paths: list[str], name: str, values: list[Any]) -> None:
+        """Keeps one property of many full paths; values of the kind that the tracks have, if there are any."""
+        tracks = self._tracks
+        for path, value in zip(paths, values):
+            found = tracks.get(path)
+            if found is None or name not in found:
+                self.SetProperty(frame, path, name, value)
+            else:
+                found[name][1][frame] = value
 
     def _num_frames(self) -> int:
         """Returns one more than the highest frame number, 0 when empty."""

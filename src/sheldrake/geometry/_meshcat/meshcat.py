@@ -79,6 +79,7 @@ class Meshcat:
     Delete = _placement(Placement.Delete)
     _set_poses = _placement(Placement._set_poses)
     _set_scales = _placement(Placement._set_scales)
+    _set_properties = _placement(Placement._set_properties)
     _defer = _placement(Placement._defer)
     _note = _placement(Placement._note)
     _extent = _placement(Placement._extent)

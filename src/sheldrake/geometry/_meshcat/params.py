@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
+import numpy as np
 
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._roles import Role
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class MeshcatPropertyTuple:
+class MeshcatPropertyTuple(Options):
     """One property that a new Meshcat sets before anybody looks.
 
     Attributes:
@@ -22,12 +20,10 @@ class MeshcatPropertyTuple:
 
     path: str = ""
     property: str = ""
-    value: list[float] | str | bool | float = dataclasses.field(default_factory=list)
+    value: list[float] | str | bool | float = []
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class MeshcatParams:
+class MeshcatParams(Options):
     """How a Meshcat listens and what its page shows first.
 
     Attributes:
@@ -43,16 +39,26 @@ class MeshcatParams:
     host: str = "localhost"
     port: int | None = None
     web_url_pattern: str = "http://{host}:{port}"
-    initial_properties: list[MeshcatPropertyTuple] = dataclasses.field(default_factory=list)
+    initial_properties: list[MeshcatPropertyTuple] = []
     show_stats_plot: bool = True
     realtime_rate_period: float = 0.25
 
     PropertyTuple = MeshcatPropertyTuple
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class MeshcatVisualizerParams:
+class MeshcatVisualizerSurfaceVelocityData(Options):
+    """What a MeshcatVisualizer is told of a body whose surface runs, as a belt does.
+
+    Attributes:
+        displacement_signal_name: Name of the body's signal in the bus of surface displacements.
+        axis_B: Axis around which the surface runs, in the body's frame.
+    """
+
+    displacement_signal_name: str = ""
+    axis_B: np.ndarray = np.zeros(3)
+
+
+class MeshcatVisualizerParams(Options):
     """What a MeshcatVisualizer draws, where and how often.
 
     Attributes:
@@ -71,7 +77,7 @@ class MeshcatVisualizerParams:
 
     publish_period: float = 1 / 64.0
     role: Role = Role.kIllustration
-    default_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.9, 0.9, 1.0))
+    default_color: Rgba = Rgba(0.9, 0.9, 0.9, 1.0)
     prefix: str = "visualizer"
     delete_on_initialization_event: bool = True
     enable_alpha_slider: bool = False

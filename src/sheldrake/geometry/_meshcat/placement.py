@@ -13,6 +13,10 @@ import numpy as np
 from .tree import as_matrix4, full_path
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math._rigid_transform import RigidTransform
+
     from .hub import Hub
 
 
@@ -53,31 +57,32 @@ class Placement:
 
     def _set_poses(self, paths: list[str], poses: np.ndarray, time: float | None = None) -> None:
         """Places many full paths at once; poses of shape (n, 3, 4) or (n, 4, 4) that the caller will not change."""
-        hub = self._hub
+        hub, each = self._hub, list(poses)
         if hub.recording and time is not None:
-            frame = hub.animation.frame(time)
-            for path, pose in zip(paths, poses):
-                hub.animation._set_pose(frame, path, pose)
+            hub.animation._set_poses(hub.animation.frame(time), paths, each)
             if not hub.show_while_recording:
                 return
-        hub.tree.set_poses(paths, poses)
+        hub.tree.set_poses(paths, each)
+
+    def _set_properties(self, paths: list[str], name: str, values: list[Any], time: float | None = None) -> bool:
+        """Sets a property of many full paths at once; returns whether the page shows it now."""
+        hub = self._hub
+        if hub.recording and time is not None:
+            hub.animation._set_values(hub.animation.frame(time), paths, name, values)
+            if not hub.show_while_recording:
+                return False
+        hub.tree.set_properties(paths, name, values)
+        return True
 
     def _set_scales(self, paths: list[str], scales: np.ndarray, time: float | None = None) -> None:
         """Sets the property "scale" of many full paths that have no other pose; shape (n, 3)."""
-        hub, values = self._hub, scales.tolist()
-        if hub.recording and time is not None:
-            frame = hub.animation.frame(time)
-            for path, value in zip(paths, values):
-                hub.animation.SetProperty(frame, path, "scale", value)
-            if not hub.show_while_recording:
-                return
-        matrices = np.zeros((len(paths), 4, 4))
-        matrices[:, [0, 1, 2], [0, 1, 2]] = scales
-        matrices[:, 3, 3] = 1.0
-        hub.tree.set_properties(paths, "scale", values)
-        hub.tree.set_poses(paths, matrices)
+        if self._set_properties(paths, "scale", scales.tolist(), time):
+            matrices = np.zeros((len(paths), 4, 4))
+            matrices[:, [0, 1, 2], [0, 1, 2]] = scales
+            matrices[:, 3, 3] = 1.0
+            self._hub.tree.set_poses(paths, matrices)
 
-    def SetProperty(self, path: str, property: str, value: Any, time_in_recording: float | None = None) -> None:
+    def SetProperty(self, path: str, property: str, value: object, time_in_recording: float | None = None) -> None:
         """Sets a property of a path.
 
         The page shows "visible", "color", "opacity", "modulated_opacity", "position", "quaternion"
@@ -114,7 +119,7 @@ class Placement:
         if property in ("position", "quaternion", "scale") and not full.startswith("/Cameras"):
             self._place(full, property, value)
 
-    def _place(self, path: str, property: str, value: Any) -> None:
+    def _place(self, path: str, property: str, value: object) -> None:
         """Gives a path the position, the quaternion (x, y, z, w) or the scale of a property."""
         element = self._hub.tree.get(path)
         M = np.eye(4) if element is None or element.pose is None else as_matrix4(element.pose).copy()
@@ -171,7 +176,11 @@ class Placement:
 
 
 def _transform_arguments(
-    path: str, X_ParentPath: Any = None, time_in_recording: float | None = None, *, matrix: Any = None
+    path: str,
+    X_ParentPath: RigidTransform | None = None,
+    time_in_recording: float | None = None,
+    *,
+    matrix: ArrayLike | None = None,
 ) -> tuple[str, Any, float | None]:
     """Sorts out the two overloads of SetTransform; a matrix comes back as an array of its own."""
     given = X_ParentPath if matrix is None else matrix

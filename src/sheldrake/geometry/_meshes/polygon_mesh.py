@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,17 +16,19 @@ from sheldrake.geometry._numbers import as_numbers, lengths, plain
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import ArrayLike
+
 
 class SurfacePolygon:
     """The vertex numbers of one polygon."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError("SurfacePolygon: No constructor defined! Use PolygonSurfaceMesh.element().")
 
     _vertices: tuple[int, ...]
 
     @classmethod
-    def _make(cls, vertices: Any) -> SurfacePolygon:
+    def _make(cls, vertices: Sequence[int] | np.ndarray) -> SurfacePolygon:
         new = object.__new__(cls)
         new._vertices = tuple(int(v) for v in vertices)
         return new
@@ -50,7 +52,7 @@ class PolygonSurfaceMesh:
         vertices: positions in M [m], shape (n, 3) or a list of n positions.
     """
 
-    def __init__(self, face_data: Any = (), vertices: Any = ()) -> None:
+    def __init__(self, face_data: Sequence[int] | np.ndarray = (), vertices: ArrayLike = ()) -> None:
         self._face_data = [int(v) for v in face_data]
         self._vertices = as_numbers(vertices).reshape(-1, 3)
         self._faces: list[tuple[int, ...]] = []

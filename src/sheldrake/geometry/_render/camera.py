@@ -21,7 +21,7 @@ class _Value:
 
     _names: tuple[str, ...] = ()
 
-    def _arguments(self, args: tuple, kwargs: dict, **defaults: Any) -> list[Any] | None:
+    def _arguments(self, args: tuple, kwargs: dict, **defaults: object) -> list[Any] | None:
         """The constructor's arguments by order; None for a copy, which has all it needs."""
         given = (*args, *kwargs.values())
         if len(given) == 1 and isinstance(given[0], type(self)):

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.geometry._rgba import Rgba
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class LightParameter:
+class LightParameter(Options):
     """A light.
 
     Attributes:
@@ -27,24 +23,20 @@ class LightParameter:
     """
 
     type: str = "directional"
-    color: Rgba = dataclasses.field(default_factory=lambda: Rgba(1.0, 1.0, 1.0))
-    attenuation_values: np.ndarray = dataclasses.field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
-    position: np.ndarray = dataclasses.field(default_factory=lambda: np.array([0.0, 0.0, 0.0]))
+    color: Rgba = Rgba(1.0, 1.0, 1.0)
+    attenuation_values: np.ndarray = np.array([1.0, 0.0, 0.0])
+    position: np.ndarray = np.array([0.0, 0.0, 0.0])
     frame: str = "camera"
     intensity: float = 1.0
-    direction: np.ndarray = dataclasses.field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    direction: np.ndarray = np.array([0.0, 0.0, 1.0])
     cone_angle: float = 0.0
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class NullTexture:
+class NullTexture(Options):
     """No texture."""
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class EquirectangularMap:
+class EquirectangularMap(Options):
     """A picture of the surroundings, angles as rectangles.
 
     Attributes:
@@ -54,9 +46,7 @@ class EquirectangularMap:
     path: str = ""
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class EnvironmentMap:
+class EnvironmentMap(Options):
     """Surroundings that shine.
 
     Attributes:
@@ -65,12 +55,10 @@ class EnvironmentMap:
     """
 
     skybox: bool = True
-    texture: NullTexture | EquirectangularMap = dataclasses.field(default_factory=NullTexture)
+    texture: NullTexture | EquirectangularMap = NullTexture()
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class GltfExtension:
+class GltfExtension(Options):
     """What to do about an extension of glTF.
 
     Attributes:
@@ -80,9 +68,7 @@ class GltfExtension:
     warn_unimplemented: bool = True
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class SsaoParameter:
+class SsaoParameter(Options):
     """Darkness in corners (screen-space ambient occlusion); see Drake's documentation of RenderEngineVtk.
 
     Attributes:
@@ -106,9 +92,7 @@ def _known_extensions() -> dict[str, GltfExtension]:
     return {"KHR_texture_basisu": GltfExtension(warn_unimplemented=False)}
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class RenderEngineVtkParams:
+class RenderEngineVtkParams(Options):
     """Options of `MakeRenderEngineVtk()`.
 
     Attributes:
@@ -126,21 +110,19 @@ class RenderEngineVtkParams:
     """
 
     default_diffuse: np.ndarray | None = None
-    default_clear_color: np.ndarray = dataclasses.field(default_factory=lambda: np.array([204 / 255, 229 / 255, 1.0]))
-    lights: list[LightParameter] = dataclasses.field(default_factory=list)
+    default_clear_color: np.ndarray = np.array([204 / 255, 229 / 255, 1.0])
+    lights: list[LightParameter] = []
     environment_map: EnvironmentMap | None = None
     exposure: float | None = None
     ssao: SsaoParameter | None = None
     cast_shadows: bool = False
     shadow_map_size: int = 256
     force_to_pbr: bool = False
-    gltf_extensions: dict[str, GltfExtension] = dataclasses.field(default_factory=_known_extensions)
+    gltf_extensions: dict[str, GltfExtension] = _known_extensions()
     backend: str = ""
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class RenderEngineGlParams:
+class RenderEngineGlParams(Options):
     """Options of `MakeRenderEngineGl()`.
 
     Attributes:
@@ -151,16 +133,14 @@ class RenderEngineGlParams:
         shadow_map_size: Size of a shadow map [pixels].
     """
 
-    default_diffuse: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.7, 0.2))
-    default_clear_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(204 / 255, 229 / 255, 1.0))
-    lights: list[LightParameter] = dataclasses.field(default_factory=list)
+    default_diffuse: Rgba = Rgba(0.9, 0.7, 0.2)
+    default_clear_color: Rgba = Rgba(204 / 255, 229 / 255, 1.0)
+    lights: list[LightParameter] = []
     cast_shadows: bool = False
     shadow_map_size: int = 256
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class RenderEngineGltfClientParams:
+class RenderEngineGltfClientParams(Options):
     """Options of a render engine that asks a server for pictures.
 
     Attributes:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.geometry._ids import GeometryId
-from sheldrake.geometry._kernels.raster_picture import draw
+from sheldrake.geometry._kernels.raster_image import draw
 from sheldrake.geometry._kernels.raster_scene import (
     COLOURS,
     DEPTHS,

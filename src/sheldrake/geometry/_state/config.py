@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import Optional
-
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.geometry._text import number
 
-_Maybe = Optional[float]  # noqa: UP045 (what pydrake reports)
 
-
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class DefaultProximityProperties:
+class DefaultProximityProperties(Options):
     """Defaults of proximity properties; None leaves a property absent.
 
     Attributes:
@@ -30,15 +23,15 @@ class DefaultProximityProperties:
     """
 
     compliance_type: str = "undefined"
-    hydroelastic_modulus: _Maybe = 1e7
-    resolution_hint: _Maybe = 0.02
-    slab_thickness: _Maybe = None
-    margin: _Maybe = None
-    dynamic_friction: _Maybe = 0.5
-    static_friction: _Maybe = 0.5
-    hunt_crossley_dissipation: _Maybe = 50.0
-    relaxation_time: _Maybe = 0.1
-    point_stiffness: _Maybe = 1e6
+    hydroelastic_modulus: float | None = 1e7
+    resolution_hint: float | None = 0.02
+    slab_thickness: float | None = None
+    margin: float | None = None
+    dynamic_friction: float | None = 0.5
+    static_friction: float | None = 0.5
+    hunt_crossley_dissipation: float | None = 50.0
+    relaxation_time: float | None = 0.1
+    point_stiffness: float | None = 1e6
 
     def _validate(self) -> None:
         """Raises RuntimeError for values that make no sense."""
@@ -48,7 +41,7 @@ class DefaultProximityProperties:
                 "expected 'undefined', 'rigid' or 'compliant'."
             )
         positive = ("hydroelastic_modulus", "resolution_hint", "slab_thickness", "point_stiffness")
-        for name in (field.name for field in dataclasses.fields(self)):
+        for name in self._defaults:
             value = getattr(self, name)
             if name == "compliance_type" or value is None:
                 continue
@@ -68,15 +61,11 @@ class DefaultProximityProperties:
             )
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class SceneGraphConfig:
+class SceneGraphConfig(Options):
     """Configuration of a SceneGraph.
 
     Attributes:
         default_proximity_properties: DefaultProximityProperties.
     """
 
-    default_proximity_properties: DefaultProximityProperties = dataclasses.field(
-        default_factory=DefaultProximityProperties
-    )
+    default_proximity_properties: DefaultProximityProperties = DefaultProximityProperties()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.geometry.optimization import Hyperellipsoid
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers._functions.bindings import BindingBase
+    from sheldrake.solvers._functions.costs import LinearCost
 
 # ---- options
 
@@ -56,23 +58,11 @@ class FindSeparationCertificateOptions(Options):
         solver_options: Options of the solver.
     """
 
-    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = (
-        ("parallelism", Any, None),
-        ("verbose", bool, False),
-        ("solver_id", Any, None),
-        ("terminate_at_failure", bool, True),
-        ("solver_options", SolverOptions | None, None),
-    )
-
-    parallelism: Parallelism
-    solver_id: SolverId
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.parallelism is None:
-            self.parallelism = Parallelism.Max()
-        if self.solver_id is None:
-            self.solver_id = ClarabelSolver.id()
+    parallelism: Parallelism = Parallelism.Max()
+    verbose: bool = False
+    solver_id: SolverId = ClarabelSolver.id()
+    terminate_at_failure: bool = True
+    solver_options: SolverOptions | None = None
 
 
 class FindSeparationCertificateGivenPolytopeOptions(FindSeparationCertificateOptions):
@@ -82,10 +72,7 @@ class FindSeparationCertificateGivenPolytopeOptions(FindSeparationCertificateOpt
         ignore_redundant_C: Whether rows of C that follow from the others have no multipliers.
     """
 
-    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = (
-        *FindSeparationCertificateOptions._fields,
-        ("ignore_redundant_C", bool, False),
-    )
+    ignore_redundant_C: bool = False
 
 
 class EllipsoidMarginCost(BoundEnum):
@@ -108,22 +95,13 @@ class FindPolytopeGivenLagrangianOptions(Options):
         ellipsoid_margin_cost: What is made large.
     """
 
-    _fields = (
-        ("backoff_scale", Any, None),
-        ("ellipsoid_margin_epsilon", float, 1e-5),
-        ("solver_id", Any, None),
-        ("solver_options", SolverOptions | None, None),
-        ("s_inner_pts", np.ndarray | None, None),
-        ("search_s_bounds_lagrangians", bool, True),
-        ("ellipsoid_margin_cost", EllipsoidMarginCost, EllipsoidMarginCost.kGeometricMean),
-    )
-
-    solver_id: SolverId
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.solver_id is None:
-            self.solver_id = ClarabelSolver.id()
+    backoff_scale: float | None = None
+    ellipsoid_margin_epsilon: float = 1e-5
+    solver_id: SolverId = ClarabelSolver.id()
+    solver_options: SolverOptions | None = None
+    s_inner_pts: np.ndarray | None = None
+    search_s_bounds_lagrangians: bool = True
+    ellipsoid_margin_cost: EllipsoidMarginCost = EllipsoidMarginCost.kGeometricMean
 
 
 class BilinearAlternationOptions(Options):
@@ -137,23 +115,13 @@ class BilinearAlternationOptions(Options):
         ellipsoid_scaling: What part of the inscribed ellipsoid the next polytope contains.
     """
 
-    _fields = (
-        ("max_iter", int, 10),
-        ("convergence_tol", float, 1e-3),
-        ("find_polytope_options", FindPolytopeGivenLagrangianOptions, None),
-        ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
-        ("ellipsoid_scaling", float, 0.99),
+    max_iter: int = 10
+    convergence_tol: float = 1e-3
+    find_polytope_options: FindPolytopeGivenLagrangianOptions = FindPolytopeGivenLagrangianOptions()
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions = (
+        FindSeparationCertificateGivenPolytopeOptions()
     )
-
-    find_polytope_options: FindPolytopeGivenLagrangianOptions
-    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.find_polytope_options is None:
-            self.find_polytope_options = FindPolytopeGivenLagrangianOptions()
-        if self.find_lagrangian_options is None:
-            self.find_lagrangian_options = FindSeparationCertificateGivenPolytopeOptions()
+    ellipsoid_scaling: float = 0.99
 
 
 class BinarySearchOptions(Options):
@@ -167,20 +135,13 @@ class BinarySearchOptions(Options):
         find_lagrangian_options: For certificates.
     """
 
-    _fields = (
-        ("scale_max", float, 1.0),
-        ("scale_min", float, 0.01),
-        ("max_iter", int, 10),
-        ("convergence_tol", float, 1e-3),
-        ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
+    scale_max: float = 1.0
+    scale_min: float = 0.01
+    max_iter: int = 10
+    convergence_tol: float = 1e-3
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions = (
+        FindSeparationCertificateGivenPolytopeOptions()
     )
-
-    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
-
-    def __init__(self, **kwargs: Any):
-        super().__init__(**kwargs)
-        if self.find_lagrangian_options is None:
-            self.find_lagrangian_options = FindSeparationCertificateGivenPolytopeOptions()
 
 
 # ---- searches for large polytopes
@@ -246,7 +207,7 @@ class CspaceFreePolytopeBase:
             with_cross_y: For geometries that are no polytopes: whether squares may have products of different y.
         """
 
-        _fields = (("with_cross_y", bool, False),)
+        with_cross_y: bool = False
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")
@@ -368,7 +329,9 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
                 rows[i, n - 1 - k if k < n else n, i * (n + 1) + k] = 1.0
         plane.a, plane.b = np.array(polynomials[:3], dtype=object), polynomials[3]
         plane.positive_side_geometry, plane.negative_side_geometry = first, second
-        plane.expressed_body, plane.plane_degree = type(first.body_index())(self._middle(A, B)), self._order.value
+        middle = self._middle(A, B)
+        assert middle is not None, "a plane is for bodies that move against each other"
+        plane.expressed_body, plane.plane_degree = type(first.body_index())(middle), self._order.value
         ids = sorted((first.id(), second.id()), key=lambda id: id.get_value())
         self._pairs[ids[0], ids[1]] = len(self._planes)
         self._planes.append(plane)
@@ -646,7 +609,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     @staticmethod
-    def _add_margin_cost(prog: MathematicalProgram, margin: np.ndarray, how: Any) -> Any:
+    def _add_margin_cost(prog: MathematicalProgram, margin: np.ndarray, how: Any) -> BindingBase[LinearCost]:
         if how.ellipsoid_margin_cost is EllipsoidMarginCost.kSum:
             return prog.AddLinearCost(-np.ones(len(margin)), 0.0, margin)
         before = len(prog.linear_costs())

@@ -38,7 +38,7 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
-def _ellipsoid(value: Any) -> Hyperellipsoid:
+def _ellipsoid(value: object) -> Hyperellipsoid:
     """Converter: a Hyperellipsoid, given before its class is known."""
     return instance_of(Hyperellipsoid)(value)
 
@@ -320,7 +320,7 @@ class Hyperellipsoid(ConvexSet):
             return np.inf
         return _volume_of_unit_ball(self._dimension) / math.sqrt(np.linalg.det(self._A.T @ self._A))
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         squares, R = np.linalg.eigh(self._A.T @ self._A)
         if np.linalg.det(R) < 0.0:
             R[:, 0] = -R[:, 0]

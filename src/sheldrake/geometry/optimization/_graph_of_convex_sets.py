@@ -51,21 +51,19 @@ class GraphOfConvexSetsOptions(Options):
         parallelism: Accepted; one path is solved at a time.
     """
 
-    _fields = (
-        ("convex_relaxation", Any, None),
-        ("preprocessing", Any, None),
-        ("max_rounded_paths", Any, None),
-        ("max_rounding_trials", int, 100),
-        ("flow_tolerance", float, 1e-5),
-        ("rounding_seed", int, 0),
-        ("solver", Any, None),
-        ("restriction_solver", Any, None),
-        ("preprocessing_solver", Any, None),
-        ("solver_options", Any, SolverOptions()),
-        ("restriction_solver_options", Any, None),
-        ("preprocessing_solver_options", Any, None),
-        ("parallelism", Any, Parallelism.Max()),
-    )
+    convex_relaxation: Any = None
+    preprocessing: Any = None
+    max_rounded_paths: Any = None
+    max_rounding_trials: int = 100
+    flow_tolerance: float = 1e-5
+    rounding_seed: int = 0
+    solver: Any = None
+    restriction_solver: Any = None
+    preprocessing_solver: Any = None
+    solver_options: Any = SolverOptions()
+    restriction_solver_options: Any = None
+    preprocessing_solver_options: Any = None
+    parallelism: Any = Parallelism.Max()
 
 
 class GcsGraphvizOptions(Options):
@@ -80,14 +78,12 @@ class GcsGraphvizOptions(Options):
         precision: Digits.
     """
 
-    _fields = (
-        ("show_slacks", bool, True),
-        ("show_vars", bool, True),
-        ("show_flows", bool, True),
-        ("show_costs", bool, True),
-        ("scientific", bool, False),
-        ("precision", int, 3),
-    )
+    show_slacks: bool = True
+    show_vars: bool = True
+    show_flows: bool = True
+    show_costs: bool = True
+    scientific: bool = False
+    precision: int = 3
 
 
 # ---- paths, read off a solution or sampled from one with divided flows
@@ -388,7 +384,7 @@ class GraphOfConvexSets:
         """
         if isinstance(options, bool):
             given = (options, *(() if isinstance(active_path, list) else (active_path,)), *args)
-            kwargs.update(zip((name for name, *_ in GcsGraphvizOptions._fields), given))
+            kwargs.update(zip(GcsGraphvizOptions._defaults, given))
             options, active_path = None, []
         if options is None:
             options = GcsGraphvizOptions(**kwargs)

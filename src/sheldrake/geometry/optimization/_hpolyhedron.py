@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common import RandomGenerator
+    from sheldrake.geometry._shapes import Shape
+    from sheldrake.math._rigid_transform import RigidTransform
 
 
 class HPolyhedron(ConvexSet):
@@ -264,7 +266,9 @@ class HPolyhedron(ConvexSet):
         ]
         return dispatch("UniformSample", ways, self, args, kwargs)
 
-    def _walk(self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: Any, tol: float) -> np.ndarray:
+    def _walk(
+        self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: np.ndarray | None, tol: float
+    ) -> np.ndarray:
         x = np.array(start)
         normals = gaussian_pairs(generator)
         for _ in range(steps):
@@ -307,18 +311,18 @@ class HPolyhedron(ConvexSet):
     def _some_point(self) -> np.ndarray | None:
         return programs.point(self._A, self._b)
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return VPolytope(self).ToShapeWithPose()
 
 
-def _generator(value: Any) -> Any:
+def _generator(value: object) -> Any:
     """Converter: a generator of random numbers."""
     if not callable(value):
         raise _arrays.Mismatch
     return value
 
 
-def _matrix_or_none(value: Any) -> Any:
+def _matrix_or_none(value: ArrayLike | None) -> np.ndarray | None:
     return None if value is None else _arrays.float_matrix(value)
 
 

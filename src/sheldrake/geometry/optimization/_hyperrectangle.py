@@ -15,6 +15,8 @@ from sheldrake.math import RigidTransform
 
 if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
+    from sheldrake.geometry._shapes import Shape
+    from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
 
 class Hyperrectangle(ConvexSet):
@@ -29,7 +31,7 @@ class Hyperrectangle(ConvexSet):
     _ub: np.ndarray
 
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_bounds(self: Any, lb: np.ndarray, ub: np.ndarray) -> None:
+        def of_bounds(self: Hyperrectangle, lb: np.ndarray, ub: np.ndarray) -> None:
             self._lb, self._ub = checked_box("Hyperrectangle", lb, ub)
             if not np.isfinite((self._lb, self._ub)).all():
                 raise RuntimeError("Hyperrectangle(): bounds must be finite.")
@@ -57,7 +59,7 @@ class Hyperrectangle(ConvexSet):
         """Returns a random point, shape (n,)."""
         return np.array([sample_uniform(generator, lo, hi) for lo, hi in zip(self._lb, self._ub)])
 
-    def MakeHPolyhedron(self) -> Any:
+    def MakeHPolyhedron(self) -> HPolyhedron:
         """Returns it as an HPolyhedron."""
         from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
@@ -104,5 +106,5 @@ class Hyperrectangle(ConvexSet):
     def _volume(self) -> float:
         return float(np.prod(self._ub - self._lb))
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return Box(*(self._ub - self._lb)), RigidTransform(self.Center())

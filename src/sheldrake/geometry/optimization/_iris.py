@@ -51,23 +51,21 @@ class IrisOptions(Options):
         solver_options: Options of nonlinear programs.
     """
 
-    _fields = (
-        ("require_sample_point_is_contained", bool, False),
-        ("iteration_limit", int, 100),
-        ("termination_threshold", float, 2e-2),
-        ("relative_termination_threshold", float, 1e-3),
-        ("configuration_space_margin", float, 1e-2),
-        ("num_collision_infeasible_samples", int, 5),
-        ("configuration_obstacles", Any, []),
-        ("starting_ellipse", Any, None),
-        ("bounding_region", Any, None),
-        ("verify_domain_boundedness", bool, True),
-        ("prog_with_additional_constraints", Any, None),
-        ("num_additional_constraint_infeasible_samples", int, 5),
-        ("random_seed", int, 1234),
-        ("mixing_steps", int, 10),
-        ("solver_options", Any, None),
-    )
+    require_sample_point_is_contained: bool = False
+    iteration_limit: int = 100
+    termination_threshold: float = 2e-2
+    relative_termination_threshold: float = 1e-3
+    configuration_space_margin: float = 1e-2
+    num_collision_infeasible_samples: int = 5
+    configuration_obstacles: Any = []
+    starting_ellipse: Any = None
+    bounding_region: Any = None
+    verify_domain_boundedness: bool = True
+    prog_with_additional_constraints: Any = None
+    num_additional_constraint_infeasible_samples: int = 5
+    random_seed: int = 1234
+    mixing_steps: int = 10
+    solver_options: Any = None
 
 
 def first_ellipsoid(options: IrisOptions, sample: np.ndarray) -> Hyperellipsoid:

@@ -17,6 +17,8 @@ from sheldrake.solvers import _arrays
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.geometry._shapes import Shape
+
     pass
 
 
@@ -30,7 +32,7 @@ class Point(ConvexSet):
     _has_volume = True
 
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_sphere(self: Any, at: Placed, maximum: float) -> None:
+        def of_sphere(self: Point, at: Placed, maximum: float) -> None:
             if not isinstance(at.shape, Sphere):
                 raise unsupported(Point, at.shape)
             if at.shape.radius() > maximum:
@@ -87,5 +89,5 @@ class Point(ConvexSet):
     def _volume(self) -> float:
         return 0.0
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return Sphere(0.0), RigidTransform(self._x)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from sheldrake.geometry._shapes import Shape
     from sheldrake.geometry.optimization import HPolyhedron
 
 
@@ -181,5 +182,5 @@ class VPolytope(ConvexSet):
             return 0.0
         return float(ConvexHull(self._vertices.T).volume)
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return self.ToShapeConvex(), RigidTransform()

@@ -33,6 +33,9 @@ MAX_FACTOR = 4_000_000
 MAX_BLOCKS = 200_000
 """Blocks below the diagonal of the largest factor."""
 
+FEW_CONTACTS = 4
+"""As many contacts with one tree have their impulses as unknowns, if these are fewer than its velocities."""
+
 
 class SolverWork(NamedTuple):
     """What a solve writes; lives in the context."""
@@ -126,6 +129,7 @@ def make_solver_work(
     sizes = model.tree[:, records.Tree.num_dofs]
     full = nv * nv if model.sides == 2 else (nv * nv + int(np.sum(sizes**2))) // 2
     size = min(full, MAX_FACTOR) if contacts + rows else 0
+    few = min(contacts, FEW_CONTACTS)
     blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
     return SolverWork(
         Problem(
@@ -154,5 +158,10 @@ def make_solver_work(
             numbers(size),
             numbers(nv),
             integers(nv, records.Path.SIZE),
+            numbers(few * nv, 3),
+            numbers(9 * few * (few + 1) // 2),
+            numbers(6 * few),
+            numbers(9 * few * (few + 1) // 2),
+            numbers(records.Presses.SIZE, 3 * few),
         ),
     )

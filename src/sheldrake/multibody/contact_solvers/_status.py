@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels import problem as codes
 
 _TEXT = {
     codes.ITERATION_LIMIT: (

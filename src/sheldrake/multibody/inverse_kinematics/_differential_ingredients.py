@@ -13,6 +13,10 @@ from sheldrake.multibody.inverse_kinematics._differential import nullspace_rows
 from sheldrake.planning import DofMask, JointLimits
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._program.program import MathematicalProgram
+
     pass
 
 
@@ -35,7 +39,7 @@ class Step(NamedTuple):
         Jv_TGs: Derivatives of their velocities by those of the active dofs, shape (6 k, n).
     """
 
-    prog: Any
+    prog: MathematicalProgram
     v_next: np.ndarray
     dt: float
     q: np.ndarray
@@ -69,14 +73,14 @@ class _Config(Options):
         super().__setattr__(name, value)
 
 
-def _vector(where: str, value: Any, size: int) -> np.ndarray:
+def _vector(where: str, value: ArrayLike, size: int) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.size != size:
         raise Mismatch(f"{where}: incompatible function arguments; expected {size} numbers, got {value!r}.")
     return array.reshape(size)
 
 
-def _demand(condition: Any, owner: Any, field: str, rule: str) -> None:
+def _demand(condition: object, owner: Any, field: str, rule: str) -> None:
     if not condition:
         config = owner._config
         raise RuntimeError(f"{type(owner).__name__}: {field} must be {rule}, got {getattr(config, field)}.")
@@ -85,12 +89,12 @@ def _demand(condition: Any, owner: Any, field: str, rule: str) -> None:
 class Ingredient:
     """Costs or constraints of a recipe; its kinds say which. Not made directly."""
 
-    _config: Options
+    _config: Any
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.multibody.inverse_kinematics.Ingredient: No constructor defined!")
 
-    def GetConfig(self) -> DofMask:
+    def GetConfig(self) -> Options:
         """Returns the settings."""
         return self._config.__copy__()
 
@@ -103,20 +107,20 @@ class Ingredient:
         old: Any = getattr(self, "_config", None)
         self._config = config.__deepcopy__({})
         try:
-            self._check(self._config)
+            self._check()
         except RuntimeError:
             self._config = old
             raise
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
         """Raises RuntimeError for settings that are out of range."""
 
     def _add_to(self, step: Step) -> None:
         """Adds the ingredient to the program of a step."""
         raise NotImplementedError
 
-    def _check_masks(self, config: Options) -> None:
-        for mask in config.cartesian_axis_masks.values():
+    def _check_masks(self) -> None:
+        for mask in self._config.cartesian_axis_masks.values():
             binary = np.isin(mask, (0.0, 1.0)).all()
             _demand(binary and mask.any(), self, "cartesian_axis_masks", "of zeros and ones, with at least one one")
 
@@ -137,19 +141,18 @@ class LeastSquaresCost(Ingredient):
             use_legacy_implementation: For old programs: the desired velocities count twice.
         """
 
-        _fields = (
-            ("cartesian_qp_weight", float, 1.0),
-            ("cartesian_axis_masks", dict, {}),
-            ("use_legacy_implementation", bool, False),
-        )
+        cartesian_qp_weight: float = 1.0
+        cartesian_axis_masks: dict = {}
+        use_legacy_implementation: bool = False
 
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
+        config = self._config
         weight = config.cartesian_qp_weight
         _demand(np.isfinite(weight) and weight >= 0.0, self, "cartesian_qp_weight", "finite and not negative")
-        self._check_masks(config)
+        self._check_masks()
 
     def _add_to(self, step: Step) -> None:
         S, weight = step.selector(self._config.cartesian_axis_masks), self._config.cartesian_qp_weight
@@ -174,15 +177,17 @@ class JointCenteringCost(Ingredient):
             cartesian_axis_masks: As those of the least-squares cost; they should be the same.
         """
 
-        _fields = (("posture_gain", float, 1.0), ("cartesian_axis_masks", dict, {}))
+        posture_gain: float = 1.0
+        cartesian_axis_masks: dict = {}
 
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
+        config = self._config
         gain = config.posture_gain
         _demand(np.isfinite(gain) and gain >= 0.0, self, "posture_gain", "finite and not negative")
-        self._check_masks(config)
+        self._check_masks()
 
     def _add_to(self, step: Step) -> None:
         S = step.selector(self._config.cartesian_axis_masks)
@@ -207,13 +212,15 @@ class CartesianPositionLimitConstraint(Ingredient):
             p_TG_next_upper: Its upper corner [m], shape (3,).
         """
 
-        _fields = (("p_TG_next_lower", np.ndarray, np.zeros(3)), ("p_TG_next_upper", np.ndarray, np.zeros(3)))
+        p_TG_next_lower: np.ndarray = np.zeros(3)
+        p_TG_next_upper: np.ndarray = np.zeros(3)
         _sizes: ClassVar = {"p_TG_next_lower": 3, "p_TG_next_upper": 3}
 
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
+        config = self._config
         _demand(np.all(config.p_TG_next_lower <= config.p_TG_next_upper), self, "p_TG_next_lower", "<= p_TG_next_upper")
 
     def _add_to(self, step: Step) -> None:
@@ -238,13 +245,14 @@ class CartesianVelocityLimitConstraint(Ingredient):
             V_next_TG_limit: The largest elements [rad/s, m/s], shape (6,).
         """
 
-        _fields = (("V_next_TG_limit", np.ndarray, np.zeros(6)),)
+        V_next_TG_limit: np.ndarray = np.zeros(6)
         _sizes: ClassVar = {"V_next_TG_limit": 6}
 
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
+        config = self._config
         _demand(np.all(config.V_next_TG_limit >= 0.0), self, "V_next_TG_limit", "not negative")
 
     def _add_to(self, step: Step) -> None:
@@ -268,13 +276,15 @@ class CollisionConstraint(Ingredient):
             influence_distance: What is farther does not count [m].
         """
 
-        _fields = (("safety_distance", float, 0.0), ("influence_distance", float, np.inf))
+        safety_distance: float = 0.0
+        influence_distance: float = np.inf
 
     def __init__(self, config: Config):
         self.SetConfig(config)
         self._select: Callable | None = None
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
+        config = self._config
         _demand(np.isfinite(config.safety_distance), self, "safety_distance", "finite")
         _demand(config.influence_distance >= 0.0, self, "influence_distance", "not negative")
 
@@ -318,13 +328,15 @@ class JointVelocityLimitConstraint(Ingredient):
             influence_margin: Distance from which on the limit of velocity is whole [m or rad].
         """
 
-        _fields = (("min_margin", float, 0.0025), ("influence_margin", float, 0.1))
+        min_margin: float = 0.0025
+        influence_margin: float = 0.1
 
     def __init__(self, config: Config, joint_limits: JointLimits):
         self.SetConfig(config)
         self.SetJointLimits(joint_limits)
 
-    def _check(self, config: Options) -> None:
+    def _check(self) -> None:
+        config = self._config
         _demand(config.min_margin >= 0.0, self, "min_margin", "not negative")
         _demand(config.influence_margin > config.min_margin, self, "influence_margin", "above min_margin")
 

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
+from sheldrake.planning._native_distances import NativeDistances
 from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
 
 if TYPE_CHECKING:
     from sheldrake.geometry import GeometryId, QueryObject
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext
     from sheldrake.systems.framework import Context
 
 
@@ -45,6 +47,7 @@ class _Distances(KinematicFunction):
         for sign, geometry, point in ((1.0, pair.id_A, pair.p_ACa), (-1.0, pair.id_B, pair.p_BCb)):
             inspector = query.inspector()
             body = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+            assert body is not None  # all geometries in contact are the plant's
             p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(point)
             J = self._plant.CalcJacobianTranslationalVelocity(
                 self._context, QDOT, body.body_frame(), p_BC.reshape(3, 1), W, W
@@ -98,6 +101,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
 
     # A CollisionChecker, when distances are its business; planning is above this package.
     _checker: Any = None
+    _kept: NativeDistances | None = None
 
     def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
         name = type(self).__name__
@@ -131,18 +135,29 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         query = self._query()
         return query, query.ComputeSignedDistancePairwiseClosestPoints(self._influence)
 
+    def _native(self, x: np.ndarray) -> NativeDistances | None:
+        """What finds distances without Python, positions being put into the context; None where others move bodies."""
+        self._place(x)
+        if self._kept is None or not self._kept.is_current():
+            self._kept = NativeDistances.of(self._plant, self._context, self._influence)
+        return self._kept
+
     def _clearance(self, x: np.ndarray) -> Any:
         return self._checker.CalcContextRobotClearance(self._checker_context, x, self._influence)
 
     def _distances(self, x: np.ndarray, influence: float) -> np.ndarray:
         if self._checker is not None:
             return self._clearance(x).distances()
-        return np.array([pair.distance for pair in self._pairs(x)[1]])
+        native = self._native(x)
+        return native.distances(x) if native else np.array([pair.distance for pair in self._pairs(x)[1]])
 
     def _values_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self._checker is not None:
             clearance = self._clearance(x)
             return clearance.distances(), clearance.jacobians()
+        native = self._native(x)
+        if native is not None:
+            return native.distances(x), native.slopes()
         query, pairs = self._pairs(x)
         J = [self._pair_slope(query, pair) for pair in pairs]
         return np.array([p.distance for p in pairs]), np.array(J).reshape(len(pairs), len(x))
@@ -182,8 +197,8 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
         penalty_function: Callable | None = None,
         influence_distance_offset: float = 0.01,
         *,
-        collision_checker: Any = None,
-        collision_checker_context: Any = None,
+        collision_checker: CollisionChecker | None = None,
+        collision_checker_context: CollisionCheckerContext | None = None,
     ):
         robot = plant if collision_checker is None else collision_checker
         context = plant_context if collision_checker_context is None else collision_checker_context
@@ -215,8 +230,8 @@ class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
         influence_distance_offset: Any = None,
         penalty_function: Callable | None = None,
         *,
-        collision_checker: Any = None,
-        collision_checker_context: Any = None,
+        collision_checker: CollisionChecker | None = None,
+        collision_checker_context: CollisionCheckerContext | None = None,
     ):
         robot = plant if collision_checker is None else collision_checker
         context = plant_context if collision_checker_context is None else collision_checker_context

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint
     from sheldrake.solvers import Binding
+    from sheldrake.solvers._functions.bindings import BindingBase
     from sheldrake.solvers._functions.constraints import LinearConstraint
 
 
@@ -164,7 +165,7 @@ def joint_angle(joint: Any, R_WP: np.ndarray, R_WB: np.ndarray) -> float:
     return candidates[0] if candidates else min((low, high), key=lambda end: 1.0 - math.cos(end - angle))
 
 
-def _about(axis: Any, angle: float) -> Quaternion:
+def _about(axis: np.ndarray, angle: float) -> Quaternion:
     return Quaternion(np.append(math.cos(0.5 * angle), math.sin(0.5 * angle) * np.asarray(axis, dtype=float)))
 
 
@@ -196,15 +197,13 @@ class GlobalInverseKinematics:
             linear_constraint_only: Whether there are no conic constraints: looser, and faster to solve.
         """
 
-        _fields = (
-            ("num_intervals_per_half_axis", int, 2),
-            ("approach", _Approach, _Approach.kBilinearMcCormick),
-            ("interval_binning", IntervalBinning, IntervalBinning.kLogarithmic),
-            ("linear_constraint_only", bool, False),
-        )
+        num_intervals_per_half_axis: int = 2
+        approach: _Approach = _Approach.kBilinearMcCormick
+        interval_binning: IntervalBinning = IntervalBinning.kLogarithmic
+        linear_constraint_only: bool = False
 
         def __repr__(self) -> str:
-            fields = ", ".join(f"{name}={getattr(self, name)}" for name, _, _ in self._fields)
+            fields = ", ".join(f"{name}={getattr(self, name)}" for name in self._defaults)
             return f"GlobalInverseKinematics.Options({fields})"
 
     class Polytope3D:
@@ -368,7 +367,7 @@ class GlobalInverseKinematics:
 
     def AddWorldOrientationConstraint(
         self, body_index: BodyIndex, desired_orientation: Quaternion, angle_tol: float
-    ) -> Any:
+    ) -> BindingBase[LinearConstraint]:
         """Adds that a body's orientation is at most an angle away from a desired one.
 
         Args:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry import Meshcat, MeshcatCone, Rgba
 from sheldrake.math import RigidTransform, RotationMatrix
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 HEAD = 2.0  # height and radius of an arrow's head, in radii of its shaft
 X_TURNED = RotationMatrix.MakeXRotation(np.pi)
@@ -74,7 +77,7 @@ class Longest:
 
 
 class Shown:
-    """Which paths below a prefix are drawn and which of them are visible now.
+    """Which full paths are drawn and which of them are visible now.
 
     Args:
         meshcat: Where to draw.
@@ -95,21 +98,28 @@ class Shown:
 
     def show(self, path: str, visible: bool, time: float) -> None:
         """Shows or hides a noted path from a time of a recording [s] on."""
-        if self._visible[path] != visible:
-            self._visible[path] = visible
-            self._meshcat.SetProperty(path, "visible", visible, time)
+        self.show_all([path], [visible], time)
+
+    def show_all(self, paths: list[str], visible: list[bool], time: float) -> None:
+        """The same for many paths."""
+        known = self._visible
+        changed = [path for path, seen in zip(paths, visible) if known[path] != seen]
+        if changed:
+            known.update(zip(paths, visible))
+            values = [known[path] for path in changed]
+            self._meshcat._set_properties(changed, "visible", values, time)
 
     def hide_others(self, paths: set[str], time: float) -> None:
         """Hides everything noted except some paths, from a time of a recording [s] on."""
-        for path in [path for path, visible in self._visible.items() if visible and path not in paths]:
-            self.show(path, False, time)
+        others = [path for path, visible in self._visible.items() if visible and path not in paths]
+        self.show_all(others, [False] * len(others), time)
 
     def clear(self) -> None:
         """Forgets all paths."""
         self._visible.clear()
 
 
-def as_floats(array: Any) -> np.ndarray:
+def as_floats(array: ArrayLike) -> np.ndarray:
     """Returns an array's numbers without their derivatives."""
     array = np.asarray(array)
     if array.dtype != object:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
-
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.geometry import Rgba
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class ContactVisualizerParams:
+class ContactVisualizerParams(Options):
     """What a ContactVisualizer draws, where, how large and how often.
 
     Attributes:
@@ -28,9 +24,9 @@ class ContactVisualizerParams:
     """
 
     publish_period: float = 1 / 32.0
-    color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0, 1, 0, 1))
-    hydro_force_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(1, 0, 0, 1))
-    hydro_moment_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0, 0, 1, 1))
+    color: Rgba = Rgba(0, 1, 0, 1)
+    hydro_force_color: Rgba = Rgba(1, 0, 0, 1)
+    hydro_moment_color: Rgba = Rgba(0, 0, 1, 1)
     prefix: str = "contact_forces"
     delete_on_initialization_event: bool = True
     force_threshold: float = 0.01

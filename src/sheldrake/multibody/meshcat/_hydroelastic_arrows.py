@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from sheldrake.geometry import Cylinder, Meshcat, Rgba
+from sheldrake.geometry._meshcat.tree import full_path
 from sheldrake.math import RigidTransform
 
 from ._arrow import HEAD, X_TURNED, Longest, Shown, along, as_floats, draw_head
@@ -61,6 +62,7 @@ class _HydroelasticContactVisualizer:
 
     def __init__(self, meshcat: Meshcat, params: ContactVisualizerParams):
         self._meshcat, self._params = meshcat, params
+        self._root = full_path(params.prefix)
         self._shown, self._longest = Shown(meshcat), Longest(meshcat)
         meshcat._note(params.prefix)
 
@@ -73,7 +75,7 @@ class _HydroelasticContactVisualizer:
     def Update(self, time: float, items: list[_HydroelasticContactVisualizerItem]) -> None:
         """Shows these surfaces and no others, at a simulation time [s]."""
         params = self._params
-        drawn = {f"{params.prefix}/{item.body_A}+{item.body_B}": item for item in items}
+        drawn = {f"{self._root}/{item.body_A}+{item.body_B}": item for item in items}
         arrows = set()
         for path, item in drawn.items():
             force, moment = as_floats(item.force_C_W), as_floats(item.moment_C_W)

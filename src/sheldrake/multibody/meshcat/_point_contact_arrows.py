@@ -75,10 +75,10 @@ class _PointContactVisualizer:
         if paths is not last_paths or not np.array_equal(visible, last_visible):
             self._visible = paths, visible
             self._shown.hide_others(set(paths), time)
-            for path, seen in zip(paths, visible.tolist()):
+            for path in paths:
                 if self._shown.add(path):
                     self._make(path)
-                self._shown.show(path, seen, time)
+            self._shown.show_all(paths, visible.tolist(), time)
         if not paths:
             return
         moved = visible & self._has_changed(paths, np.hstack([forces, points]))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any, NamedTuple
 
 from sheldrake.common._kinds import instance_of
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.geometry import HydroelasticContactRepresentation, SceneGraph, SceneGraphConfig
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
@@ -26,9 +25,7 @@ _REPRESENTATIONS = {
 }
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class MultibodyPlantConfig:
+class MultibodyPlantConfig(Options):
     """What can be configured of a plant.
 
     Attributes:
@@ -94,7 +91,11 @@ class PlantAndSceneGraph(NamedTuple):
 
 
 def AddMultibodyPlantSceneGraph(
-    builder: Any, plant: Any = None, scene_graph: Any = None, *, time_step: float | None = None
+    builder: Any,
+    plant: Any = None,
+    scene_graph: Any = None,
+    *,
+    time_step: float | None = None,
 ) -> PlantAndSceneGraph:
     """Adds a plant and a SceneGraph to a diagram and connects them.
 

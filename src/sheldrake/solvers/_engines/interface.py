@@ -22,6 +22,8 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     pass
 
 
@@ -99,7 +101,7 @@ class SolverInterface:
     def Solve(
         self,
         prog: MathematicalProgram,
-        initial_guess: Any = None,
+        initial_guess: ArrayLike | None = None,
         solver_options: SolverOptions | None = None,
         result: MathematicalProgramResult | None = None,
     ) -> Any:

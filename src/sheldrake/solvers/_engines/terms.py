@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
-
-_MOST_LEARNED = 1e8  # Larger changes of a gradient over a step are those of a kink.
+from sheldrake.solvers._kernels import learned
 
 
 def without_nan(J: np.ndarray) -> np.ndarray:
@@ -38,7 +37,7 @@ class Terms:
         """Values, and the entries of the Jacobian."""
         raise NotImplementedError
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of weights' values; of what is learned, as it was at the last slopes."""
         raise NotImplementedError
 
@@ -74,7 +73,7 @@ class LinearTerms(Terms):
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.values(x), self._entries
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return np.zeros(0)
 
 
@@ -112,7 +111,7 @@ class QuadraticTerms(Terms):
         values = self._c + np.bincount(self._owner, own * (0.5 * Qx + self._b), len(self._c))
         return values, Qx + self._b
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return self._Q * weights[self._owner[self._i]]
 
 
@@ -141,57 +140,57 @@ class AlikeTerms(Terms):
         values, J = self._many.slopes(x[self._columns])
         return values.ravel(), without_nan(J).ravel()
 
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return without_nan(self._many.curvature(x[self._columns], weights.reshape(self._shape))).ravel()
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return without_nan(self._many.hessian(x[self._columns], weights.reshape(self._shape))).ravel()
 
 
 class LearnedTerms(Terms):
-    """One evaluator of which no more than first derivatives are known.
+    """Evaluators of equal shape of which no more than first derivatives are known.
 
-    The Hessian of each of its values is learned from how gradients change from one evaluation of slopes to the next, by
+    The Hessian of each value is learned from how gradients change from one evaluation of slopes to the next, by
     symmetric rank one updates (Griewank and Toint, 1982; Conn, Gould and Toint, 1991): multipliers may change without
     making it stale, and many small Hessians are learned in few steps.
 
     Args:
-        evaluator: The evaluator.
-        columns: Of its variables, shape (n,).
-        rows: Of its values, shape (m,).
+        evaluators: The evaluators.
+        columns: Of the variables of each, shape (evaluators, n).
+        rows: Of the values of each, shape (evaluators, m).
     """
 
-    def __init__(self, evaluator: EvaluatorBase, columns: np.ndarray, rows: np.ndarray):
-        self._evaluator, self._columns, self.places = evaluator, columns, rows
-        m, n = len(rows), len(columns)
-        self.J_rows, self.J_cols = np.repeat(rows, n), np.tile(columns, m)
-        self.H_rows, self.H_cols = np.repeat(columns, n), np.tile(columns, n)
-        self._H = np.zeros((m, n, n))
-        self._last: tuple[np.ndarray, np.ndarray] | None = None
+    def __init__(self, evaluators: Sequence[EvaluatorBase], columns: np.ndarray, rows: np.ndarray):
+        (count, m), n = rows.shape, columns.shape[1]
+        self._evaluators, self._columns, self.places = list(evaluators), columns, rows.ravel()
+        self.J_rows, self.J_cols = np.repeat(self.places, n), np.repeat(columns, m, axis=0).ravel()
+        self.H_rows, self.H_cols = np.repeat(columns, n), np.repeat(columns, n, axis=0).ravel()
+        self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
+        self._before, H = np.zeros((count, n)), np.zeros((count * m, n * n))
+        self._J_before, J = np.zeros((count * m, n)), self._J.reshape(count * m, n)
+        self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
+        self._learn = learned.learn.bind(self._before, self._points, self._J_before, J, H, np.zeros(n))
+        self._weigh = learned.weigh.bind(H, self._weights, self._total)
+        self._has_begun = False
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        return self._evaluator._eval(x[self._columns])
+        for values, evaluator, own in zip(self._values, self._evaluators, x[self._columns]):
+            values[:] = evaluator._eval(own)
+        return self._values.flatten()
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        own = x[self._columns]
-        values, J = self._evaluator._eval_with_jacobian(own)
-        J = without_nan(J)
-        if self._last is not None:
-            self._learn(own - self._last[0], J - self._last[1])
-        self._last = own, J
-        return values, J.ravel()
+        self._points[:] = x[self._columns]
+        for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, self._points.copy()):
+            values[:], J[:] = evaluator._eval_with_jacobian(own)
+        if np.isnan(self._J.sum()):
+            self._J[:] = without_nan(self._J)
+        if not self._has_begun:
+            self._has_begun = True
+            self._before[:], self._J_before[:] = self._points, self._J.reshape(self._J_before.shape)
+        self._learn()
+        return self._values.flatten(), self._J.flatten()
 
-    def _learn(self, s: np.ndarray, change: np.ndarray) -> None:
-        r = change - self._H @ s
-        rs = r @ s
-        size = np.linalg.norm(s)
-        safe = np.abs(rs) > 1e-8 * size * np.linalg.norm(r, axis=1)
-        safe &= np.abs(rs) > 1e-14 * size
-        if safe.any():
-            r, rs = r[safe], rs[safe]
-            updated = self._H[safe] + r[:, :, None] * r[:, None, :] / rs[:, None, None]
-            sane = np.abs(updated).max(axis=(1, 2)) < _MOST_LEARNED
-            self._H[np.flatnonzero(safe)[sane]] = updated[sane]
-
-    def curvature(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return np.tensordot(weights, self._H, axes=1).ravel()
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        self._weights[:] = weights
+        self._weigh()
+        return self._total.flatten()
 
 
 def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]]) -> list[Terms]:
@@ -199,7 +198,8 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]]) -> list[Terms]:
     from sheldrake.solvers._functions.constraints import LinearConstraint, QuadraticConstraint
     from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
 
-    linear, quadratic, rest = [], [], []
+    linear, quadratic = [], []
+    rest: dict[Any, list[tuple[Any, np.ndarray, np.ndarray]]] = {}
     alike: dict[Any, list[tuple[Any, np.ndarray, np.ndarray]]] = {}
     for evaluator, columns, rows in found:
         if isinstance(evaluator, (LinearCost, LinearConstraint)):
@@ -211,7 +211,7 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]]) -> list[Terms]:
         else:
             key = evaluator._alike()
             if key is None:
-                rest.append((evaluator, columns, rows))
+                rest.setdefault((len(columns), len(rows)), []).append((evaluator, columns, rows))
             else:
                 alike.setdefault(key, []).append((evaluator, columns, rows))
     out: list[Terms] = []
@@ -222,4 +222,7 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]]) -> list[Terms]:
     for members in alike.values():
         columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
         out.append(AlikeTerms(members[0][0]._many(), columns, rows))
-    return out + [LearnedTerms(*one) for one in rest]
+    for members in rest.values():
+        columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
+        out.append(LearnedTerms([e for e, *_ in members], columns, rows))
+    return out

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._functions.costs import is_semidefinite, quadratic_symbols, symmetric
+from sheldrake.solvers._functions.costs import quadratic_symbols, range_of_eigenvalues, symmetric
 from sheldrake.solvers._functions.evaluators import Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
@@ -18,6 +18,7 @@ from sheldrake.symbolic import Formula, logical_and
 if TYPE_CHECKING:
     import scipy.sparse
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
     from sheldrake.solvers._arrays import Matrix
 
@@ -39,6 +40,13 @@ class LinearConstraint(Constraint):
 
     def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
+
+    @classmethod
+    def _of(cls, A: np.ndarray, lb: np.ndarray, ub: np.ndarray) -> Self:
+        """The constraint of arrays that nobody else has."""
+        self = cls.__new__(cls)
+        self._set_linear(A, lb, ub)
+        return self
 
     def _set_linear(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
         if A.shape[0] != lb.size or A.shape[0] != ub.size:
@@ -141,7 +149,7 @@ class LinearEqualityConstraint(LinearConstraint):
     def __init__(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: np.ndarray):
         self._set_linear(Aeq, beq, beq)
 
-    def UpdateCoefficients(self, Aeq: Any, beq: Any) -> None:  # type: ignore[override]
+    def UpdateCoefficients(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: ArrayLike) -> None:  # type: ignore[override]
         """Sets matrix and right hand side."""
         LinearConstraint.UpdateCoefficients(self, Aeq, beq, beq)
 
@@ -270,15 +278,13 @@ class QuadraticConstraint(Constraint):
 
 
 def _hessian_type(Q: np.ndarray) -> QuadraticConstraint.HessianType:
+    types = QuadraticConstraint.HessianType
     if not Q.any():
-        return QuadraticConstraint.HessianType.kZero
-    if is_semidefinite(Q):
-        return QuadraticConstraint.HessianType.kPositiveSemidefinite
-    return (
-        QuadraticConstraint.HessianType.kNegativeSemidefinite
-        if is_semidefinite(Q, -1.0)
-        else QuadraticConstraint.HessianType.kIndefinite
-    )
+        return types.kZero
+    least, greatest, rounding = range_of_eigenvalues(Q)
+    if least >= -rounding:
+        return types.kPositiveSemidefinite
+    return types.kNegativeSemidefinite if greatest <= rounding else types.kIndefinite
 
 
 class LinearComplementarityConstraint(Constraint):

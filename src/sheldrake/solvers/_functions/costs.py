@@ -31,12 +31,19 @@ def symmetric(Q: ArrayLike) -> np.ndarray:
     return Q if np.array_equal(Q, Q.T) else (Q + Q.T) / 2.0
 
 
-def is_semidefinite(Q: np.ndarray, sign: float = 1.0) -> bool:
-    """Whether sign * Q has no negative eigenvalue, up to rounding."""
+def range_of_eigenvalues(Q: np.ndarray) -> tuple[float, float, float]:
+    """The least and the greatest eigenvalue, 0 of an empty matrix, and what of them may be rounding."""
     if Q.size == 0:
-        return True
-    values = np.linalg.eigvalsh(Q) * sign
-    return bool(values.min() >= -1e-12 * max(1.0, float(np.abs(values).max())))
+        return 0.0, 0.0, 0.0
+    values = np.linalg.eigvalsh(Q)
+    least, greatest = values.item(0), values.item(-1)
+    return least, greatest, 1e-12 * max(1.0, -least, greatest)
+
+
+def is_semidefinite(Q: np.ndarray) -> bool:
+    """Whether Q has no negative eigenvalue, up to rounding."""
+    least, _, rounding = range_of_eigenvalues(Q)
+    return least >= -rounding
 
 
 class LinearCost(Cost):

@@ -19,28 +19,21 @@ def quadratically_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, flo
     return (-0.5 - x, -1.0) if x <= -1.0 else (0.5 * x * x, x)
 
 
-def exponentially_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:
-    """0 for x >= 0, else -x exp(1 / x), and its derivative."""
-    if x >= 0.0:
-        return 0.0, 0.0
-    e = math.exp(1.0 / x)
-    return -x * e, -e + e / x
+def smooth_over_max(x: list[float], zeros: int, alpha: float) -> tuple[float, list[float]]:
+    """log(sum exp(alpha x)) / alpha of x and so many zeros, never below the largest; and its derivatives by x."""
+    top = max([0.0, *x] if zeros else x)
+    w = [math.exp(alpha * (v - top)) for v in x]
+    total = sum(w) + (zeros * math.exp(-alpha * top) if zeros else 0.0)
+    return top + math.log(total) / alpha, [v / total for v in w]
 
 
-def smooth_over_max(x: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
-    """log(sum exp(alpha x)) / alpha, never below the largest, and its derivatives."""
-    top = x.max()
-    w = np.exp(alpha * (x - top))
-    total = w.sum()
-    return top + math.log(total) / alpha, w / total
-
-
-def smooth_under_max(x: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
-    """Mean of x weighed with exp(alpha x), never above the largest, and its derivatives."""
-    w = np.exp(alpha * (x - x.max()))
-    w = w / w.sum()
-    mean = float(w @ x)
-    return mean, w * (1.0 + alpha * (x - mean))
+def smooth_under_max(x: list[float], zeros: int, alpha: float) -> tuple[float, list[float]]:
+    """Mean of x and so many zeros weighed with exp(alpha x), never above the largest; and its derivatives by x."""
+    top = max([0.0, *x] if zeros else x)
+    w = [math.exp(alpha * (v - top)) for v in x]
+    total = sum(w) + (zeros * math.exp(-alpha * top) if zeros else 0.0)
+    mean = sum(a * v for a, v in zip(w, x)) / total
+    return mean, [a / total * (1.0 + alpha * (v - mean)) for a, v in zip(w, x)]
 
 
 class _MinimumValueConstraint(Constraint):
@@ -83,23 +76,17 @@ class _MinimumValueConstraint(Constraint):
         self._penalty = new_penalty_function
         self._scale_to_penalty()
 
-    def _smooth(self, penalties: np.ndarray) -> tuple[float, np.ndarray]:
-        """The smooth maximum of penalties, those of values that were not given being zero."""
-        missing = max(0, self._max_num_values - penalties.size)
-        padded = np.concatenate((penalties, np.zeros(missing)))
-        value, slope = (smooth_over_max if self._lower_kind else smooth_under_max)(padded, self._alpha)
-        return value, slope[: penalties.size]
-
     def _combine(self, values: np.ndarray) -> tuple[float, np.ndarray]:
-        """Value of the constraint and its derivatives by the values."""
-        pairs = [self._penalty_of(v) if v < self._influence else (0.0, 0.0) for v in values]
-        counts = np.array([v < self._influence for v in values], dtype=bool)
-        penalties = np.array([p for p, _ in pairs]) * self._factor
-        slopes = np.array([s for _, s in pairs]) * self._factor
-        if self._max_num_values == 0 and not counts.any():
+        """Value of the constraint and its derivatives by the values; those that were not given do not count."""
+        near = [(i, *self._penalty_of(v)) for i, v in enumerate(values.tolist()) if v < self._influence]
+        slopes = np.zeros(len(values))
+        if self._max_num_values == 0 and not near:
             return 0.0, slopes
-        value, weights = self._smooth(penalties[counts])
-        slopes[counts] *= weights
+        smooth = smooth_over_max if self._lower_kind else smooth_under_max
+        missing = max(0, self._max_num_values - len(near))
+        value, weights = smooth([p * self._factor for _, p, _ in near], missing, self._alpha)
+        for (i, _, slope), weight in zip(near, weights):
+            slopes[i] = slope * self._factor * weight
         return value, slopes
 
     def _eval(self, x: np.ndarray) -> np.ndarray:

@@ -216,7 +216,7 @@ class _Lengths:
         z, lengths = self._z(points)
         return lengths[:, None] - _ROUNDING, ((z / lengths[:, None]) @ self._A)[:, None, :]
 
-    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives times weights of shape (points, 1), shape (points, n, n)."""
         z, lengths = self._z(points)
         along = (z / lengths[:, None]) @ self._A

@@ -12,7 +12,7 @@ from sheldrake.symbolic import _traverse as traverse
 
 
 class Coefficients:
-    """A polynomial of degree two at most as 1/2 x' Q x + b' x + c."""
+    """A polynomial of degree two at most as 1/2 x' Q x + b' x + c; of one of higher degree, that degree."""
 
     def __init__(self, e: Expression):
         self.Q: np.ndarray | None = None
@@ -22,23 +22,33 @@ class Coefficients:
             self.vars = traverse.object_array([v for v, _ in terms])
             self.degree, self.b = min(len(terms), 1), np.array([c for _, c in terms], dtype=float)
             return
-        found = sorted(traverse.variables_of(e), key=Variable.get_id)
+        variables = traverse.variables_of(e)
+        found = sorted(variables, key=Variable.get_id)
         self.vars = traverse.object_array(found)
         self.degree, self.b, self.c = 0, np.zeros(len(found)), 0.0
         places = {v: i for i, v in enumerate(found)}
-        for m, coefficient in decompose.decompose(e, set(found)).items():
-            value = coefficient.Evaluate()
-            self.degree = max(self.degree, m.total_degree())
-            at = [places[v] for v, n in m._powers.items() for _ in range(min(n, 3))]
-            if len(at) == 0:
-                self.c += value
-            elif len(at) == 1:
-                self.b[at[0]] += value
-            elif len(at) == 2:
-                if self.Q is None:
-                    self.Q = np.zeros((len(found), len(found)))
-                self.Q[at[0], at[1]] += value
-                self.Q[at[1], at[0]] += value
+        flat = decompose.flat_terms(e)
+        if flat is None:
+            self.degree = decompose.degree_of_product(e)
+            if self.degree > 2:
+                return
+            terms_of = decompose.decompose(e, set(variables)).items()
+            flat = [(coefficient.Evaluate(), list(m._powers.items())) for m, coefficient in terms_of]
+        for value, powers in flat:
+            self._add(value, [places[v] for v, n in powers for _ in range(min(n, 3))])
+            self.degree = max(self.degree, sum(n for _, n in powers))
+
+    def _add(self, value: float, at: list[int]) -> None:
+        """Adds a term that is a product of these variables, if it has no more than two."""
+        if len(at) == 0:
+            self.c += value
+        elif len(at) == 1:
+            self.b[at[0]] += value
+        elif len(at) == 2:
+            if self.Q is None:
+                self.Q = np.zeros((len(self.b), len(self.b)))
+            self.Q[at[0], at[1]] += value
+            self.Q[at[1], at[0]] += value
 
     def hessian(self) -> np.ndarray:
         """Q, zero if there is no term of degree two."""
@@ -47,9 +57,8 @@ class Coefficients:
 
 def coefficients(e: Expression) -> Coefficients | None:
     """The coefficients of a polynomial of any degree; None for other expressions."""
-    if not decompose.is_linear(e) and not traverse.is_polynomial(e):
-        return None
-    return Coefficients(e)
+    is_known = decompose.is_linear(e) or decompose.flat_terms(e) is not None
+    return Coefficients(e) if is_known or traverse.is_polynomial(e) else None
 
 
 def quadratic(e: Expression, wanted_by: str) -> Coefficients:

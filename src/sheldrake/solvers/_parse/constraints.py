@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +81,24 @@ def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> BindingBase[Boundin
     return bind(BoundingBoxConstraint, BoundingBoxConstraint(low, high), a.vars[cols])
 
 
+def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[LinearConstraint] | None:
+    """The linear constraint of one row, as `linear_constraint` makes it; None where it has more to look at."""
+    if row is None or row.degree != 1 or not math.isfinite(row.c) or math.isnan(lower) or math.isnan(upper):
+        return None
+    low, high = float(lower) - row.c, float(upper) - row.c
+    if low == high:
+        equal = np.array([low])
+        return bind(
+            LinearEqualityConstraint, LinearEqualityConstraint._of(row.b.reshape(1, -1), equal, equal), row.vars
+        )
+    if len(row.vars) > 1:
+        new = LinearConstraint._of(row.b.reshape(1, -1), np.array([low]), np.array([high]))
+        return bind(LinearConstraint, new, row.vars)
+    scale = row.b.item()
+    low, high = (low / scale, high / scale) if scale > 0.0 else (high / scale, low / scale)
+    return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.array([low]), np.array([high])), row.vars)
+
+
 def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike) -> BindingBase[Constraint]:
     """The constraint lower <= expressions <= upper: linear, quadratic, a cone, or any expression.
 
@@ -87,12 +106,16 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
         RuntimeError: it holds for no values of the variables.
     """
     es, lower, upper = _flat(expressions, lower, upper)
+    row = coefficients(es[0]) if len(es) == 1 else None
+    found = one_row(row, lower[0], upper[0]) if row is not None else None
+    if found is not None:
+        return found
     _check_bounds(lower, upper)
-    rows = affine_rows(es)
+    rows = affine_rows(es) if row is None or row.degree < 2 else None
     if rows is not None:
         return _linear(es, rows, lower, upper)
     if len(es) == 1:
-        special = _special(es[0], lower[0], upper[0])
+        special = _special(es[0], row, lower[0], upper[0])
         if special is not None:
             return special
         constant = _constant_term(es[0])
@@ -103,7 +126,8 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
 
 
 def _flat(expressions: Any, lower: Any, upper: Any) -> tuple[list[Expression], np.ndarray, np.ndarray]:
-    es = list(np.atleast_1d(expressions).ravel(order="F"))
+    single = isinstance(expressions, Expression)
+    es = [expressions] if single else list(np.atleast_1d(expressions).ravel(order="F"))
     lower, upper = (np.atleast_1d(np.asarray(b, dtype=float)).ravel(order="F") for b in (lower, upper))
     if lower.size != len(es) or upper.size != len(es):
         raise RuntimeError(f"A constraint on {len(es)} expressions has {lower.size} and {upper.size} bounds.")
@@ -120,9 +144,8 @@ def _constant_term(e: Expression) -> float:
     return expanded._args[0] if expanded._kind == k.ADD else 0.0
 
 
-def _special(e: Expression, lower: float, upper: float) -> BindingBase[Constraint] | None:
+def _special(e: Expression, found: Coefficients | None, lower: float, upper: float) -> BindingBase[Constraint] | None:
     """A quadratic or Lorentz cone constraint, if it is one."""
-    found = coefficients(e)
     if found is not None:
         if found.degree != 2:
             return None
@@ -202,6 +225,9 @@ def linear_constraint(
         RuntimeError: an expression is not linear.
     """
     es, lower, upper = _flat(expressions, lower, upper)
+    found = one_row(coefficients(es[0]), lower[0], upper[0]) if len(es) == 1 else None
+    if found is not None:
+        return found
     _check_bounds(lower, upper)
     rows = affine_rows(es)
     if rows is None:

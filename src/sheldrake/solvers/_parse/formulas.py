@@ -100,14 +100,15 @@ def _at_least(f: Formula, a: Expression, b: Expression) -> tuple[Expression, flo
 
 def _parsed(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint]:
     triples = [_sides(f, swap) for f in parts]
-    es = traverse.object_array([t[0] for t in triples])
-    lower, upper = np.array([t[1] for t in triples]), np.array([t[2] for t in triples])
     if linear:
-        if affine_rows(list(es)) is None:
-            bad = next(f for f, e in zip(parts, es) if affine_rows([e]) is None)
+        bad = next((f for f, (e, _, _) in zip(parts, triples) if affine_rows([e]) is None), None)
+        if bad is not None:
             raise RuntimeError(f"Formula {bad} is non-linear.")
-        return linear_constraint(es, lower, upper)
-    return constraint(es, lower, upper)
+    make = linear_constraint if linear else constraint
+    if len(triples) == 1:
+        return make(*triples[0])
+    es = traverse.object_array([t[0] for t in triples])
+    return make(es, np.array([t[1] for t in triples]), np.array([t[2] for t in triples]))
 
 
 def formula_constraint(f: Formula, linear: bool = False) -> BindingBase[Constraint]:

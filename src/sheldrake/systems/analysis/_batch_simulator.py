@@ -8,7 +8,7 @@ import itertools
 import operator
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
 
@@ -16,19 +16,21 @@ from sheldrake.common import RandomGenerator
 from sheldrake.common._crew import Crew
 from sheldrake.systems.analysis._config import ApplySimulatorConfig, SimulatorConfig
 from sheldrake.systems.analysis._native_worlds import NativeWorlds, slow_rows
+from sheldrake.systems.analysis._rollout import RolloutPlan
 from sheldrake.systems.analysis._simulated_worlds import SimulatedWorlds
 from sheldrake.systems.analysis._simulator import Simulator, first_tick
 from sheldrake.systems.analysis._span import failure
-from sheldrake.systems.analysis._trip import Ride
 from sheldrake.systems.framework import InputPort, OutputPort, System
 from sheldrake.systems.framework._declarations import KIND_NAMES, UNRESTRICTED
 from sheldrake.systems.framework._engine.worlds import Worlds
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
-from sheldrake.systems.framework._kernels.worlds import Journey
+from sheldrake.systems.framework._kernels.worlds import Progress
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._engine.memory import Place, Slot
     from sheldrake.systems.framework._engine.store import Store
@@ -122,7 +124,7 @@ class BatchSimulator:
                 f"BatchSimulator(): {self._count} worlds of about {size} bytes each do not fit into memory."
             ) from error
         program, rows = self._layout.program, self._layout.rows
-        in_loop = {*program.act.tolist(), *program.pre.tolist()}
+        in_loop = {*program.calls.tolist(), *program.prerequisites.tolist()}
         self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
         self._begun = np.zeros(self._count, bool)
         self._failures: dict[int, WorldFailure] = {}
@@ -130,9 +132,9 @@ class BatchSimulator:
         self._errors: dict[int, BaseException] = {}
         self._terminated = np.zeros(self._count, bool)
         self._in_use = threading.Lock()
-        self._ride = Ride(self._count)
-        self._outputs_of: dict[int, Ride] = {}
-        self._rides: dict[tuple, Ride] = {}
+        self._plan = RolloutPlan(self._count)
+        self._outputs_of: dict[int, RolloutPlan] = {}
+        self._plans: dict[tuple, RolloutPlan] = {}
         self._generators: dict[int, RandomGenerator] = {}
         self._simulated = self._with_simulators()
         self._native = None if self._obstacles() else NativeWorlds(self._worlds, self._crew)
@@ -216,7 +218,7 @@ class BatchSimulator:
             self._generators[world] = RandomGenerator(int(words[0]))
         return self._generators[world]
 
-    def _number(self, call: str, world: Any) -> int:
+    def _number(self, call: str, world: SupportsIndex) -> int:
         number = _whole(f"BatchSimulator.{call}()", "world", world, None)
         if not 0 <= number < self._count:
             raise IndexError(f"BatchSimulator.{call}({world}): there are worlds 0 to {self._count - 1}.")
@@ -294,12 +296,14 @@ class BatchSimulator:
         if not slot.vector:
             return [port.Eval(self._context_of(port, w)) for w in range(self._count)]
         if slot.row >= 0:
-            ride = self._outputs_of.setdefault(slot.row, Ride(self._count, rows=self._layout.pull_list(slot.row)))
-            ride.trip.who[:] = range(self._count)
-            self._visit("EvalOutputs", ride, self._count, tables.OUTPUTS)
+            plan = self._outputs_of.setdefault(
+                slot.row, RolloutPlan(self._count, rows=self._layout.pull_list(slot.row))
+            )
+            plan.rollout.who[:] = range(self._count)
+            self._call_each("EvalOutputs", plan, self._count, tables.OUTPUTS)
         return _read_only(self._columns(slot.span))
 
-    def _context_of(self, port: Any, w: int) -> Context:
+    def _context_of(self, port: InputPort | OutputPort, w: int) -> Context:
         return port.get_system().GetMyContextFromRoot(self.context(w))
 
     def _columns(self, span: tuple[int, int]) -> np.ndarray:
@@ -340,7 +344,7 @@ class BatchSimulator:
         """Whether each world reached its termination condition and was not set back since, shape (num_worlds,)."""
         return self._terminated.copy()
 
-    def _numbers_of(self, call: str, worlds: Any) -> np.ndarray:
+    def _numbers_of(self, call: str, worlds: ArrayLike | None) -> np.ndarray:
         """Numbers of worlds that are given as a mask, as numbers, or as None for all."""
         if worlds is None:
             return np.arange(self._count)
@@ -356,7 +360,7 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): worlds must be different numbers below {self._count}.")
         return who
 
-    def _going(self, call: str, worlds: Any) -> np.ndarray:
+    def _going(self, call: str, worlds: ArrayLike | None) -> np.ndarray:
         """Those that may advance: of all, those that have not come to an end."""
         at_end = self._terminated | self._failed
         if worlds is None:
@@ -383,7 +387,7 @@ class BatchSimulator:
         self._monitor, self._native = monitor, None
         self._simulated = self._with_simulators()
 
-    def SetTime(self, time: Any, worlds: Any = None) -> None:
+    def SetTime(self, time: Any, worlds: ArrayLike | None = None) -> None:
         """Sets the time of worlds [s]: a number, or one for each; they begin anew when they are advanced.
 
         Args:
@@ -400,7 +404,7 @@ class BatchSimulator:
         self._worlds.S[who, 0] = times
         self._begun[who] = False
 
-    def Reset(self, worlds: Any = None) -> None:
+    def Reset(self, worlds: ArrayLike | None = None) -> None:
         """Sets worlds back to how they were at first: time and state. Parameters and inputs stay; logs are empty.
 
         Args:
@@ -411,7 +415,7 @@ class BatchSimulator:
             self._worlds.set_back(who)
         self._forget_end(who)
 
-    def _times_of(self, call: str, time: Any, who: np.ndarray) -> np.ndarray:
+    def _times_of(self, call: str, time: ArrayLike, who: np.ndarray) -> np.ndarray:
         """A time for each of these worlds [s]."""
         times = np.asarray(time, float)
         if times.shape not in ((), (1,), who.shape):
@@ -434,12 +438,12 @@ class BatchSimulator:
         for w in who.tolist() if self._failures else ():
             self._failures.pop(w, None)
 
-    def SetRandomContexts(self, worlds: Any = None) -> None:
+    def SetRandomContexts(self, worlds: ArrayLike | None = None) -> None:
         """Gives worlds random states and parameters, each from its own generator: see `System.SetRandomContext`."""
         for w in self._numbers_of("SetRandomContexts", worlds).tolist():
             self._system.SetRandomContext(self.context(w), self.generator(w))
 
-    def Initialize(self, worlds: Any = None) -> None:
+    def Initialize(self, worlds: ArrayLike | None = None) -> None:
         """Runs initialization events, sets the clocks, and publishes what is due at the beginning.
 
         Worlds that are new, were set back or got another time are initialized when they are advanced.
@@ -449,7 +453,7 @@ class BatchSimulator:
         """
         self._begin("Initialize", self._going("Initialize", worlds))
 
-    def AdvanceTo(self, boundary_time: Any, worlds: Any = None) -> None:
+    def AdvanceTo(self, boundary_time: ArrayLike, worlds: ArrayLike | None = None) -> None:
         """Advances worlds to a time [s], each as `Simulator.AdvanceTo` would.
 
         Args:
@@ -472,12 +476,12 @@ class BatchSimulator:
                 f"{T[late][0]} s{self._too_late(T[late][0])}."
             )
         self._begin("AdvanceTo", who)
-        time = self._ride.trip.time
+        time = self._plan.rollout.time
         time[: len(who)] = 0.0
         time[: len(who), 0] = T
-        self._travel("AdvanceTo", self._ride, who, 1)
+        self._roll_out("AdvanceTo", self._plan, who, 1)
 
-    def AdvanceSteps(self, num_steps: int, worlds: Any = None) -> None:
+    def AdvanceSteps(self, num_steps: int, worlds: ArrayLike | None = None) -> None:
         """Advances worlds by a number of periods of the system's only clock.
 
         Args:
@@ -491,11 +495,11 @@ class BatchSimulator:
         who = self._going("AdvanceSteps", worlds)
         self._begin("AdvanceSteps", who)
         next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
-        self._set_ticks("AdvanceSteps", self._ride, next_ticks, num_steps)
-        self._travel("AdvanceSteps", self._ride, who, 1)
+        self._set_ticks("AdvanceSteps", self._plan, next_ticks, num_steps)
+        self._roll_out("AdvanceSteps", self._plan, who, 1)
 
-    def _set_ticks(self, call: str, ride: Ride, next_ticks: np.ndarray, num_steps: int) -> None:
-        """Times of a ride: samples are `num_steps` ticks apart."""
+    def _set_ticks(self, call: str, plan: RolloutPlan, next_ticks: np.ndarray, num_steps: int) -> None:
+        """Times of a plan: samples are `num_steps` ticks apart."""
         _whole(f"BatchSimulator.{call}()", "steps_per_sample", num_steps, 1)
         clocks = self._layout.clocks
         if len(clocks) != 1:
@@ -503,7 +507,7 @@ class BatchSimulator:
                 f"BatchSimulator.{call}(): steps are periods of the system's only clock; {self._system._describe()} "
                 f"has {len(clocks)} clocks. Use times instead."
             )
-        time = ride.trip.time[: len(next_ticks)]
+        time = plan.rollout.time[: len(next_ticks)]
         time[:, :2], time[:, 2], time[:, 3] = clocks[0], next_ticks - 1 + num_steps, num_steps
 
     def Record(
@@ -539,15 +543,15 @@ class BatchSimulator:
             RuntimeError: as in `AdvanceSteps`.
         """
         who = self._going("Record", worlds)
-        ride, ports = self._sampling("Record", output_ports, num_samples, inputs, input_port, None)
+        plan, ports = self._sampling("Record", output_ports, num_samples, inputs, input_port, None)
         self._begin("Record", who)
         if time_step is None:
             next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
-            self._set_ticks("Record", ride, next_ticks, steps_per_sample)
+            self._set_ticks("Record", plan, next_ticks, steps_per_sample)
         else:
-            self._set_times(ride, self._worlds.S[who, 0], time_step)
-        self._put_inputs("Record", ride, len(who), num_samples, inputs)
-        return self._sample("Record", ride, who, num_samples, ports)
+            self._set_times(plan, self._worlds.S[who, 0], time_step)
+        self._put_inputs("Record", plan, len(who), num_samples, inputs)
+        return self._sample("Record", plan, who, num_samples, ports)
 
     def Rollout(
         self,
@@ -599,45 +603,45 @@ class BatchSimulator:
                 f"(n, {width}), and (n, num_samples, size) with the same n of at most {self._count}."
             )
         outputs = self._system.get_output_port(0) if output_ports is None else output_ports
-        ride, ports = self._sampling("Rollout", outputs, num_samples, inputs, input_port, width)
+        plan, ports = self._sampling("Rollout", outputs, num_samples, inputs, input_port, width)
         t0 = float(self._worlds.model.S[0])
         if time_step is None:
             ticks = [first_tick(offset, period, t0) for offset, period in self._layout.clocks]
             there = [a + b * k == t0 for (a, b), k in zip(self._layout.clocks, ticks)]
-            self._set_ticks("Rollout", ride, np.full(count, sum(ticks) + sum(there)), steps_per_sample)
+            self._set_ticks("Rollout", plan, np.full(count, sum(ticks) + sum(there)), steps_per_sample)
         else:
-            self._set_times(ride, np.full(count, t0), time_step)
-        ride.trip.state[:count] = x0
-        self._put_inputs("Rollout", ride, count, num_samples, inputs)
-        return self._sample("Rollout", ride, np.arange(count), num_samples, ports)
+            self._set_times(plan, np.full(count, t0), time_step)
+        plan.rollout.state[:count] = x0
+        self._put_inputs("Rollout", plan, count, num_samples, inputs)
+        return self._sample("Rollout", plan, np.arange(count), num_samples, ports)
 
-    def _set_times(self, ride: Ride, t0: np.ndarray, time_step: float) -> None:
-        """Times of a ride: samples are `time_step` [s] apart."""
+    def _set_times(self, plan: RolloutPlan, t0: np.ndarray, time_step: float) -> None:
+        """Times of a plan: samples are `time_step` [s] apart."""
         if not 0.0 < time_step < np.inf:
             raise ValueError(f"BatchSimulator: time_step must be positive and finite, not {time_step} s.")
-        time = ride.trip.time[: len(t0)]
+        time = plan.rollout.time[: len(t0)]
         time[:, 0], time[:, 1], time[:, 2:] = t0, time_step, 1.0
 
     def _sampling(
         self, call: str, outputs: Any, num_samples: int, inputs: Any, input_port: Any, state: int | None
-    ) -> tuple[Ride, list[tuple[int, int]] | None]:
-        """The ride for these ports, made once, and where each port's values are in its samples; None: there is one."""
+    ) -> tuple[RolloutPlan, list[tuple[int, int]] | None]:
+        """The plan for these ports, made once, and where each port's values are in its samples; None: there is one."""
         num_samples = _whole(f"BatchSimulator.{call}()", "num_samples", num_samples, 1)
         ports = [outputs] if isinstance(outputs, OutputPort) else list(outputs)
         slots = [self._output_slot(call, port) for port in ports]
-        given_at = np.zeros(0, np.int64)
+        inputs_at = np.zeros(0, np.int64)
         if inputs is not None:
             port = self._system.get_input_port(0) if input_port is None else input_port
             slot = self._free_slot(call, port)
             self._worlds.I[:, self._layout.fixed0 + slot.free] = 1
-            given_at = np.arange(*slot.span)
-        key = (tuple(slot.span for slot in slots), tuple(given_at[:1]), num_samples, state)
-        if key not in self._rides:
+            inputs_at = np.arange(*slot.span)
+        key = (tuple(slot.span for slot in slots), tuple(inputs_at[:1]), num_samples, state)
+        if key not in self._plans:
             rows = [r for slot in slots if slot.row >= 0 for r in self._layout.pull_list(slot.row)]
-            kept_at = np.concatenate([np.arange(*slot.span) for slot in slots])
-            self._rides[key] = Ride(self._count, state, given_at, kept_at, sorted(set(rows)), num_samples)
+            outputs_at = np.concatenate([np.arange(*slot.span) for slot in slots])
+            self._plans[key] = RolloutPlan(self._count, state, inputs_at, outputs_at, sorted(set(rows)), num_samples)
         ends = np.cumsum([0, *(slot.span[1] - slot.span[0] for slot in slots)]).tolist()
-        return self._rides[key], None if isinstance(outputs, OutputPort) else list(itertools.pairwise(ends))
+        return self._plans[key], None if isinstance(outputs, OutputPort) else list(itertools.pairwise(ends))
 
     def _output_slot(self, call: str, port: OutputPort) -> Slot:
         *_, slot = self._layout.output_slot(self._node(call, port.get_system()), int(port.get_index()))
@@ -645,21 +649,21 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")
         return slot
 
-    def _put_inputs(self, call: str, ride: Ride, count: int, num_samples: int, inputs: Any) -> None:
+    def _put_inputs(self, call: str, plan: RolloutPlan, count: int, num_samples: int, inputs: Any) -> None:
         if inputs is None:
             return
-        size, shape = len(ride.trip.given_at), np.shape(inputs)
+        size, shape = len(plan.rollout.inputs_at), np.shape(inputs)
         if shape not in ((count, num_samples, size), (num_samples, size)):
             raise ValueError(
                 f"BatchSimulator.{call}(): inputs must have shape {(count, num_samples, size)} or "
                 f"{(num_samples, size)}, not {shape}."
             )
-        ride.trip.given[: count * num_samples].reshape(count, num_samples, size)[:] = inputs
+        plan.rollout.inputs[: count * num_samples].reshape(count, num_samples, size)[:] = inputs
 
-    def _sample(self, call: str, ride: Ride, who: np.ndarray, num_samples: int, ports: Any) -> Any:
-        """Takes worlds through a ride; its outputs."""
-        kept = ride.trip.kept[: len(who) * num_samples].reshape(len(who), num_samples, -1)
-        self._travel(call, ride, who, num_samples, kept)
+    def _sample(self, call: str, plan: RolloutPlan, who: np.ndarray, num_samples: int, ports: Any) -> Any:
+        """Takes worlds through a plan; its outputs."""
+        kept = plan.rollout.outputs[: len(who) * num_samples].reshape(len(who), num_samples, -1)
+        self._roll_out(call, plan, who, num_samples, kept)
         found = _read_only(kept)
         return found if ports is None else [found[:, :, a:b] for a, b in ports]
 
@@ -673,34 +677,36 @@ class BatchSimulator:
         new = who[~self._begun[who]]
         if not len(new):
             return
-        self._ride.trip.who[: len(new)] = new
+        self._plan.rollout.who[: len(new)] = new
         self._begun[new] = True
-        self._visit(call, self._ride, len(new), tables.BEGIN)
+        self._call_each(call, self._plan, len(new), tables.BEGIN)
 
-    def _way_of(self, ride: Ride) -> NativeWorlds | SimulatedWorlds:
+    def _way_of(self, plan: RolloutPlan) -> NativeWorlds | SimulatedWorlds:
         rows = self._layout.rows
-        return self._native if self._native and all(rows[r].native for r in ride.rows) else self._simulated
+        return self._native if self._native and all(rows[r].native for r in plan.rows) else self._simulated
 
-    def _visit(self, call: str, ride: Ride, count: int, callee: int) -> None:
+    def _call_each(self, call: str, plan: RolloutPlan, count: int, callee: int) -> None:
         with self._alone(call):
-            self._check_inputs(ride.trip.who[:count], ride.rows)
-            self._way_of(ride).visit(ride, count, callee)
-        self._look(ride.trip.who[:count])
+            self._check_inputs(plan.rollout.who[:count], plan.rows)
+            self._way_of(plan).call_each(plan, count, callee)
+        self._look(plan.rollout.who[:count])
 
-    def _travel(self, call: str, ride: Ride, who: np.ndarray, samples: int, kept: np.ndarray | None = None) -> None:
-        """Takes worlds through a ride whose times, inputs and states are in place, and its outputs in `kept`."""
-        ride.trip.who[: len(who)] = who
+    def _roll_out(
+        self, call: str, plan: RolloutPlan, who: np.ndarray, samples: int, kept: np.ndarray | None = None
+    ) -> None:
+        """Takes worlds through a plan whose times, inputs and states are in place, and its outputs in `kept`."""
+        plan.rollout.who[: len(who)] = who
         with self._alone(call):
-            self._check_inputs(who, ride.rows)
-            if len(ride.trip.state):
+            self._check_inputs(who, plan.rows)
+            if len(plan.rollout.state):
                 self._worlds.forget_past(who)
                 self._forget_end(who)
                 self._begun[who] = True
-            self._worlds.journey[who] = 0
-            self._worlds.journey[who, Journey.code] = tables.OPEN
-            self._way_of(ride).travel(ride, len(who), samples)
+            self._worlds.progress[who] = 0
+            self._worlds.progress[who, Progress.code] = tables.OPEN
+            self._way_of(plan).roll_out(plan, len(who), samples)
         if kept is not None:
-            done = self._worlds.journey[who, Journey.sample]
+            done = self._worlds.progress[who, Progress.sample]
             for j in np.flatnonzero(done < samples).tolist():
                 kept[j, done[j] :] = np.nan
         self._look(who)
@@ -741,7 +747,7 @@ class BatchSimulator:
         Raises:
             WorldsFailed: some failed.
         """
-        codes = self._worlds.journey[who, Journey.code]
+        codes = self._worlds.progress[who, Progress.code]
         self._terminated[who] |= codes == _program.TERMINATED
         new = [self._failure(w) for w in who[codes == _program.ERROR].tolist()]
         for found in new:
@@ -762,7 +768,7 @@ class BatchSimulator:
         return WorldFailure(w, time, "" if system is None else system.GetSystemPathname(), error)
 
 
-def _whole(call: str, name: str, number: Any, least: int | None, most: int | None = 1 << 53) -> int:
+def _whole(call: str, name: str, number: SupportsIndex, least: int | None, most: int | None = 1 << 53) -> int:
     """A number that must be whole and neither too small nor too large; errors begin with the name of the call.
 
     Raises:

@@ -24,23 +24,13 @@ class SimulatorConfig(Options):
         publish_every_time_step: Whether to force a publish after every step.
     """
 
-    integration_scheme: str
-    max_step_size: float
-    accuracy: float
-    use_error_control: bool
-    start_time: float
-    target_realtime_rate: float
-    publish_every_time_step: bool
-
-    _fields = (
-        ("integration_scheme", str, "runge_kutta3"),
-        ("max_step_size", float, 0.1),
-        ("accuracy", float, 1e-4),
-        ("use_error_control", bool, True),
-        ("start_time", float, 0.0),
-        ("target_realtime_rate", float, 0.0),
-        ("publish_every_time_step", bool, False),
-    )
+    integration_scheme: str = "runge_kutta3"
+    max_step_size: float = 0.1
+    accuracy: float = 1e-4
+    use_error_control: bool = True
+    start_time: float = 0.0
+    target_realtime_rate: float = 0.0
+    publish_every_time_step: bool = False
 
 
 def ApplySimulatorConfig(config: Any, simulator: Simulator) -> None:

@@ -5,17 +5,20 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._crew import Crew
-from sheldrake.systems.analysis._trip import Ride
+from sheldrake.systems.analysis._rollout import RolloutPlan
 from sheldrake.systems.framework._engine.layout import Layout
 from sheldrake.systems.framework._engine.worlds import Worlds
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
-from sheldrake.systems.framework._kernels.worlds import Journey
+from sheldrake.systems.framework._kernels.worlds import Progress
+
+if TYPE_CHECKING:
+    pass
 
 _PARTS = 8  # that each thread takes at least, so that the last one does not let the others wait
 _LONG, _SHORT = 0.02, 0.0002  # [s] that a part should take: Ctrl-C waits for it; taking it costs some microseconds
@@ -35,15 +38,15 @@ class NativeWorlds:
         self._budget, self._seconds = 64, 0.0
         worlds.bind(self._chain)
 
-    def travel(self, ride: Ride, count: int, samples: int) -> None:
-        """Takes the first `count` worlds of a ride through its samples; their codes say how it went."""
-        worlds, crew, who = self._worlds, self._crew, ride.trip.who
+    def roll_out(self, plan: RolloutPlan, count: int, samples: int) -> None:
+        """Takes the first `count` worlds of a plan through its samples; their codes say how it went."""
+        worlds, crew, who = self._worlds, self._crew, plan.rollout.who
         worlds.follow_logs()
-        self._choose(ride.rows)
+        self._choose(plan.rows)
         size = self._size_of_part(count)
 
         def work(thread: int, part: int) -> None:
-            bound = self._bound(tables.travel, ride, thread)
+            bound = self._bound(tables.roll_out, plan, thread)
             bound.set("first", part * size)
             bound.set("last", min((part + 1) * size, count))
             bound.set("samples", samples)
@@ -75,13 +78,13 @@ class NativeWorlds:
                 stack.callback(store.release)
             yield
 
-    def visit(self, ride: Ride, count: int, callee: int) -> None:
-        """Begins the first `count` worlds of a ride, or computes its outputs."""
-        self._choose(ride.rows)
+    def call_each(self, plan: RolloutPlan, count: int, callee: int) -> None:
+        """Begins the first `count` worlds of a plan, or computes its outputs."""
+        self._choose(plan.rows)
         size = -(-count // (_PARTS * self._crew.num_threads))
 
         def work(thread: int, part: int) -> None:
-            bound = self._bound(tables.visit, ride, thread)
+            bound = self._bound(tables.call_each, plan, thread)
             bound.set("first", part * size)
             bound.set("last", min((part + 1) * size, count))
             bound.set("callee", callee)
@@ -94,13 +97,13 @@ class NativeWorlds:
         """Output rows that are computed."""
         self._chain[0], self._chain[1 : 1 + len(rows)] = len(rows), rows
 
-    def _bound(self, kernel: Any, ride: Ride, thread: int) -> Any:
-        """The kernel's call of a thread on a ride; made once."""
+    def _bound(self, kernel: Any, plan: RolloutPlan, thread: int) -> Any:
+        """The kernel's call of a thread on a plan; made once."""
         key = kernel, thread
-        if key not in ride.calls:
+        if key not in plan.calls:
             scalars = [0] * (len(kernel.parameters) - 2)
-            ride.calls[key] = kernel.bind(self._worlds.tables, ride.trip, *scalars)
-        return ride.calls[key]
+            plan.calls[key] = kernel.bind(self._worlds.tables, plan.rollout, *scalars)
+        return plan.calls[key]
 
     def _size_of_part(self, count: int) -> int:
         """How many worlds a thread takes at a time."""
@@ -111,7 +114,7 @@ class NativeWorlds:
 
     def _make_room(self, who: np.ndarray) -> None:
         """Room in logs for those that wait for it."""
-        codes = self._worlds.journey[:, Journey.code]
+        codes = self._worlds.progress[:, Progress.code]
         for w in who[codes[who] == _program.ROOM].tolist():
             self._worlds.make_room(w)
             codes[w] = tables.OPEN
@@ -120,5 +123,5 @@ class NativeWorlds:
 def slow_rows(layout: Layout) -> list[int]:
     """Rows of the event loop, and what they read, that are Python."""
     program = layout.program
-    used = {*program.act.tolist(), *program.pre.tolist()}
+    used = {*program.calls.tolist(), *program.prerequisites.tolist()}
     return sorted(r for r in used if r >= 0 and not layout.rows[r].native)

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 from sheldrake.common._crew import Crew
+from sheldrake.systems.analysis._rollout import RolloutPlan
 from sheldrake.systems.analysis._simulator import Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
-from sheldrake.systems.analysis._trip import Ride
 from sheldrake.systems.framework._engine.worlds import Worlds
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._kernels.worlds import OUTPUTS, Journey
+from sheldrake.systems.framework._kernels.worlds import OUTPUTS, Progress
 
 _TERMINATED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
 
@@ -36,61 +36,61 @@ class SimulatedWorlds:
             self._simulators[w] = self._make(self._worlds.store(w))
         return self._simulators[w]
 
-    def travel(self, ride: Ride, count: int, samples: int) -> None:
-        """Takes the first `count` worlds of a ride through its samples; their codes say how it went."""
+    def roll_out(self, plan: RolloutPlan, count: int, samples: int) -> None:
+        """Takes the first `count` worlds of a plan through its samples; their codes say how it went."""
 
         def work(_: int, part: int) -> None:
-            self._guarded(int(ride.trip.who[part]), self._travel, ride, part, samples)
+            self._guarded(int(plan.rollout.who[part]), self._roll_out, plan, part, samples)
 
         self._crew.run(work, count)
 
-    def visit(self, ride: Ride, count: int, callee: int) -> None:
-        """Begins the first `count` worlds of a ride, or computes its outputs."""
+    def call_each(self, plan: RolloutPlan, count: int, callee: int) -> None:
+        """Begins the first `count` worlds of a plan, or computes its outputs."""
 
         def work(_: int, part: int) -> None:
-            w = int(ride.trip.who[part])
-            self._guarded(w, self._compute if callee == OUTPUTS else self._begin, w, ride)
+            w = int(plan.rollout.who[part])
+            self._guarded(w, self._compute if callee == OUTPUTS else self._begin, w, plan)
 
         self._crew.run(work, count)
 
-    def _guarded(self, w: int, do: Callable[..., int], *args: Any) -> None:
+    def _guarded(self, w: int, do: Callable[..., int], *args: object) -> None:
         """Does something with a world and notes how it went."""
         try:
             code = do(*args)
         except Exception as error:
             self._errors[w], code = error, _program.ERROR
-        self._worlds.journey[w, Journey.code] = code
+        self._worlds.progress[w, Progress.code] = code
 
-    def _begin(self, w: int, _: Ride) -> int:
+    def _begin(self, w: int, _: RolloutPlan) -> int:
         self._worlds.store(w).out_of_date()
         self.simulator(w).Initialize()
         return _program.DONE
 
-    def _compute(self, w: int, ride: Ride) -> int:
+    def _compute(self, w: int, plan: RolloutPlan) -> int:
         store = self._worlds.store(w)
         store.out_of_date()
-        for r in ride.rows:
+        for r in plan.rows:
             store.pull(r)
         return _program.DONE
 
-    def _travel(self, ride: Ride, j: int, samples: int) -> int:
-        trip, w = ride.trip, int(ride.trip.who[j])
+    def _roll_out(self, plan: RolloutPlan, j: int, samples: int) -> int:
+        rollout, w = plan.rollout, int(plan.rollout.who[j])
         simulator, store = self.simulator(w), self._worlds.store(w)
-        if len(trip.state):
-            self._worlds.set_back(trip.who[j : j + 1])
-            store.S[1 : 1 + trip.state.shape[1]] = trip.state[j]
-        a, b, c, d = trip.time[j].tolist()
+        if len(rollout.state):
+            self._worlds.set_back(rollout.who[j : j + 1])
+            store.S[1 : 1 + rollout.state.shape[1]] = rollout.state[j]
+        a, b, c, d = rollout.time[j].tolist()
         for k in range(samples):
-            store.S[trip.given_at] = trip.given[j * samples + k] if len(trip.given_at) else ()
+            store.S[rollout.inputs_at] = rollout.inputs[j * samples + k] if len(rollout.inputs_at) else ()
             store.out_of_date()
-            if k == 0 and len(trip.state):
+            if k == 0 and len(rollout.state):
                 simulator.Initialize()
             status = simulator.AdvanceTo(a + b * (c + d * k))
             if status.reason() is _TERMINATED:
                 return _program.TERMINATED
-            for r in ride.rows:
+            for r in plan.rows:
                 store.pull(r)
-            if len(trip.kept_at):
-                trip.kept[j * samples + k] = store.S[trip.kept_at]
-            self._worlds.journey[w, Journey.sample] = k + 1
+            if len(rollout.outputs_at):
+                rollout.outputs[j * samples + k] = store.S[rollout.outputs_at]
+            self._worlds.progress[w, Progress.sample] = k + 1
         return _program.DONE

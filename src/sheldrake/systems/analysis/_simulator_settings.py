@@ -15,6 +15,9 @@ from sheldrake.systems.framework._vector import plain
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._event import EventStatus
+
 _COUNTS = slice(operator.index(RunWords.steps), operator.index(RunWords.unrestricteds) + 1)
 
 
@@ -65,7 +68,7 @@ class SimulatorSettings:
         """Whether to force a publish in `Initialize`."""
         self._publish_at_initialization = bool(publish)
 
-    def set_monitor(self, monitor: Any) -> None:
+    def set_monitor(self, monitor: Callable[[Context], EventStatus | None] | None) -> None:
         """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus."""
         if not callable(monitor):
             raise Mismatch(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")

@@ -10,14 +10,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import MultibodyForces_
+from sheldrake.multibody.tree._kernels.model import make_work
+from sheldrake.systems.controllers._kernels import inverse_dynamics as kernels
 from sheldrake.systems.controllers._pid import PidController, _vector
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class InverseDynamicsMode(IndexEnum):
@@ -28,7 +36,7 @@ class InverseDynamicsMode(IndexEnum):
 
 
 class _PlantKeeper(LeafSystem):
-    """A system that computes with a plant, in a context of its own."""
+    """A system that computes with a plant, in a context of its own; on doubles by a kernel, with its parameters."""
 
     _generic = True
     _kept_systems = (("_plant", "_plant_context"),)
@@ -42,11 +50,24 @@ class _PlantKeeper(LeafSystem):
         given = plant_context is not None
         self._plant_context = plant_context.Clone() if given else plant.CreateDefaultContext()
 
+    def _compute_with(self, kernel: Kernel) -> None:
+        """A kernel computes the first output port on doubles."""
+        model = parts_of(self._plant).elements.model(type(self).__name__)
+        n, bodies = model.nv, model.num_bodies
+        motion = kernels.Motion._make(np.zeros(shape) for shape in (n, n, n, (bodies, 6), (bodies, 6)))
+        self._declare_scratch(kernels.Work(make_work(model.tree), motion))
+        self._compute_natively(0, kernel)
+
+    def _kernel_models(self, root: Any) -> dict:
+        model = parts_of(self._plant).elements.model(type(self).__name__)
+        p = parts_of(self._plant).contexts.view(self._plant_context).p.copy()
+        return {"tree_model": model.tree, "force_model": model.forces, "p_model": p}
+
     def _plant_at(self, x: np.ndarray) -> Context:
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
         return self._plant_context
 
-    def _applied_forces(self, context: Context) -> Any:
+    def _applied_forces(self, context: Context) -> MultibodyForces:
         plant, forces = self._forces
         if plant is not self._plant:
             forces = MultibodyForces_[self._plant._scalar](self._plant)
@@ -79,7 +100,7 @@ class InverseDynamics(_PlantKeeper):
         self,
         plant: MultibodyPlant,
         mode: Any = InverseDynamicsMode.kInverseDynamics,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
     ):
         super().__init__()
         states = plant.num_positions() + plant.num_velocities()
@@ -89,8 +110,10 @@ class InverseDynamics(_PlantKeeper):
         if mode is InverseDynamicsMode.kInverseDynamics:
             self.DeclareVectorInputPort("desired_acceleration", plant.num_velocities())
         self.DeclareVectorOutputPort("generalized_force", plant.num_velocities(), self._calc_force)
+        gravity = self.is_pure_gravity_compensation()
+        self._compute_with(kernels.force_against_gravity if gravity else kernels.force_for_acceleration)
 
-    def _calc_force(self, context: Context, output: Any) -> None:
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
         x = np.array(self.get_input_port(0).Eval(context))
         plant = self._plant
         if self.is_pure_gravity_compensation():
@@ -151,11 +174,11 @@ class InverseDynamicsController(Diagram):
     def __init__(
         self,
         robot: MultibodyPlant,
-        kp: Any,
-        ki: Any,
-        kd: Any,
+        kp: ArrayLike,
+        ki: ArrayLike,
+        kd: ArrayLike,
         has_reference_acceleration: bool,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
     ):
         super().__init__()
         call = "InverseDynamicsController"
@@ -183,7 +206,7 @@ class InverseDynamicsController(Diagram):
         builder.ExportOutput(dynamics.get_output_port_generalized_force(), "generalized_force")
         builder.BuildInto(self)
 
-    def set_integral_value(self, context: Context, value: Any, /) -> None:
+    def set_integral_value(self, context: Context, value: ArrayLike, /) -> None:
         """Sets the integral of the error in positions, shape `(n,)`."""
         self.GetMutableSubsystemContext(self._pid, context).SetContinuousState(value)
 
@@ -227,7 +250,7 @@ class JointStiffnessController(_PlantKeeper):
         RuntimeError: the plant is not fully actuated, or gains have another size.
     """
 
-    def __init__(self, plant: MultibodyPlant, kp: Any, kd: Any):
+    def __init__(self, plant: MultibodyPlant, kp: ArrayLike, kd: ArrayLike):
         super().__init__()
         self._kp, self._kd = (_vector("JointStiffnessController", n, g) for n, g in (("kp", kp), ("kd", kd)))
         _require_fully_actuated("JointStiffnessController", plant, self._kp, self._kd)
@@ -237,8 +260,13 @@ class JointStiffnessController(_PlantKeeper):
         self.DeclareVectorInputPort("estimated_state", states)
         self.DeclareVectorInputPort("desired_state", states)
         self.DeclareVectorOutputPort("actuation", plant.num_actuated_dofs(), self._calc_actuation)
+        self._compute_with(kernels.actuation_of_springs)
 
-    def _calc_actuation(self, context: Context, output: Any) -> None:
+    def _kernel_models(self, root: Any) -> dict:
+        stiffness = kernels.Stiffness(self._kp, self._kd, np.ascontiguousarray(self._to_actuators))
+        return super()._kernel_models(root) | {"stiffness_model": stiffness}
+
+    def _calc_actuation(self, context: Context, output: BasicVector) -> None:
         x, desired = (np.array(self.get_input_port(i).Eval(context)) for i in range(2))
         n = self._plant.num_positions()
         forces = self._applied_forces(self._plant_at(x))

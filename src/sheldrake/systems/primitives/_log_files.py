@@ -24,6 +24,7 @@ from sheldrake.systems.primitives._vector_log_sink import VectorLogSink
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
     from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._engine.store import Store
 
 # ---- written while a simulation runs
 
@@ -48,7 +49,7 @@ class LogStream:
     def __init__(self, simulator: Simulator, path: str | os.PathLike, sinks: Mapping[str, VectorLogSink], keep: bool):
         self.path = os.fspath(path)
         self._simulator, self._sinks, self._keep = simulator, dict(sinks), keep
-        self._store: Any = None
+        self._store: Store | None = None
         self._written = [0] * len(self._sinks)
         self._last = -np.inf
         self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0), 0o644)
@@ -125,7 +126,7 @@ class LogStream:
     def __enter__(self) -> LogStream:
         return self
 
-    def __exit__(self, *args: Any) -> None:
+    def __exit__(self, *args: object) -> None:
         self.Close()
 
 

@@ -4,17 +4,37 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.systems.primitives._vector_log import VectorLog, _need, write_csv, write_mcap, write_npz, write_parquet
+from sheldrake.systems.primitives._vector_log import (
+    VectorLog,
+    _need,
+    log_channel,
+    write_csv,
+    write_mcap,
+    write_npz,
+    write_parquet,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    import xarray
+    from numpy.typing import ArrayLike
 
 
 class TableLog(VectorLog):
     """A log that holds times and samples it was given, as one read from a file does."""
 
-    def __init__(self, times: Any, data: Any, names: Any = None, units: Any = None):
+    def __init__(
+        self,
+        times: ArrayLike,
+        data: Any,
+        names: Any = None,
+        units: Any = None,
+    ):
         times, data = np.asarray(times, dtype=float), np.asarray(data, dtype=float)
         if times.ndim != 1 or data.ndim != 2 or data.shape[1] != len(times):
             raise ValueError(f"times of shape {times.shape} and data of shape {data.shape} are no log")
@@ -90,7 +110,7 @@ class LogSet(Mapping):
             parts.append(part)
         return axis, np.column_stack(parts)
 
-    def ToDataFrame(self) -> Any:
+    def ToDataFrame(self) -> pandas.DataFrame:
         """All logs as one pandas DataFrame, indexed by time [s]; units are in `attrs["units"]`, by column.
 
         Raises:
@@ -102,7 +122,7 @@ class LogSet(Mapping):
         frame.attrs["units"] = dict(zip(self.columns(), self.units()))
         return frame
 
-    def ToXarray(self) -> Any:
+    def ToXarray(self) -> xarray.Dataset:
         """All logs as one xarray Dataset: a variable for each, on times and elements of its own.
 
         The log k has the dimensions `time_k` [s] and `element_k`, with names and units; logs with the same times share
@@ -150,7 +170,7 @@ class LogSet(Mapping):
         Raises:
             ImportError: mcap is not installed.
         """
-        write_mcap(path, self._logs, "LogSet.ToMcap()")
+        write_mcap(path, [log_channel(title, log) for title, log in self._logs.items()], "LogSet.ToMcap()")
 
 
 def column_name(title: str, name: str, log: VectorLog) -> str:

@@ -14,7 +14,11 @@ from sheldrake.systems.framework._vector import BasicVector
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework._port import InputPort
+    from sheldrake.systems.framework._system import System
 
 
 class BusCreator(LeafSystem):
@@ -38,7 +42,7 @@ class BusCreator(LeafSystem):
                 bus.Set(declaration.name, port.EvalAbstract(context))
         output.set_value(bus)
 
-    def DeclareVectorInputPort(self, name: Any, size: Any, *args: Any) -> Any:  # type: ignore[override]
+    def DeclareVectorInputPort(self, name: str | UseDefaultName, size: int, *args: Any) -> InputPort:  # type: ignore[override]
         """Declares one more vector input."""
         return super().DeclareVectorInputPort(name, size, *args)
 
@@ -66,12 +70,12 @@ class BusSelector(LeafSystem):
             )
         return found
 
-    def DeclareVectorOutputPort(self, name: Any, size: Any, *args: Any) -> Any:  # type: ignore[override]
+    def DeclareVectorOutputPort(self, name: str | UseDefaultName, size: int, *args: Any) -> Any:  # type: ignore[override]
         """Declares an output for the vector under its name."""
         j = len(self._outputs)
         name = f"y{j}" if isinstance(name, UseDefaultName) else name
 
-        def calc(system: Any, context: Context, output: BasicVector) -> None:
+        def calc(system: BusSelector, context: Context, output: BasicVector) -> None:
             found = system._find(context, name)
             if not isinstance(found, BasicVector):
                 raise RuntimeError(f"BusSelector: the input signal {name} is {found!r}, not a vector.")
@@ -80,7 +84,7 @@ class BusSelector(LeafSystem):
         return super().DeclareVectorOutputPort(name, size, _method_of(self, calc))
 
     def DeclareAbstractOutputPort(  # type: ignore[override]
-        self, name: Any, model_value: AbstractValue, *args: Any
+        self, name: str | UseDefaultName, model_value: AbstractValue, *args: Any
     ) -> Any:
         """Declares an output for the value under its name."""
         j = len(self._outputs)
@@ -92,7 +96,7 @@ class BusSelector(LeafSystem):
         )
 
 
-def _method_of(system: Any, function: Any) -> Any:
+def _method_of(system: System, function: Callable[..., Any]) -> Any:
     from types import MethodType
 
     return MethodType(function, system)
@@ -104,19 +108,23 @@ class SelectorParams(Options):
     class InputPortParams(Options):
         """Name (or None) and size of an input."""
 
-        _fields = (("name", str | None, None), ("size", int, 0))
+        name: str | None = None
+        size: int = 0
 
     class OutputSelection(Options):
         """One element of an input."""
 
-        _fields = (("input_port_index", int, 0), ("input_offset", int, 0))
+        input_port_index: int = 0
+        input_offset: int = 0
 
     class OutputPortParams(Options):
         """Name (or None) and elements of an output."""
 
-        _fields = (("name", str | None, None), ("selections", list, []))
+        name: str | None = None
+        selections: list = []
 
-    _fields = (("inputs", list[InputPortParams], []), ("outputs", list[OutputPortParams], []))
+    inputs: list[InputPortParams] = []
+    outputs: list[OutputPortParams] = []
 
 
 class Selector(LeafSystem):
@@ -130,10 +138,10 @@ class Selector(LeafSystem):
 
     def __init__(self, params: SelectorParams):
         super().__init__()
-        for port in params.inputs:
-            self.DeclareVectorInputPort(f"u{len(self._inputs)}" if port.name is None else port.name, int(port.size))
+        for i, given in enumerate(params.inputs):
+            self.DeclareVectorInputPort(f"u{i}" if given.name is None else given.name, given.size)
         for port in params.outputs:
-            picks = [(int(s.input_port_index), int(s.input_offset)) for s in port.selections]
+            picks = [(s.input_port_index, s.input_offset) for s in port.selections]
             for i, k in picks:
                 if not 0 <= i < len(params.inputs) or not 0 <= k < params.inputs[i].size:
                     sizes = [p.size for p in params.inputs]

@@ -5,7 +5,6 @@ A trajectory as an output, and linear systems whose matrices are trajectories.
 
 from __future__ import annotations
 
-import bisect
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,16 +15,27 @@ from sheldrake.common._overloads import incompatible
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector
-from sheldrake.trajectories import PiecewisePolynomial
+from sheldrake.systems.primitives._kernels import paths
+from sheldrake.trajectories import PiecewisePolynomial, PiecewiseQuaternionSlerp
+from sheldrake.trajectories._base import kept
+from sheldrake.trajectories._pieces import as_piecewise_polynomial, is_piecewise
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
+    from sheldrake.common.kernel import Kernel
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
+    from sheldrake.systems.framework._vector import BasicVector
     from sheldrake.trajectories import Trajectory
 
 
 class TrajectorySource(LeafSystem):
     """A trajectory of time, with derivatives if asked for.
+
+    Piecewise polynomials, B-splines, Bézier curves, what is composed or stacked of these, and quaternions between
+    breaks are evaluated by kernels; others, such as functions, in Python.
 
     Args:
         trajectory: A vector trajectory.
@@ -44,9 +54,12 @@ class TrajectorySource(LeafSystem):
                 "TrajectorySource", ["(trajectory: Trajectory, ...)"], (trajectory,), {}, constructor=True
             )
         self._order, self._zero = int(output_derivative_order), bool(zero_derivatives_beyond_limits)
+        self._arrays: Any = None
+        self._stores: list[Any] = []  # of contexts that know the arrays
         self._set(trajectory)
         size = trajectory.rows() * (1 + self._order)
         self.DeclareVectorOutputPort("y0", size, self._calc, {Ticket.TIME})
+        self._compute_natively(0, self._kernel())
 
     def _set(self, trajectory: Trajectory) -> None:
         if trajectory.cols() != 1:
@@ -56,10 +69,8 @@ class TrajectorySource(LeafSystem):
             )
         if self._order < 0:
             raise RuntimeError(f"TrajectorySource: output_derivative_order must not be negative, got {self._order}.")
-        self._trajectory = trajectory
         self._derivatives = [trajectory.MakeDerivative(k) for k in range(1, self._order + 1)]
-        is_plain = type(trajectory) is PiecewisePolynomial and len(trajectory.get_segment_times()) > 1
-        self._pieces = _Pieces([trajectory, *self._derivatives]) if is_plain else None
+        self._trajectory = kept(trajectory)
 
     @checked
     def UpdateTrajectory(self, trajectory: Trajectory) -> None:
@@ -70,12 +81,49 @@ class TrajectorySource(LeafSystem):
                 f"{trajectory.rows()}."
             )
         self._set(trajectory)
+        old, self._arrays = self._arrays, None
+        if old is not None and self._kernel() is self._outputs[0].calc:
+            new = self._make_arrays()
+            if all(a.shape == b.shape for a, b in zip(old, new)):
+                for a, b in zip(old, new):
+                    a[...] = b
+                self._arrays = old  # which contexts know
+                return
+        self._compute_natively(0, self._kernel())
+        for store in (store for stores in self._stores for store in list(stores)):
+            store.restructure()
+        self._stores = []
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _kernel(self) -> Kernel | None:
+        """What computes the output on doubles, if not Python."""
+        if type(self._trajectory) is PiecewiseQuaternionSlerp and self._order == 0:
+            return paths.turn_of_time
+        return paths.polynomials_of_time if is_piecewise(self._trajectory) else None
+
+    def _make_arrays(self) -> Any:
+        """Constant arrays for the kernel."""
+        if self._kernel() is paths.turn_of_time:
+            trajectory: Any = self._trajectory
+            return paths.Turns(np.array(trajectory.get_segment_times(), float), np.array(trajectory._q, float))
+        path = as_piecewise_polynomial(self._trajectory)
+        return _pieces([path, *(path.derivative(k) for k in range(1, self._order + 1))], self._zero)
+
+    def _kernel_models(self, root: Any) -> dict:
+        if self._kernel() is None:
+            return {}
+        self._stores.append(root.stores())
+        if self._arrays is None:
+            self._arrays = self._make_arrays()
+        return {"path_model": self._arrays, "turn_model": self._arrays}
+
+    def _converted(self, scalar: Any) -> Any:
+        new = super()._converted(scalar)
+        if new is not None:
+            new._arrays, new._stores = None, []
+        return new
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
         t = context.get_time()
-        if self._pieces is not None and type(t) is float:
-            output.SetFromVector(self._pieces.at(t, self._trajectory.rows() if self._zero else None))
-            return
         time = number_of(t)
         parts = [value_at(self._trajectory, t).ravel()]
         inside = self._trajectory.start_time() <= time <= self._trajectory.end_time()
@@ -84,32 +132,16 @@ class TrajectorySource(LeafSystem):
         output.SetFromVector(np.concatenate(parts))
 
 
-class _Pieces:
-    """A piecewise polynomial and its derivatives, evaluated together."""
-
-    def __init__(self, functions: list[Any]):
-        self._breaks = [float(b) for b in functions[0].get_segment_times()]
-        self._coefficients = []
-        for i in range(len(self._breaks) - 1):
-            parts = [f._c[i].reshape(f.rows(), -1) for f in functions]
-            n = max(c.shape[1] for c in parts)
-            together = np.concatenate([np.pad(c, ((0, 0), (0, n - c.shape[1]))) for c in parts])
-            self._coefficients.append(list(np.ascontiguousarray(together.T)))  # highest power last
-
-    def at(self, t: float, values: int | None) -> np.ndarray:
-        """The value and the derivatives at a time [s]; only the first `values` outside, the others zero, if given."""
-        breaks = self._breaks
-        inside = min(max(t, breaks[0]), breaks[-1])
-        i = min(max(bisect.bisect_right(breaks, inside) - 1, 0), len(breaks) - 2)
-        *lower, out = self._coefficients[i]
-        x = inside - breaks[i]
-        for c in reversed(lower):  # Horner's rule
-            out = out * x + c
-        if not lower:
-            out = out.copy()  # a constant, which may begin at minus infinity
-        if values is not None and inside != t:
-            out[values:] = 0.0
-        return out
+def _pieces(functions: list[PiecewisePolynomial], zero_outside: bool) -> paths.Pieces:
+    """A piecewise polynomial and its derivatives, to be evaluated together."""
+    rows, powers = functions[0].rows(), max(c.shape[-1] for c in functions[0]._c)
+    c = np.zeros((len(functions[0]._c), powers, rows * len(functions)))
+    for k, function in enumerate(functions):
+        for i, piece in enumerate(function._c):
+            c[i, : piece.shape[-1], k * rows : (k + 1) * rows] = piece.reshape(rows, -1).T
+    form = np.array([powers, rows if zero_outside else c.shape[-1]], np.int64)
+    breaks = np.array(functions[0].get_segment_times(), float)
+    return paths.Pieces(breaks, c.reshape(-1, c.shape[-1]), form)
 
 
 def number_of(t: Any) -> float:
@@ -142,7 +174,16 @@ class TrajectoryAffineSystem(LeafSystem):
     _generic = True
     _symbolic = False
 
-    def __init__(self, A: Any, B: Any, f0: Any, C: Any, D: Any, y0: Any, time_period: float = 0.0):
+    def __init__(
+        self,
+        A: Any,
+        B: Any,
+        f0: Any,
+        C: Any,
+        D: Any,
+        y0: Any,
+        time_period: float = 0.0,
+    ):
         super().__init__()
         self._of = {"A": A, "B": B, "f0": f0, "C": C, "D": D, "y0": y0}
         self._period = float(time_period)
@@ -186,13 +227,13 @@ class TrajectoryAffineSystem(LeafSystem):
             out = out + self._at(N, t) @ self.get_input_port(0).Eval(context)
         return out
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._map(context, "C", "D", "y0"))
 
-    def _update(self, context: Context, x_next: Any) -> None:
+    def _update(self, context: Context, x_next: DiscreteValues) -> None:
         x_next.set_value(self._map(context, "A", "B", "f0"))
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         derivatives.SetFromVector(self._map(context, "A", "B", "f0"))
 
     def A(self, t: float, /) -> np.ndarray:
@@ -223,12 +264,12 @@ class TrajectoryAffineSystem(LeafSystem):
         """Period of the discrete update [s]; 0: continuous."""
         return self._period
 
-    def configure_default_state(self, x0: Any) -> None:
+    def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
         (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(as_vector(x0))
         self._defaults_changed()
 
-    def configure_random_state(self, covariance: Any) -> None:
+    def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)
 
@@ -252,5 +293,12 @@ class TrajectoryLinearSystem(TrajectoryAffineSystem):
         time_period: Period of the discrete update [s]; 0: continuous.
     """
 
-    def __init__(self, A: Any, B: Any, C: Any, D: Any, time_period: float = 0.0):
+    def __init__(
+        self,
+        A: Any,
+        B: Any,
+        C: Any,
+        D: Any,
+        time_period: float = 0.0,
+    ):
         super().__init__(A, B, None, C, D, None, time_period)

@@ -6,8 +6,8 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,15 @@ from sheldrake.common._files import whole_file
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.framework._engine.store import Store
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import numpy as np
+    import pandas
+    import xarray
+
+    from sheldrake.common._types import Scalars
 
 # ---- kinds and units of quantities, from their names
 
@@ -115,31 +124,51 @@ def write_npz(path: str | os.PathLike, **arrays: np.ndarray) -> None:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]  # names of arrays, not its other parameters
 
 
-def write_mcap(path: str | os.PathLike, logs: Mapping[str, Any], call: str) -> None:
-    """A topic for each log; messages are JSON objects with a number for each element, NaN and infinity as null."""
+class Channel(NamedTuple):
+    """What an MCAP file has under one topic: JSON objects in time.
+
+    Attributes:
+        topic: Its name.
+        schema_name: What viewers know such objects by.
+        schema: The same as a JSON schema.
+        times: [s].
+        message: The object of sample k.
+    """
+
+    topic: str
+    schema_name: str
+    schema: dict[str, Any]
+    times: list[float]
+    message: Callable[[int], dict[str, Any]]
+
+
+def log_channel(title: str, log: Any) -> Channel:
+    """A log as objects with a number for each element, NaN and infinity as null."""
+    names, data = log.names(), log.data().T
+    properties = {n: {"type": "number", "description": u} for n, u in zip(names, log.units())}
+
+    def message(k: int) -> dict[str, Any]:
+        return {n: x if math.isfinite(x) else None for n, x in zip(names, data[k].tolist())}
+
+    schema = {"type": "object", "properties": properties}
+    return Channel("/" + title.lstrip("/"), title, schema, log.sample_times().tolist(), message)
+
+
+def write_mcap(path: str | os.PathLike, channels: list[Channel], call: str) -> None:
+    """Writes channels, messages in the order of their times, and of channels where times are equal."""
 
     writers = _need("mcap.writer", call, "pip install 'sheldrake[mcap]'")
     with whole_file(path) as file:
         writer = writers.Writer(file)
         writer.start("", "sheldrake")
         queue: list[tuple[int, int, int, int]] = []
-        records = []
-        for number, (title, log) in enumerate(logs.items()):
-            names = log.names()
-            schema = {
-                "type": "object",
-                "properties": {n: {"type": "number", "description": u} for n, u in zip(names, log.units())},
-            }
-            schema_id = writer.register_schema(title, "jsonschema", json.dumps(schema).encode())
-            channel = writer.register_channel("/" + title.lstrip("/"), "json", schema_id)
-            times, data = log.sample_times(), log.data().T
-            records.append((names, data))
-            queue += [(round(t * 1e9), number, row, channel) for row, t in enumerate(times.tolist())]
-        for nanoseconds, number, row, channel in sorted(queue):
-            names, data = records[number]
-            message = {n: x if math.isfinite(x) else None for n, x in zip(names, data[row].tolist())}
-            text = json.dumps(message).encode()
-            writer.add_message(channel, nanoseconds, text, nanoseconds, row)
+        for number, (topic, name, schema, times, _) in enumerate(channels):
+            schema_id = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+            channel = writer.register_channel(topic, "json", schema_id)
+            queue += [(round(t * 1e9), number, k, channel) for k, t in enumerate(times)]
+        for nanoseconds, number, k, channel in sorted(queue):
+            text = json.dumps(channels[number].message(k)).encode()
+            writer.add_message(channel, nanoseconds, text, nanoseconds, k)
         writer.finish()
 
 
@@ -188,7 +217,7 @@ class VectorLog:
         samples.flags.writeable = False
         return samples
 
-    def AddData(self, time: float, sample: Any) -> None:
+    def AddData(self, time: float, sample: Scalars) -> None:
         """Appends a sample.
 
         Raises:
@@ -229,7 +258,7 @@ class VectorLog:
         """Units of the elements as far as their names tell, else ""."""
         return [quantity(name).unit for name in self.names()]
 
-    def ToDataFrame(self) -> Any:
+    def ToDataFrame(self) -> pandas.DataFrame:
         """The log as a pandas DataFrame, indexed by time [s].
 
         Raises:
@@ -239,7 +268,7 @@ class VectorLog:
         index = pandas.Index(self.sample_times(), name="time")
         return pandas.DataFrame(self.data().T, columns=self.names(), index=index)
 
-    def ToXarray(self) -> Any:
+    def ToXarray(self) -> xarray.DataArray:
         """The log as an xarray DataArray with dimensions `time` [s] and `element`, whose names and units it has.
 
         Raises:
@@ -273,7 +302,7 @@ class VectorLog:
         Raises:
             ImportError: mcap is not installed.
         """
-        write_mcap(path, {topic: self}, "VectorLog.ToMcap()")
+        write_mcap(path, [log_channel(topic, self)], "VectorLog.ToMcap()")
 
 
 class _ContextLog(VectorLog):
@@ -289,7 +318,7 @@ class _ContextLog(VectorLog):
     def _names(self) -> list[str]:
         return self._source_names() or super()._names()
 
-    def AddData(self, time: float, sample: Any) -> None:
+    def AddData(self, time: float, sample: Scalars) -> None:
         sample = np.asarray(sample)
         if sample.shape != (self._size,):
             raise RuntimeError(f"VectorLog.AddData(): a sample has size {self._size}, got shape {sample.shape}.")
@@ -302,7 +331,7 @@ class _ContextLog(VectorLog):
         logs.reserve(self._store, self._number, int(capacity))
 
 
-def _need(module: str, call: str, hint: str) -> Any:
+def _need(module: str, call: str, hint: str) -> ModuleType:
     import importlib
 
     try:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.common.schema import Transform
 from sheldrake.geometry import (
     ClippingRange,
@@ -44,22 +42,13 @@ _MAKERS: dict[type, Any] = {
 }
 
 
-class _Copied:
-    """Copies are deep."""
-
-    def __copy__(self) -> _Copied:
-        return copy.deepcopy(self)
-
-
 def _either(x: float | None, y: float | None, kind: str) -> tuple[float, float]:
     if x is None and y is None:
         raise RuntimeError(f"Invalid camera configuration; you must define at least x or y for {kind}.")
     return (y if x is None else x), (x if y is None else y)  # type: ignore[return-value]
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class FocalLength(_Copied):
+class FocalLength(Options):
     """A lens by its focal lengths; one that is missing is as the other.
 
     Attributes:
@@ -79,9 +68,7 @@ class FocalLength(_Copied):
         return _either(self.x, self.y, "FocalLength")[1]
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class FovDegrees(_Copied):
+class FovDegrees(Options):
     """A lens by its fields of view; for one that is missing, pixels are square.
 
     Attributes:
@@ -107,9 +94,7 @@ class FovDegrees(_Copied):
         return self._focal(width, height)[1]
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class CameraConfig(_Copied):
+class CameraConfig(Options):
     """A camera: its lens, where it is, who draws, which images there are and when.
 
     Attributes:
@@ -142,19 +127,19 @@ class CameraConfig(_Copied):
 
     width: int = 640
     height: int = 480
-    focal: FocalLength | FovDegrees = dataclasses.field(default_factory=lambda: FovDegrees(y=45.0))
+    focal: FocalLength | FovDegrees = FovDegrees(y=45.0)
     center_x: float | None = None
     center_y: float | None = None
     clipping_near: float = 0.01
     clipping_far: float = 500.0
     z_near: float = 0.1
     z_far: float = 5.0
-    X_PB: Transform = dataclasses.field(default_factory=Transform)
-    X_BC: Transform = dataclasses.field(default_factory=Transform)
-    X_BD: Transform = dataclasses.field(default_factory=Transform)
+    X_PB: Transform = Transform()
+    X_BC: Transform = Transform()
+    X_BD: Transform = Transform()
     renderer_name: str = "default"
     renderer_class: str | RenderEngineVtkParams | RenderEngineGlParams | RenderEngineGltfClientParams = ""
-    background: Rgba = dataclasses.field(default_factory=lambda: Rgba(204 / 255, 229 / 255, 1.0))
+    background: Rgba = Rgba(204 / 255, 229 / 255, 1.0)
     name: str = "preview_camera"
     fps: float = 10.0
     capture_offset: float = 0.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 import io
 import os
 from pathlib import Path
@@ -12,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
-from sheldrake.common._options import typed_fields
+from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry._image import (
     ImageDepth16U,
@@ -57,9 +55,7 @@ _MODES: dict[str, tuple[Any, PixelScalar, int, type]] = {
 }
 
 
-@typed_fields
-@dataclasses.dataclass(kw_only=True, eq=False)
-class Metadata:
+class Metadata(Options):
     """What a file says about its image.
 
     Attributes:
@@ -77,12 +73,6 @@ class Metadata:
     depth: int = 0
     channels: int = 0
     scalar: PixelScalar = PixelScalar.k8U
-
-    def __copy__(self) -> Metadata:
-        return dataclasses.replace(self)
-
-    def __deepcopy__(self, memo: dict) -> Metadata:
-        return copy.copy(self)
 
 
 class ImageIo:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sheldrake.multibody.contact_solvers import _arrays
-from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels import problem as codes
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactLaw, ContactState, DofVectors, Participation
 from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 from sheldrake.multibody.contact_solvers._kernels.tamsi import step_limit

@@ -7,7 +7,7 @@ import pytest
 from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
 
 from sheldrake.common._kernels.vec import dot_six, mul_packed_six, put_packed_six
-from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels import problem as codes
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactIndex, ContactState
 
 SIZES = (6, 6, 4, 6, 2)

@@ -1,9 +1,12 @@
 """Postures of an arm, by what they must satisfy; gradients by differences."""
 
+import copy
+
 import numpy as np
 import pytest
 
 from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Sphere
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from sheldrake.multibody.inverse_kinematics import (
@@ -89,6 +92,34 @@ def test_gradients_are_those_of_differences(arm, make):
     h = 1e-6
     columns = [(constraint.Eval(x + h * e) - constraint.Eval(x - h * e)) / (2 * h) for e in np.eye(x.size)]
     np.testing.assert_allclose(J, np.stack(columns, axis=1), atol=1e-7)
+
+
+def test_distances_by_kernels_are_those_of_queries(arm):
+    plant, context = arm
+    constraint = MinimumDistanceLowerBoundConstraint(plant, 0.01, context, None, 0.5)
+    for q in np.random.default_rng(5).uniform(-1.5, 1.5, (20, 6)):
+        native = constraint._native(q)
+        distances, J = native.distances(q), native.slopes()
+        query, pairs = constraint._pairs(q)
+        assert len(pairs) == len(distances)
+        order = np.argsort([pair.distance for pair in pairs])
+        np.testing.assert_allclose(np.sort(distances), [pairs[k].distance for k in order], rtol=0, atol=1e-12)
+        slopes = [constraint._pair_slope(query, pairs[k]) for k in order]
+        np.testing.assert_allclose(J[np.argsort(distances)], slopes, rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(plant.GetPositions(context), q)
+
+
+def test_distances_follow_what_changes_in_the_context(arm):
+    plant, context = arm
+    constraint = MinimumDistanceLowerBoundConstraint(plant, 0.01, context, None, 0.5)
+    q = np.full(6, 0.2)
+    assert constraint._native(q) is constraint._native(q + 0.1)
+    query = plant.get_geometry_query_input_port().Eval(context)
+    moment = copy.copy(query)  # the poses of this moment, for ever
+    before = constraint.Eval(q)
+    plant.get_geometry_query_input_port().FixValue(context, AbstractValue.Make(moment))
+    assert constraint._native(q) is None
+    assert constraint.Eval(np.zeros(6)) != before and constraint.Eval(np.zeros(6)) == constraint.Eval(np.ones(6))
 
 
 def test_free_bodies_get_unit_quaternions():

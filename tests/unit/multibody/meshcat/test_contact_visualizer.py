@@ -197,3 +197,25 @@ def test_a_scene_of_arrows_alone_is_measured_ever_more_seldom():
     assert lengths[-1] == 2.0 and scene.measured == 8
     longest.forget()
     assert float(longest.of(5.0)) == 2.0 and scene.measured == 9
+
+
+def test_a_publish_of_many_recorded_arrows_takes_as_many_calls_as_of_few():
+    """Arrows that are there already are shown, placed and stretched all at once, with and without a recording."""
+    import sys
+
+    def calls(count):
+        meshcat = Meshcat(port=0)
+        arrows = _PointContactVisualizer(meshcat, ContactVisualizerParams())
+        paths = arrows.paths([("a", "b")] * count)
+        forces, points = np.tile([0.0, 0.0, 5.0], (count, 1)), np.zeros((count, 3))
+        meshcat.StartRecording(8.0)
+        for time, size in ((0.0, 1.0), (0.125, 0.0), (0.25, 2.0), (0.375, 3.0)):
+            made = []
+            sys.setprofile(lambda _frame, event, _of, made=made: made.append(1) if event == "call" else None)
+            arrows.show(time, paths, size * forces, points)
+            sys.setprofile(None)
+        tracks = meshcat.get_mutable_recording()._tracks
+        assert [len(tracks[f"{path}/cylinder"]["scale"][1]) for path in paths] == [3] * count
+        return len(made)
+
+    assert abs(calls(100) - calls(10)) < 30  # of Python functions; one for each arrow would be 90 more

@@ -156,12 +156,24 @@ def test_structs_are_filled_by_keyword_printed_and_copied():
     deep = copy.deepcopy(model)
     deep.default_joint_positions["j"] = np.ones(1)
     assert model.default_joint_positions == {}
-    with pytest.raises(AttributeError, match="has no field 'nme'; its fields are file, name"):
+    with pytest.raises(AttributeError, match="has no attribute 'nme'; it has file, name"):
         AddModel(nme="a")
-    with pytest.raises(TypeError, match="name must be"):
+    with pytest.raises(TypeError, match=r"AddModelInstance\.name: .*expected str"):
         AddModelInstance(name=3)
     assert ModelDirective().add_model is None
     assert ModelDirectives().directives == []
+
+
+def test_what_is_set_is_copied_and_numbers_become_arrays():
+    instance = AddModelInstance(name="a")
+    directive = ModelDirective(add_model_instance=instance)
+    instance.name = "b"
+    assert directive.add_model_instance.name == "a"
+    model = AddModel(default_joint_positions={"j": [1, 2]})
+    assert model.default_joint_positions["j"].dtype == float
+    for bad in ({"j": "x"}, {3: [1.0]}, [1.0]):
+        with pytest.raises(TypeError, match="default_joint_positions"):
+            model.default_joint_positions = bad
 
 
 def test_flattening_prefixes_names(tmp_path):

@@ -12,7 +12,7 @@ from sheldrake.geometry import AddContactMaterial, Box, HalfSpace, ProximityProp
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels import newton
-from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
+from sheldrake.multibody.contact_solvers._kernels.problem import SOLVED
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, DiscreteContactApproximation
 from sheldrake.multibody.tree import PrismaticJoint, SpatialInertia
 from sheldrake.systems.framework import DiagramBuilder

@@ -7,7 +7,7 @@ import pytest
 from free_bodies import FreeBodies, box_inertia, random_quaternion
 
 from sheldrake import geometry as g
-from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels import problem as codes
 from sheldrake.multibody.contact_solvers._kernels.problem import Participation
 from sheldrake.multibody.contact_solvers._status import explain_solver_status
 
@@ -119,8 +119,8 @@ def test_a_body_without_mass_is_a_status():
 
 
 def test_every_status_is_explained():
-    values = {v for k, v in vars(codes).items() if k.isupper() and k != "SOLVED"}
-    assert all(explain_solver_status(v) for v in values)
+    values = {v for k, v in vars(codes).items() if k.isupper() and isinstance(v, int) and v > 100}
+    assert len(values) > 9 and all(explain_solver_status(v) for v in values)
     assert explain_solver_status(0) == ""
 
 

@@ -334,3 +334,21 @@ def test_a_missing_model_is_named():
 
     with pytest.raises(ValueError, match=r"gives \['other'\]; .*step.* needs 'model'"):
         Bare().CreateDefaultContext()
+
+
+@kernel(top=True)
+def stretched(model: Springs, table: Matrix, xd: Vector, y: Vector) -> None:
+    y[0] = model.settings[0] * table[0, 0] * xd[0]
+
+
+def test_constant_arrays_under_a_name_that_is_no_model_are_refused_when_built():
+    class Stretched(Chain):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorOutputPort("stretched", 1, stretched)
+
+        def _kernel_models(self, root):
+            return super()._kernel_models(root) | {"table": self.K}
+
+    with pytest.raises(TypeError, match=r"stretched.*parameter 'table' is given constant arrays.*'table_model'"):
+        Stretched().CreateDefaultContext()

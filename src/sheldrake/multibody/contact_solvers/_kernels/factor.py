@@ -20,6 +20,10 @@ from sheldrake.common._kernels.vec import (
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    FACTOR_CAPACITY,
+    HESSIAN_NOT_POSITIVE,
+    SOLVED,
+    TAMSI_FAILED,
     contacts_of_island,
     diagonal,
     dofs_above,
@@ -29,12 +33,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     has_base_of_six,
     is_chain_of_six,
     rows_of_island,
-)
-from sheldrake.multibody.contact_solvers._kernels.status import (
-    FACTOR_CAPACITY,
-    HESSIAN_NOT_POSITIVE,
-    SOLVED,
-    TAMSI_FAILED,
 )
 
 # ---- the graph of trees
@@ -423,8 +421,8 @@ def factorise_branches(model, problem, factor):
 
 
 @kernel(outline=True)
-def solve_branches(model, problem, factor):
-    """dv = -H^-1 gradient."""
+def eliminate_branches(model, problem, factor):
+    """rhs = -L^-T gradient."""
     L, x = factor.L, factor.rhs
     first, end = dofs_of(model, problem)
     begin = first + problem.base_dofs
@@ -433,7 +431,6 @@ def solve_branches(model, problem, factor):
     for k in range(end - 1, begin - 1, -1):
         for i, at in dofs_above_from(factor, k, begin):
             x[i] -= L[at] * x[k]
-    base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if begin > first:
         base = load_six(x, first)
         for k in range(end - 1, begin - 1, -1):
@@ -442,6 +439,16 @@ def solve_branches(model, problem, factor):
         for k in range(begin - 1, first - 1, -1):
             for i, at in dofs_above(factor, k):
                 x[i] -= L[at] * x[k]
+
+
+@kernel(outline=True)
+def substitute_branches(model, problem, factor):
+    """dv = L^-1 D^-1 rhs."""
+    L, x = factor.L, factor.rhs
+    first, end = dofs_of(model, problem)
+    begin = first + problem.base_dofs
+    base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if begin > first:
         for k in range(first, begin):
             x_k = x[k] * L[diagonal(factor, k)]
             for i, at in dofs_above(factor, k):
@@ -457,6 +464,13 @@ def solve_branches(model, problem, factor):
             x_k = subtract_dot_six_backwards(x_k, load_six(L, factor.dofs[k].row_start), base)
         x[k] = x_k
         problem.dv[k] = x_k
+
+
+@kernel
+def solve_branches(model, problem, factor):
+    """dv = -H^-1 gradient."""
+    eliminate_branches(model, problem, factor)
+    substitute_branches(model, problem, factor)
 
 
 # ---- Cholesky by blocks

@@ -23,6 +23,16 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     put_v0,
     whole_cost,
 )
+from sheldrake.multibody.contact_solvers._kernels.delassus import (
+    along_impulses,
+    evaluate_impulses,
+    few_contacts,
+    move_impulses,
+    put_velocities,
+    slope_there,
+    start_impulses,
+    step_of_impulses,
+)
 from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import (
     closing_speed,
@@ -32,6 +42,11 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
 )
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
+    FACTOR_CAPACITY,
+    HESSIAN_NOT_POSITIVE,
+    ITERATION_LIMIT,
+    LINE_SEARCH_FAILED,
+    SOLVED,
     VC,
     contact_velocities,
     contacts_of_island,
@@ -41,13 +56,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     row_velocities,
     rows_of_island,
-)
-from sheldrake.multibody.contact_solvers._kernels.status import (
-    FACTOR_CAPACITY,
-    HESSIAN_NOT_POSITIVE,
-    ITERATION_LIMIT,
-    LINE_SEARCH_FAILED,
-    SOLVED,
+    with_drift,
 )
 
 # ---- line search
@@ -250,8 +259,68 @@ def iterate(model, problem, contacts, rows, factor):
     return ITERATION_LIMIT
 
 
+ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at again for v
+
+
+@kernel
+def factor_without_contacts(model, problem, contacts, rows, factor):
+    """Factorises A', what of the Hessian does not come from contacts; a status."""
+    end = problem.contacts_end
+    problem.contacts_end = problem.contacts_begin
+    status = numeric_factor(model, problem, contacts, rows, factor)
+    problem.contacts_end = end
+    return status
+
+
 @kernel(outline=True)
-def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
+def search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A):
+    """`search` along a step of impulses, whose slopes have those of the rows."""
+    momentum, cost = whole_cost(model, problem, contacts, rows)
+    end = problem.rows_end
+    problem.rows_end = problem.rows_begin
+    alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+    problem.rows_end = end
+    return alpha, found
+
+
+@kernel(outline=True)
+def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left, soft):
+    """The iterations of `iterate_to_rest`, with the impulses of n contacts as unknowns: a status, and the excess.
+
+    `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess.
+    """
+    if factor_without_contacts(model, problem, contacts, rows, factor) != SOLVED:
+        return HESSIAN_NOT_POSITIVE, excess
+    g_y, norm2 = start_impulses(model, problem, contacts, factor, n)
+    theta = 1.0 + 0.0 * g_y
+    scale = excess / norm2
+    for _ in range(model.max_iterations):
+        step_of_impulses(problem, contacts, factor, n, theta)
+        slope, slope_A, curvature_A = along_impulses(problem, contacts, factor, n, theta, g_y)
+        problem.iterations += 1
+        alpha = 1.0 + 0.0 * slope
+        before = excess
+        move_impulses(problem, contacts, factor, n, alpha)
+        excess = scale * evaluate_impulses(model, problem, contacts, factor, n, 0.0 * theta)
+        if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
+            move_impulses(problem, contacts, factor, n, -alpha)
+            alpha, found = search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
+            if found == 0:
+                return LINE_SEARCH_FAILED, excess
+            move_impulses(problem, contacts, factor, n, alpha)
+            excess = scale * evaluate_impulses(model, problem, contacts, factor, n, (1.0 - alpha) * theta)
+        theta = (1.0 - alpha) * theta
+        if excess <= ENOUGH or -slope <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
+            break
+        if soft:
+            update_duals(model, problem, contacts, alpha)
+    put_velocities(model, problem, factor, n, theta)
+    excess, _, _ = evaluate_v(model, problem, contacts, rows)
+    return SOLVED, excess
+
+
+@kernel(outline=True)
+def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     """Iterations until what can rest does, from an iterate whose `optimality` is known; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
@@ -264,6 +333,13 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
     if soft:
         relative = excess * model.relative_tolerance * model.relative_tolerance
         initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
+    n = few_contacts(problem, factor)
+    if n > 0:
+        status, excess = iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, DECREMENT * size, soft)
+        if status != SOLVED or excess <= 1.0:
+            return status
+        if soft:
+            initial_duals(model, problem, contacts, 1.0)
     fresh = 1
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, fresh)
@@ -368,7 +444,7 @@ def predict_slip(model, problem, contacts):
         vx, vy, _ = contact.vc
         slip2 = vx * vx + vy * vy
         if slip2 > 0.0:
-            put_velocity(contact, problem.v_star, DVC)
+            put_velocity(contact, problem.v_star, DVC, True)
             n = model.dt * contact.stiffness * contact.depth
             stops = (contact.vhat_n - contact.dvc[2]) / (contact.R_n + contact.delassus)
             if n <= 0.0:
@@ -383,7 +459,7 @@ def predict_slip(model, problem, contacts):
                 problem.dv[k] -= f * problem.mobility[k] * (contact.J[0, a] * vx + contact.J[1, a] * vy)
     for c in range(problem.num_contacts):
         contact = contacts[c]
-        put_velocity(contact, problem.dv, DVC)
+        put_velocity(contact, problem.dv, DVC, True)
         contact.vhat_n -= glide(model, contact, contact.vc, contact.dvc)
 
 
@@ -392,7 +468,7 @@ def update_slip(model, problem, contacts):
     """Takes the slip of the iterate off the island's contacts instead; by how much one changes at most [m/s]."""
     most = 0.0
     for contact in contacts_of_island(problem, contacts):
-        put_velocity(contact, problem.v0, DVC)
+        put_velocity(contact, problem.v0, DVC, True)
         v0, v1 = contact.dvc, contact.vc
         vhat = closing_speed(contact, model.dt) - glide(model, contact, v0, v1)
         change = magnitude(vhat - contact.vhat_n)
@@ -408,9 +484,9 @@ def iterate_on_slip(model, problem, contacts, rows, factor):
     for _ in range(SLIPS):
         if update_slip(model, problem, contacts) <= SAME_SLIP * model.stiction:
             return SOLVED
-        excess, _, _ = evaluate(model, problem, contacts, rows)
+        excess, momentum, impulse = evaluate(model, problem, contacts, rows)
         if not excess <= 1.0:
-            status = iterate_to_rest(model, problem, contacts, rows, factor, excess, False)
+            status = iterate_to_rest(model, problem, contacts, rows, factor, excess, momentum + impulse, False)
             if status != SOLVED:
                 return status
         status = with_slopes(model, problem, contacts, rows, factor, excess)
@@ -448,7 +524,7 @@ def try_rest(model, problem, contacts, rows):
         problem.p[k] = problem.v[k]
     zero = (0.0, 0.0, 0.0)
     for contact in contacts_of_island(problem, contacts):
-        contact.vc = zero
+        contact.vc = with_drift(contact, zero, True)
     for row in rows_of_island(problem, rows):
         row.vc = 0.0
     excess, _, _ = evaluate(model, problem, contacts, rows)
@@ -490,7 +566,7 @@ def reduce_to_rest(model, problem, contacts, rows, factor, soft):
     moves = not excess <= 1.0  # so is NaN
     status = SOLVED
     if moves:
-        status = iterate_to_rest(model, problem, contacts, rows, factor, excess, soft)
+        status = iterate_to_rest(model, problem, contacts, rows, factor, excess, momentum + impulse, soft)
     elif momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
         try_rest(model, problem, contacts, rows)
     if status == SOLVED:

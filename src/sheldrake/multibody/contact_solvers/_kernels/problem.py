@@ -31,6 +31,19 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
 
+# What a solve can answer. 0 is fine; everything else leaves the state of the step's start untouched.
+SOLVED = 0
+ITERATION_LIMIT = 101
+LINE_SEARCH_FAILED = 102
+HESSIAN_NOT_POSITIVE = 103
+FACTOR_CAPACITY = 104
+CONTACT_CAPACITY = 105
+ROW_CAPACITY = 106
+TAMSI_FAILED = 107
+MASS_NOT_POSITIVE = 108
+UNSUPPORTED_PAIR = 109
+MOTION_NOT_FINITE = 110
+
 # RowIndex.kind
 LIMIT = 0
 ACTUATOR = 1
@@ -156,6 +169,7 @@ class ContactLaw(Record):
     delassus = number("kSap: w", "1/kg")
     back = number("elastic contacts: how much larger the force was half a step back; else 0", "N")
     reach = number("the plant leaves here how far ahead an elastic contact is seen, else 0", "m", same_as=back)
+    drift = numbers(2, "slip at v = 0, of surfaces that run around their bodies as belts do", "m/s")
 
 
 class ContactState(Record):
@@ -254,6 +268,16 @@ class Path(Record):
     row_start = integer("start of its row in L")
 
 
+class Presses(Stack):
+    """Vectors over the directions of few contacts, three each, see `delassus`."""
+
+    impulse = vector("lambda", "N s")
+    start = vector("gamma0, the impulses at v0", "N s")
+    change = vector("dlambda", "N s")
+    residual = vector("what Newton's step makes up for", "N s")
+    drift = vector("J y: what the first step changes where no impulse of a contact does", "m/s")
+
+
 @table
 class SolverModel(NamedTuple):
     """Constants of a plant's contact solver: `model.dt`, `model.trees[t].first_dof`, `model.dofs[k].depth`."""
@@ -306,7 +330,8 @@ class Factor(NamedTuple):
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
     the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, a bit for
-    each pair of trees.
+    each pair of trees. The others are for few contacts with one tree, see `delassus`: L^-T J^T, a row for each contact
+    and dof; W by blocks, and the roots of G; and the matrix of three rows a contact.
     """
 
     slot: IntVector
@@ -316,6 +341,11 @@ class Factor(NamedTuple):
     L: Vector
     rhs: Vector
     branch: Annotated[IntMatrix, Items("dofs", Path)]
+    spread: Matrix
+    delassus: Vector
+    root: Vector
+    small: Vector
+    press: Annotated[Matrix, Presses]
 
 
 # ---- what loops go over: `for contact in contacts_of_island(problem, contacts):`
@@ -452,15 +482,22 @@ FIRST = 0  # column
 
 
 @kernel
-def put_velocity(contact, v, which):
-    """J v of a contact [m/s] becomes its velocity or, `which` being DVC, the change of it."""
+def put_velocity(contact, v, which, drifts):
+    """J v of a contact [m/s], with its drift or without, becomes its velocity or, by DVC, the change of it."""
     if contact.sixes > 0:
         u = velocity_of_six(contact, FIRST, v)
         if contact.sixes > 1:
             u = add3(u, velocity_of_six(contact, SIX, v))
-        store3(contact.velocity, which, u)
+        store3(contact.velocity, which, with_drift(contact, u, drifts))
     else:
-        store3(contact.velocity, which, velocity_of_any(contact, v))
+        store3(contact.velocity, which, with_drift(contact, velocity_of_any(contact, v), drifts))
+
+
+@kernel
+def with_drift(contact, u, drifts):
+    """The velocity at a contact [m/s] of bodies that move so that it is u where surfaces do not run."""
+    x, y = contact.drift
+    return (u[0] + x, u[1] + y, u[2]) if drifts else u
 
 
 @kernel
@@ -482,9 +519,9 @@ def velocity_of_any(contact, v):
 
 @kernel(outline=True)
 def contact_velocities(problem, contacts, v, which):
-    """`put_velocity` of the island's contacts."""
+    """`put_velocity` of the island's contacts: changes are those of J v alone."""
     for contact in contacts_of_island(problem, contacts):
-        put_velocity(contact, v, which)
+        put_velocity(contact, v, which, which == VC)
 
 
 @kernel

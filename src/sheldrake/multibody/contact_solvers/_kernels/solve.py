@@ -22,6 +22,7 @@ from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, predic
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
     DRY_FRICTION,
+    SOLVED,
     VC,
     Contacts,
     Factor,
@@ -34,7 +35,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     trees_of_six,
 )
-from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_island
 
 # ---- who takes part
@@ -97,7 +97,7 @@ def prepare(model, problem, contacts, rows, prepare_contact):
     for c in range(problem.num_contacts):
         contact = contacts[c]
         contact.sixes = trees_of_six(model, contact)
-        put_velocity(contact, problem.v0, VC)
+        put_velocity(contact, problem.v0, VC, True)
         prepare_contact(model, problem, contact)
     prepare_rows(model, problem, rows)
 

@@ -20,14 +20,16 @@ from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, place
 from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, put_tamsi_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
+    FACTOR_CAPACITY,
     FIRST,
+    SOLVED,
+    TAMSI_FAILED,
     VC,
     contact_velocities,
     contacts_of_island,
     dofs_of_island,
     mul_A,
 )
-from sheldrake.multibody.contact_solvers._kernels.status import FACTOR_CAPACITY, SOLVED, TAMSI_FAILED
 
 # ---- step limit
 #

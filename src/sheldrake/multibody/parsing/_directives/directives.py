@@ -1,34 +1,26 @@
 """Model directives: a YAML list of models to add and how to place them."""
 
+from __future__ import annotations
+
 import os
 import typing
+from typing import NoReturn
 
 import numpy as np
 
 from sheldrake.common._files import regular_bytes
+from sheldrake.common._options import Options
+from sheldrake.common._yaml_schema import optional_of
+from sheldrake.common.schema import Rotation, Transform
 
 from .._files.diagnostics import DiagnosticPolicy, Location
-from .._files.struct import Struct, is_optional, plain_type
-
-if typing.TYPE_CHECKING:
-    from sheldrake.common.schema import Transform
-
-
-def __getattr__(name: str):
-    """`Transform`, for resolving annotations; imported only then, because most parsing does without it."""
-    if name == "Transform":
-        from sheldrake.common.schema import Transform
-
-        return Transform
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
 
 MAX_YAML_BYTES = 16 * 1024 * 1024
 _MERGE, _SEQUENCE = "tag:yaml.org,2002:merge", "tag:yaml.org,2002:seq"
 MAX_YAML_NODES = 1_000_000  # an alias counts as often as it is used
 
 
-class AddModel(Struct):
+class AddModel(Options):
     """Adds the model of a file under a name.
 
     Attributes:
@@ -38,34 +30,34 @@ class AddModel(Struct):
         default_free_body_pose: Pose by body or frame name; "" is the only body.
     """
 
-    file: str
-    name: str
-    default_joint_positions: "dict[str, np.ndarray]"
-    default_free_body_pose: "dict[str, Transform]"
+    file: str = ""
+    name: str = ""
+    default_joint_positions: dict[str, np.ndarray] = {}
+    default_free_body_pose: dict[str, Transform] = {}
 
 
-class AddModelInstance(Struct):
+class AddModelInstance(Options):
     """Adds an empty model instance."""
 
-    name: str
+    name: str = ""
 
 
-class AddFrame(Struct):
+class AddFrame(Options):
     """Adds a frame; `X_PF.base_frame` names its parent."""
 
-    name: str
-    X_PF: "Transform"
+    name: str = ""
+    X_PF: Transform = Transform()
 
 
-class AddWeld(Struct):
+class AddWeld(Options):
     """Welds a child frame to a parent frame, at pose `X_PC` (identity by default)."""
 
-    parent: str
-    child: str
-    X_PC: "Transform | None"
+    parent: str = ""
+    child: str = ""
+    X_PC: Transform | None = None
 
 
-class AddCollisionFilterGroup(Struct):
+class AddCollisionFilterGroup(Options):
     """Adds a collision filter group.
 
     Attributes:
@@ -76,35 +68,35 @@ class AddCollisionFilterGroup(Struct):
         ignored_collision_filter_groups: Groups this one does not collide with; itself for no inner collisions.
     """
 
-    name: str
-    members: "list[str]"
-    member_groups: "list[str]"
-    model_namespace: "str | None"
-    ignored_collision_filter_groups: "list[str]"
+    name: str = ""
+    members: list[str] = []
+    member_groups: list[str] = []
+    model_namespace: str | None = None
+    ignored_collision_filter_groups: list[str] = []
 
 
-class AddDirectives(Struct):
+class AddDirectives(Options):
     """Processes another directives file, with names relative to an existing model instance."""
 
-    file: str
-    model_namespace: "str | None"
+    file: str = ""
+    model_namespace: str | None = None
 
 
-class ModelDirective(Struct):
+class ModelDirective(Options):
     """One directive: exactly one of the fields is set."""
 
-    add_model: "AddModel | None"
-    add_model_instance: "AddModelInstance | None"
-    add_frame: "AddFrame | None"
-    add_weld: "AddWeld | None"
-    add_collision_filter_group: "AddCollisionFilterGroup | None"
-    add_directives: "AddDirectives | None"
+    add_model: AddModel | None = None
+    add_model_instance: AddModelInstance | None = None
+    add_frame: AddFrame | None = None
+    add_weld: AddWeld | None = None
+    add_collision_filter_group: AddCollisionFilterGroup | None = None
+    add_directives: AddDirectives | None = None
 
 
-class ModelDirectives(Struct):
+class ModelDirectives(Options):
     """A list of directives, in order."""
 
-    directives: "list[ModelDirective]"
+    directives: list[ModelDirective] = []
 
 
 # What a directive cannot do without.
@@ -118,7 +110,7 @@ _REQUIRED = {
 }
 
 
-def LoadModelDirectives(filename: "str | os.PathLike") -> ModelDirectives:
+def LoadModelDirectives(filename: str | os.PathLike) -> ModelDirectives:
     """The directives in a YAML file.
 
     Raises:
@@ -212,15 +204,15 @@ class _YamlReader:
         except (yaml.YAMLError, RecursionError) as error:
             self._policy.Error(Location(self._source), f"This is not valid YAML: {error}.")
 
-    def _fail(self, node, message: str) -> typing.NoReturn:
+    def _fail(self, node, message: str) -> NoReturn:
         self._policy.Error(Location(self._source, node.start_mark.line + 1, node.start_mark.column + 1), message)
 
     def _convert(self, node, kind, what: str):
-        if is_optional(kind):
+        if (needed := optional_of(kind)) is not None:
             if getattr(node, "value", None) == "" and node.tag.endswith(":null"):
                 return None
-            kind = typing.get_args(kind)[0]
-        plain = plain_type(kind)
+            kind = needed
+        plain = typing.get_origin(kind) or kind
         if plain is str:
             return self._scalar(node, what)
         if plain is np.ndarray:
@@ -230,7 +222,7 @@ class _YamlReader:
         if plain is dict:
             value_kind = typing.get_args(kind)[1]
             return {name: self._convert(value, value_kind, what) for name, value in self._pairs(node, what).items()}
-        if issubclass(plain, Struct):
+        if issubclass(plain, Options):
             return self._struct(node, plain, what)
         return self._transform(node, what)
 
@@ -288,11 +280,12 @@ class _YamlReader:
     def _struct(self, node, plain, what: str):
         kinds = {field.name: field.type for field in plain.__fields__}
         result = plain()
-        result._where = Location(self._source, node.start_mark.line + 1, node.start_mark.column + 1)
+        where = Location(self._source, node.start_mark.line + 1, node.start_mark.column + 1)
+        object.__setattr__(result, "_where", where)
         for name, value in self._pairs(node, what).items():
             if name not in kinds:
                 self._fail(value, f"{what}: unknown key '{name}'; the known keys are {', '.join(kinds)}.")
-            setattr(result, name, self._convert(value, kinds[name], name))
+            object.__setattr__(result, name, self._convert(value, kinds[name], name))  # copies have no `_where`
         return result
 
     def _number(self, node, what: str) -> float:
@@ -305,7 +298,7 @@ class _YamlReader:
             self._fail(node, f"{what}: expected a finite number, found '{text}'.")
         return value
 
-    def _vector(self, node, what: str, size: "int | None" = None) -> np.ndarray:
+    def _vector(self, node, what: str, size: int | None = None) -> np.ndarray:
         if node.tag.startswith("!"):
             self._fail(node, f"{what}: random values ({node.tag}) cannot be used in model directives.")
         items = self._items(node, what)
@@ -314,8 +307,6 @@ class _YamlReader:
         return np.array([self._number(item, what) for item in items], dtype=float)
 
     def _transform(self, node, what: str):
-        from sheldrake.common.schema import Transform
-
         result = Transform()
         for name, value in self._pairs(node, what).items():
             if name == "base_frame":
@@ -329,8 +320,6 @@ class _YamlReader:
         return result
 
     def _rotation(self, node):
-        from sheldrake.common.schema import Rotation
-
         result = Rotation()
         fields = self._pairs(node, "rotation")
         expected = {"!Rpy": ("deg",), "!AngleAxis": ("angle_deg", "axis")}.get(node.tag, ())

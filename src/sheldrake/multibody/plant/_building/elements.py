@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,9 @@ from sheldrake.multibody.tree._force_element import JointElement
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._owner import Owner
 from sheldrake.multibody.tree._rigid_body import body_arguments
+
+if TYPE_CHECKING:
+    pass
 
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
 
@@ -114,11 +117,11 @@ class Elements:
 
     # --- whose
 
-    def has(self, element: Any) -> bool:
+    def has(self, element: object) -> bool:
         """Whether an element is one of these, not of a copy on another scalar."""
         return getattr(element, "_owner", None) is self._owner
 
-    def require_mine(self, call: str, *elements: Any) -> None:
+    def require_mine(self, call: str, *elements: object) -> None:
         """Makes sure that elements are of this plant, or of a copy of it on another scalar.
 
         Raises:

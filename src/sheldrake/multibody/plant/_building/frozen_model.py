@@ -6,7 +6,7 @@ import copy
 import dataclasses
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from sheldrake.multibody.tree._force_element import _JointSpring
 from sheldrake.multibody.tree._forest import Step
 from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
 from sheldrake.multibody.tree._kernels.model import TreeModel
+
+if TYPE_CHECKING:
+    pass
 
 
 class Parameters:

@@ -15,6 +15,7 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     static_share,
 )
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    SOLVED,
     VC,
     Contacts,
     Problem,
@@ -22,7 +23,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     trees_of_six,
 )
-from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant._kernels.forces import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.kinematics import from_root
@@ -228,7 +228,7 @@ def static_friction(
         A, B = geometry_model[table[c].geometry_A], geometry_model[table[c].geometry_B]
         contact = contacts[c]
         contact.sixes = trees_of_six(solver_model, contact)
-        put_velocity(contact, problem.v0, VC)
+        put_velocity(contact, problem.v0, VC, True)
         x, y, _ = contact.vc
         part = static_share(sqrt(x * x + y * y) / solver_model.stiction)
         mu = friction_of_pair(tree_model, p, A, B, A.friction_static, B.friction_static)

@@ -12,12 +12,16 @@ from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import Vector, Vectors, kernel
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
-from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, Contacts, Problem, Rows, SolverModel
-from sheldrake.multibody.contact_solvers._kernels.status import (
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    ACTUATOR,
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
     MOTION_NOT_FINITE,
     SOLVED,
+    Contacts,
+    Problem,
+    Rows,
+    SolverModel,
 )
 from sheldrake.multibody.plant._kernels.contacts import put_contacts
 from sheldrake.multibody.plant._kernels.forces import (

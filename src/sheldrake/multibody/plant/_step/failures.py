@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, face_capacity
-from sheldrake.multibody.contact_solvers._kernels.status import MOTION_NOT_FINITE
+from sheldrake.multibody.contact_solvers._kernels.problem import MOTION_NOT_FINITE
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
@@ -18,6 +18,9 @@ from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_T
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.results import bodies_at_hand
 from sheldrake.systems.framework import Context
+
+if TYPE_CHECKING:
+    pass
 
 
 class Failures:

@@ -241,17 +241,7 @@ def store_free_rows(M, row, I):
     write6(M, row + 15, ((y, -x, zero), (zero, zero, mass)))
 
 
-@kernel
-def damped_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, dt: float) -> None:
-    """Fills `L` with M + dt D, packed; dt = 0 is a copy of M."""
-    for k in range(work.M.shape[0]):
-        work.L[k] = work.M[k]
-    for k in range(len(model.dofs)):
-        dof = model.dofs[k]
-        work.L[dof.row + dof.depth] += dt * p[dof.damping]
-
-
-# ---- the mass matrix's factor L^T D L, and products with packed matrices
+# ---- the mass matrix's factor L^T D L
 #
 # Featherstone 2008, section 6.5; layout in `model`.
 
@@ -423,26 +413,6 @@ def ltdl_solve_of_6(L, start, x, at):
     e = e * L[row_e + 4] - (L[row_e] * a + L[row_e + 1] * b + L[row_e + 2] * c + L[row_e + 3] * d)
     f = f * L[row_f + 5] - (L[row_f] * a + L[row_f + 1] * b + L[row_f + 2] * c + L[row_f + 3] * d + L[row_f + 4] * e)
     write6(x, at, ((a, b, c), (d, e, f)))
-
-
-@kernel
-def packed_times(model: TreeModel, M: Vector, x: Vector, y: Vector) -> None:
-    """y = M x of a packed symmetric matrix; x and y, shape (nv,), are different arrays."""
-    packed_times_span(model, M, 0, len(model.dofs), x, y)
-
-
-@kernel
-def packed_times_span(model: TreeModel, M: Vector, start: int, end: int, x: Vector, y: Vector) -> None:
-    """The same for the dofs [start, end) of one tree or more; only these elements of x and y are touched."""
-    for k in range(start, end):
-        row = model.dofs[k].row
-        y[k] = M[row + model.dofs[k].depth] * x[k]
-        i = model.dofs[k].parent
-        while i >= 0:
-            m = M[row + model.dofs[i].depth]
-            y[k] += m * x[i]
-            y[i] += m * x[k]
-            i = model.dofs[i].parent
 
 
 @kernel

@@ -20,7 +20,7 @@ from sheldrake.common._kernels.vec import (
     write6,
 )
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels import dynamics, forces, kinematics
+from sheldrake.multibody.tree._kernels import dynamics, forces
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
@@ -69,28 +69,6 @@ def calc_inverse_dynamics(
     for i in range(len(model.actuators)):
         k = model.actuators[i].dof
         tau[k] += dynamics.reflected_inertia(model, p, i) * vdot[k]
-
-
-@kernel(top=True, short_loops=True)
-def calc_forward_dynamics(
-    model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: Vector, tau: Vector, dt: float, vdot: Vector
-) -> int:
-    """vdot for applied forces tau, joint damping implicit over dt (0: explicit); all stages.
-
-    Returns:
-        0, or 1 + the dof at which the mass matrix is not positive definite.
-    """
-    kinematics.position_kinematics(model, p, work, q)
-    dynamics.body_inertias(model, p, work)
-    kinematics.velocity_kinematics(model, p, work, q, v)
-    dynamics.bias_term(model, work, 1.0)
-    dynamics.mass_matrix(model, p, work)
-    dynamics.damped_mass_matrix(model, p, work, dt)
-    bad = dynamics.ltdl(model, work.L)
-    for k in range(vdot.shape[0]):
-        vdot[k] = tau[k] - work.bias[k] - p[model.dofs[k].damping] * v[k]
-    dynamics.ltdl_solve(model, work.L, vdot)
-    return bad + 1
 
 
 @kernel(top=True, short_loops=True)

@@ -20,7 +20,7 @@ from sheldrake.systems.framework._kernels import loop
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.integrate import Integrator
 from sheldrake.systems.framework._kernels.program import Run, RunWords, Side, SideWords
-from sheldrake.systems.framework._kernels.worlds import Journey, Where
+from sheldrake.systems.framework._kernels.worlds import Progress, Where
 
 _LINE = 8
 """Numbers in a line of the processor's cache."""
@@ -39,7 +39,7 @@ class Worlds:
     Attributes:
         S: slabs, shape (count, size of the layout); a view of `slab`, whose rows are longer.
         I: sides likewise, a view of `side`.
-        journey: see `_kernels.worlds.Journey`, shape (count, 3).
+        progress: see `_kernels.worlds.Progress`, shape (count, 3).
         tables: all of it, for kernels.
     """
 
@@ -53,7 +53,7 @@ class Worlds:
         self.side = np.zeros((count, store.I.size + RunWords.SIZE), np.int64)
         self.L = np.empty((count, store.L.size))
         self.S, self.I = self.slab[:, : store.S.size], self.side[:, : store.I.size]
-        self.journey = np.zeros((count, Journey.SIZE), np.int64)
+        self.progress = np.zeros((count, Progress.SIZE), np.int64)
         self._stores: dict[int, Store] = {}
         self._log_words: list[int] = []
         for a, b in _pieces(store.S):
@@ -94,7 +94,7 @@ class Worlds:
         parts = np.array(_without(kept, len(first_slab)), np.int64)
         none = np.zeros(0, np.int64)
         words = none, none.view(float), np.zeros(3, np.int64)
-        return tables.Worlds(self.slab, self.side, self.journey, *words, where, first_slab, first_side, parts)
+        return tables.Worlds(self.slab, self.side, self.progress, *words, where, first_slab, first_side, parts)
 
     def bind(self, chain: np.ndarray) -> None:
         """Makes the words with which `advance`, `outputs` and `begin_world` are called on each world.

@@ -55,12 +55,12 @@ class Part(Record):
     end = integer("behind the last")
 
 
-class Journey(Record):
+class Progress(Record):
     """How far a world is."""
 
-    code = integer("OPEN, or what ended the journey")
+    code = integer("OPEN, or what ended the rollout")
     sample = integer("how many samples are done")
-    under_way = integer("1: it has set off for the next one")
+    under_way = integer("1: it advances to the next one")
 
 
 @table
@@ -70,7 +70,7 @@ class Worlds(NamedTuple):
     Attributes:
         slab: slabs, and what else is floating point.
         side: sides, and what else is int64.
-        journey: how far they are.
+        progress: how far they are.
         words: what the callees are called with.
         bits: `words` once more, as floats.
         callee: addresses of what is called.
@@ -81,7 +81,7 @@ class Worlds(NamedTuple):
 
     slab: Matrix
     side: IntMatrix
-    journey: Annotated[IntMatrix, Journey]
+    progress: Annotated[IntMatrix, Progress]
     words: IntVector
     bits: Vector
     callee: IntVector
@@ -92,26 +92,26 @@ class Worlds(NamedTuple):
 
 
 @table
-class Trip(NamedTuple):
+class Rollout(NamedTuple):
     """What worlds are to do.
 
     Attributes:
         who: which worlds.
         time: of each of them a, b, c and d: sample k is at a + b (c + d k) [s].
         state: with which each of them begins anew, continuous and discrete; no rows: they go on from where they are.
-        given: inputs, sample by sample of the first world, then of the next.
-        given_at: where in the slab they belong.
-        kept: outputs likewise.
-        kept_at: where in the slab they are.
+        inputs: sample by sample of the first world, then of the next.
+        inputs_at: where in the slab they belong.
+        outputs: likewise.
+        outputs_at: where in the slab they are.
     """
 
     who: IntVector
     time: Matrix
     state: Matrix
-    given: Matrix
-    given_at: IntVector
-    kept: Matrix
-    kept_at: IntVector
+    inputs: Matrix
+    inputs_at: IntVector
+    outputs: Matrix
+    outputs_at: IntVector
 
 
 @kernel
@@ -142,32 +142,32 @@ def set_back(worlds: Worlds, w: int) -> None:
 
 
 @kernel
-def set_off(worlds, trip, w, j, row, sample):
+def begin_sample(worlds, rollout, w, j, row, sample):
     """Gives a world the inputs of a sample, and the time until which it advances."""
-    for i in range(len(trip.given_at)):
-        worlds.slab[w, trip.given_at[i]] = trip.given[row, i]
-    if sample == 0 or len(trip.given_at) > 0:
+    for i in range(len(rollout.inputs_at)):
+        worlds.slab[w, rollout.inputs_at[i]] = rollout.inputs[row, i]
+    if sample == 0 or len(rollout.inputs_at) > 0:
         out_of_date(worlds, w)
-    until = trip.time[j, 0] + trip.time[j, 1] * (trip.time[j, 2] + sample * trip.time[j, 3])
+    until = rollout.time[j, 0] + rollout.time[j, 1] * (rollout.time[j, 2] + sample * rollout.time[j, 3])
     worlds.bits[w * worlds.width + worlds.until_word] = until
     worlds.side[w, worlds.fresh] = 1
     worlds.side[w, worlds.terminate] = 0
 
 
 @kernel(outline=True)
-def begin_anew(worlds: Worlds, trip: Trip, w: int, j: int, row: int) -> int:
-    """A new beginning with the state, and the first inputs, of the trip; DONE or ERROR."""
+def begin_again(worlds: Worlds, rollout: Rollout, w: int, j: int, row: int) -> int:
+    """A new beginning with the state, and the first inputs, of the rollout; DONE or ERROR."""
     set_back(worlds, w)
-    for i in range(trip.state.shape[1]):
-        worlds.slab[w, 1 + i] = trip.state[j, i]
-    for i in range(len(trip.given_at)):
-        worlds.slab[w, trip.given_at[i]] = trip.given[row, i]
+    for i in range(rollout.state.shape[1]):
+        worlds.slab[w, 1 + i] = rollout.state[j, i]
+    for i in range(len(rollout.inputs_at)):
+        worlds.slab[w, rollout.inputs_at[i]] = rollout.inputs[row, i]
     return on_world(worlds, w, BEGIN)
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def travel(worlds: Worlds, trip: Trip, first: int, last: int, samples: int, budget: int) -> int:
-    """Takes worlds `who[first:last]` through all samples of the trip, one world after the other.
+def roll_out(worlds: Worlds, rollout: Rollout, first: int, last: int, samples: int, budget: int) -> int:
+    """Takes worlds `who[first:last]` through all samples of the rollout, one world after the other.
 
     For each sample a world gets its inputs, advances, and gives its outputs.
 
@@ -179,26 +179,26 @@ def travel(worlds: Worlds, trip: Trip, first: int, last: int, samples: int, budg
     """
     left = 0
     for j in range(first, last):
-        w = trip.who[j]
+        w = rollout.who[j]
         world = worlds[w]
         taken = 0
-        if world.code == OPEN and world.sample == 0 and world.under_way == 0 and trip.state.shape[0] > 0:
-            code = begin_anew(worlds, trip, w, j, j * samples)
+        if world.code == OPEN and world.sample == 0 and world.under_way == 0 and rollout.state.shape[0] > 0:
+            code = begin_again(worlds, rollout, w, j, j * samples)
             if code != DONE:
                 world.code = code
         while world.code == OPEN and taken < budget:
             row = j * samples + world.sample
             if world.under_way == 0:
-                set_off(worlds, trip, w, j, row, world.sample)
+                begin_sample(worlds, rollout, w, j, row, world.sample)
                 world.under_way = 1
             before = worlds.side[w, worlds.steps]
             worlds.side[w, worlds.budget] = budget - taken
             code = on_world(worlds, w, ADVANCE)
             taken += worlds.side[w, worlds.steps] - before
-            if code == DONE and len(trip.kept_at) > 0:
+            if code == DONE and len(rollout.outputs_at) > 0:
                 code = on_world(worlds, w, OUTPUTS)
-                for i in range(len(trip.kept_at)):
-                    trip.kept[row, i] = worlds.slab[w, trip.kept_at[i]]
+                for i in range(len(rollout.outputs_at)):
+                    rollout.outputs[row, i] = worlds.slab[w, rollout.outputs_at[i]]
             if code == DONE:
                 world.under_way = 0
                 world.sample += 1
@@ -212,10 +212,10 @@ def travel(worlds: Worlds, trip: Trip, first: int, last: int, samples: int, budg
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def visit(worlds: Worlds, trip: Trip, first: int, last: int, callee: int) -> None:
+def call_each(worlds: Worlds, rollout: Rollout, first: int, last: int, callee: int) -> None:
     """Calls OUTPUTS or BEGIN on worlds `who[first:last]`; their codes say how it went: DONE or ERROR."""
     for j in range(first, last):
-        w = trip.who[j]
+        w = rollout.who[j]
         out_of_date(worlds, w)
         world = worlds[w]
         world.code = on_world(worlds, w, callee)

@@ -20,7 +20,7 @@ from render_scenes import (
 
 from sheldrake import geometry as g
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.geometry._kernels import raster_picture
+from sheldrake.geometry._kernels import raster_image
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw
 from sheldrake.systems.sensors import CameraInfo
 
@@ -205,7 +205,7 @@ def test_compiled_pictures_are_those_of_the_python_source(kind, monkeypatch):
     things.append(seen(g.Box(0.4, 0.4, 2), color=(0, 1, 0, 0.4), label=9))
     X_WC = looking_from([2.0, 2.5, 2.0])
     compiled = getattr(Studio(*things), kind)(X_WC, lens=lens)
-    kernel = raster_picture.draw
+    kernel = raster_image.draw
     monkeypatch.setattr(type(kernel), "native", lambda self, *args: self(*args))
     assert np.array_equal(getattr(Studio(*things), kind)(X_WC, lens=lens), compiled)
 

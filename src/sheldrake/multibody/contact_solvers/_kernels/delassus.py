@@ -1,0 +1,371 @@
+"""Newton's step of an island whose few contacts press on one tree, with their impulses as the unknowns.
+
+Rows whose impulses are linear are part of a matrix that stays: A' = A + J_r^T G_r J_r. With it velocities follow from
+the impulses lambda of the contacts,
+
+    v = v0 + (1 - theta) y + A'^-1 J^T (lambda - gamma0),      A' y = -gradient at v0,
+
+theta being 1 until the first full step, then 0. Newton's step of v, H dv = -gradient with H = A' + J^T G J, becomes
+
+    (I + G W) dlambda = gamma - lambda - theta G J y,      dvc = theta J y + W dlambda,
+
+where W = J A'^-1 J^T is the Delassus operator (Moreau and Jean 1996): the same iterates, for the price of a matrix with
+three rows a contact. It is made by the sparsity that branches induce (Featherstone 2010, "Exploiting sparsity in
+operational-space dynamics").
+"""
+
+from sheldrake.common._kernels.vec import (
+    SIX,
+    add3,
+    axes,
+    column3,
+    compose,
+    dot3,
+    load3,
+    load_six,
+    of_axes,
+    read3,
+    read9,
+    rotate,
+    rotate_back,
+    scale3,
+    store3,
+    store_six,
+    sub3,
+    transpose,
+    write3,
+)
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.cost import times_G
+from sheldrake.multibody.contact_solvers._kernels.factor import (
+    dofs_of,
+    eliminate_branches,
+    substitute_branches,
+)
+from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    add_generalized_impulse,
+    contacts_of_island,
+    diagonal,
+    dofs_above,
+    dofs_of_island,
+)
+
+
+@kernel
+def few_contacts(problem, factor):
+    """How many contacts the island has, 0 where their impulses are too many to be the unknowns."""
+    n = problem.contacts_end - problem.contacts_begin
+    if problem.along_branches == 1 and 9 * n * (n + 1) // 2 <= len(factor.small) and 3 * n <= problem.participating:
+        return n
+    return 0
+
+
+@kernel
+def contact_at(problem, contacts, c):
+    """The island's contact c."""
+    return contacts[contacts[problem.contacts_begin + c].order]
+
+
+# ---- W
+
+
+@kernel
+def is_zero(u):
+    return u[0] == 0.0 and u[1] == 0.0 and u[2] == 0.0
+
+
+@kernel(outline=True)
+def eliminate_contact(factor, contact, at, first, end):
+    """L^-T J^T of a contact, three numbers a dof, into rows `at` + dof."""
+    Y, L = factor.spread, factor.L
+    for k in range(first, end):
+        store3(Y, at + k, (0.0, 0.0, 0.0))
+    for a in range(contact.width):
+        store3(Y, at + contact.dofs[a], column3(contact.J, 0, a))
+    for k in range(end - 1, first, -1):
+        y = load3(Y, at + k)
+        if not is_zero(y):
+            for i, entry in dofs_above(factor, k):
+                store3(Y, at + i, sub3(load3(Y, at + i), scale3(y, L[entry])))
+
+
+@kernel
+def add_dyad(W, a, b):
+    """W + a b^T of a Mat3."""
+    return (
+        W[0] + a[0] * b[0],
+        W[1] + a[0] * b[1],
+        W[2] + a[0] * b[2],
+        W[3] + a[1] * b[0],
+        W[4] + a[1] * b[1],
+        W[5] + a[1] * b[2],
+        W[6] + a[2] * b[0],
+        W[7] + a[2] * b[1],
+        W[8] + a[2] * b[2],
+    )
+
+
+@kernel
+def block_at(factor, c, e):
+    """Address of the block of W of contacts c and e <= c."""
+    return 9 * (c * (c + 1) // 2 + e)
+
+
+@kernel
+def write9(p, k, a):
+    p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8] = a
+
+
+@kernel(outline=True)
+def delassus_block(factor, c, e, first, end):
+    """W of contacts c and e."""
+    Y, L, n = factor.spread, factor.L, end - first
+    W = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for k in range(first, end):
+        y_c = load3(Y, c * n + k - first)
+        if not is_zero(y_c):
+            W = add_dyad(W, scale3(y_c, L[diagonal(factor, k)]), load3(Y, e * n + k - first))
+    write9(factor.delassus, block_at(factor, c, e), W)
+
+
+@kernel
+def times_W(factor, n, c, x):
+    """The three rows of contact c in W x."""
+    u = (0.0, 0.0, 0.0)
+    for e in range(c + 1):
+        u = add3(u, rotate(read9(factor.delassus, block_at(factor, c, e)), read3(x, 3 * e)))
+    for e in range(c + 1, n):
+        u = add3(u, rotate_back(read9(factor.delassus, block_at(factor, e, c)), read3(x, 3 * e)))
+    return u
+
+
+# ---- a step
+#
+# G = L D L^T makes the matrix symmetric: (D^-1 + L^T W L) s = L^T W r gives dlambda = r - L s. Where D is zero, s is.
+
+SINGULAR = 1e-14  # of an entry of G: what elimination leaves of it is round-off
+RIGID = 1e60  # 1/D where D is zero
+
+
+@kernel
+def inverse(x, of):
+    """1/x of what elimination left of `of`, 0 where that is round-off."""
+    return 1.0 / x if x > SINGULAR * of else 0.0 * x
+
+
+@kernel
+def put_root(factor, c, G):
+    """(L_10, L_20, L_21) and 1/D of a contact's G."""
+    xx, xy, yy, xz, yz, zz = G
+    a = inverse(xx, xx)
+    yx, zx = xy * a, xz * a
+    b = inverse(yy - yx * xy, yy)
+    zy = (yz - zx * xy) * b
+    d = inverse(zz - zx * xz - zy * (yz - zx * xy), zz)
+    store_six(factor.root, SIX * c, (yx, zx, zy, a, b, d))
+
+
+@kernel
+def times_root(L, s):
+    return (s[0], L[0] * s[0] + s[1], L[1] * s[0] + L[2] * s[1] + s[2])
+
+
+@kernel
+def root_times(L, u):
+    """L^T u."""
+    return (u[0] + L[0] * u[1] + L[1] * u[2], u[1] + L[2] * u[2], u[2])
+
+
+@kernel
+def projected(factor, c, e):
+    """L^T W L of contacts c and e <= c."""
+    L_c, L_e = load_six(factor.root, SIX * c), load_six(factor.root, SIX * e)
+    x, y, z = axes(read9(factor.delassus, block_at(factor, c, e)))
+    x = add3(x, add3(scale3(y, L_e[0]), scale3(z, L_e[1])))
+    y = add3(y, scale3(z, L_e[2]))
+    return of_axes(root_times(L_c, x), root_times(L_c, y), root_times(L_c, z))
+
+
+@kernel
+def or_rigid(a):
+    return a if a > 0.0 else RIGID + 0.0 * a
+
+
+@kernel
+def put_blocks(factor, n):
+    """The lower blocks of D^-1 + L^T W L."""
+    for c in range(n):
+        for e in range(c):
+            write9(factor.small, block_at(factor, c, e), projected(factor, c, e))
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = projected(factor, c, c)
+        _, _, _, a, b, d = load_six(factor.root, SIX * c)
+        block = (xx + or_rigid(a), xy, xz, yx, yy + or_rigid(b), yz, zx, zy, zz + or_rigid(d))
+        write9(factor.small, block_at(factor, c, c), block)
+
+
+@kernel
+def inverse_block(A):
+    """A^-1 of a symmetric Mat3, by cofactors."""
+    a, _, _, b, c, _, d, e, f = A
+    xx, xy, xz = c * f - e * e, d * e - b * f, b * e - c * d
+    s = 1.0 / (a * xx + b * xy + d * xz)
+    xx, xy, xz, yy, yz, zz = s * xx, s * xy, s * xz, s * (a * f - d * d), s * (b * d - a * e), s * (a * c - b * b)
+    return (xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+
+@kernel
+def sub9(A, B):
+    return (
+        A[0] - B[0],
+        A[1] - B[1],
+        A[2] - B[2],
+        A[3] - B[3],
+        A[4] - B[4],
+        A[5] - B[5],
+        A[6] - B[6],
+        A[7] - B[7],
+        A[8] - B[8],
+    )
+
+
+@kernel
+def solve_small(factor, t, n):
+    """t <- S^-1 t of the positive definite matrix of n by n blocks, which is lost."""
+    S = factor.small
+    for j in range(n):
+        D = inverse_block(read9(S, block_at(factor, j, j)))
+        write9(S, block_at(factor, j, j), D)
+        t_j = read3(t, 3 * j)
+        for i in range(n - 1, j, -1):
+            F = compose(read9(S, block_at(factor, i, j)), D)
+            for k in range(j + 1, i + 1):
+                at = block_at(factor, i, k)
+                write9(S, at, sub9(read9(S, at), compose(F, transpose(read9(S, block_at(factor, k, j))))))
+            write9(S, block_at(factor, i, j), F)
+            write3(t, 3 * i, sub3(read3(t, 3 * i), rotate(F, t_j)))
+    for j in range(n - 1, -1, -1):
+        x = rotate(read9(S, block_at(factor, j, j)), read3(t, 3 * j))
+        for i in range(j + 1, n):
+            x = sub3(x, rotate_back(read9(S, block_at(factor, i, j)), read3(t, 3 * i)))
+        write3(t, 3 * j, x)
+
+
+@kernel(outline=True)
+def step_of_impulses(problem, contacts, factor, n, theta):
+    """dlambda, and dvc of the contacts, of Newton's step."""
+    r, t = factor.residual, factor.rhs
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        kept = scale3(times_G(contact.G, read3(factor.drift, 3 * c)), theta)
+        write3(r, 3 * c, sub3(sub3(contact.gamma, read3(factor.impulse, 3 * c)), kept))
+        put_root(factor, c, contact.G)
+    put_blocks(factor, n)
+    for c in range(n):
+        write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), times_W(factor, n, c, r)))
+    solve_small(factor, t, n)
+    for c in range(n):
+        push = times_root(load_six(factor.root, SIX * c), read3(t, 3 * c))
+        write3(factor.change, 3 * c, sub3(read3(r, 3 * c), push))
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        contact.dvc = add3(scale3(read3(factor.drift, 3 * c), theta), times_W(factor, n, c, factor.change))
+
+
+@kernel
+def move_impulses(problem, contacts, factor, n, alpha):
+    """The contacts' velocities and impulses lambda go alpha times the step on."""
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        contact.vc = add3(contact.vc, scale3(contact.dvc, alpha))
+        write3(factor.impulse, 3 * c, add3(read3(factor.impulse, 3 * c), scale3(read3(factor.change, 3 * c), alpha)))
+
+
+@kernel
+def gradient_norm2(model, problem, contacts, factor, n, theta):
+    """gradient^T diag(1/A) gradient of theta g + J^T (lambda - gamma), g being that at v0 [J]."""
+    for k in dofs_of_island(model, problem):
+        problem.j_gamma[k] = theta * problem.gradient[k]
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        add_generalized_impulse(problem.j_gamma, contact, sub3(read3(factor.impulse, 3 * c), contact.gamma))
+    total = 0.0
+    for k in dofs_of_island(model, problem):
+        total += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
+    return total
+
+
+@kernel(outline=True)
+def evaluate_impulses(model, problem, contacts, factor, n, theta):
+    """The laws' impulses and G at the contacts' velocities, and `gradient_norm2` with them."""
+    for contact in contacts_of_island(problem, contacts):
+        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
+    return gradient_norm2(model, problem, contacts, factor, n, theta)
+
+
+@kernel
+def slope_there(problem, contacts, factor, n):
+    """Slope of the cost along the step at the end of all of it, where impulses are evaluated [J]."""
+    slope = 0.0
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        slope += dot3(sub3(read3(factor.impulse, 3 * c), contact.gamma), contact.dvc)
+    return slope
+
+
+@kernel
+def along_impulses(problem, contacts, factor, n, theta, g_y):
+    """(slope of the cost, slope without that of the contacts' costs, curvature without theirs) along the step [J]."""
+    slope = theta * theta * g_y
+    curvature = -slope
+    contact_slope = 0.0 * slope
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        change, impulse = read3(factor.change, 3 * c), read3(factor.impulse, 3 * c)
+        coupling = theta * dot3(read3(factor.drift, 3 * c), change)
+        slope += dot3(impulse, contact.dvc) - coupling
+        curvature += dot3(change, contact.dvc) + coupling
+        contact_slope -= dot3(contact.gamma, contact.dvc)
+    return slope + contact_slope, slope, curvature
+
+
+@kernel(outline=True)
+def start_impulses(model, problem, contacts, factor, n):
+    """Everything at v0, where the gradient is known; dv = -L^-T gradient. (gradient^T y, `gradient_norm2`) [J]."""
+    first, end = dofs_of(model, problem)
+    eliminate_branches(model, problem, factor)
+    g_y = norm2 = 0.0
+    for k in range(first, end):
+        z = factor.rhs[k]
+        problem.dv[k] = z
+        g_y -= z * z * factor.L[diagonal(factor, k)]
+        norm2 += problem.gradient[k] * problem.gradient[k] * problem.mobility[k]
+    for c in range(n):
+        contact = contact_at(problem, contacts, c)
+        at = c * (end - first) - first
+        eliminate_contact(factor, contact, at, first, end)
+        u = (0.0, 0.0, 0.0)
+        for k in range(first, end):
+            u = add3(u, scale3(load3(factor.spread, at + k), factor.L[diagonal(factor, k)] * problem.dv[k]))
+        write3(factor.drift, 3 * c, u)
+        write3(factor.impulse, 3 * c, contact.gamma)
+        write3(factor.start, 3 * c, contact.gamma)
+        for e in range(c + 1):
+            delassus_block(factor, c, e, first, end)
+    return g_y, norm2
+
+
+@kernel(outline=True)
+def put_velocities(model, problem, factor, n, theta):
+    """v of theta and lambda."""
+    first, end = dofs_of(model, problem)
+    for k in range(first, end):
+        factor.rhs[k] = (1.0 - theta) * problem.dv[k]
+    for c in range(n):
+        at = c * (end - first) - first
+        push = sub3(read3(factor.impulse, 3 * c), read3(factor.start, 3 * c))
+        for k in range(first, end):
+            factor.rhs[k] += dot3(load3(factor.spread, at + k), push)
+    substitute_branches(model, problem, factor)
+    for k in range(first, end):
+        problem.v[k] += problem.dv[k]
