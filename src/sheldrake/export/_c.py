@@ -137,7 +137,7 @@ class _Library:
     def _header(self) -> str:
         name, upper = self.name, self.name.upper()
         lines = [
-            f"/* {_comment(self.about['name'])}: a simulation as C, without heap.",
+            f"/* {_comment(self.about['name'] or name)}: a simulation as C, without heap.",
             "",
             f"   {8 * len(self.words)} bytes of memory beside the code. Needs libm, memset, memcpy and memmove.",
             "   For one thread at a time. Times are in seconds. */",

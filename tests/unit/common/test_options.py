@@ -136,3 +136,15 @@ def test_settings_are_what_is_annotated_public_and_has_a_value():
     ]  # fmt: skip
     assert repr(More(sizes={"a": [1]})) == "More(gain=3.0, names=['a'], sizes={'a': array([1.])})"
     assert Inner().gain == 2.0
+
+
+def test_types_of_all_settings_are_known_when_the_program_runs():
+    import sheldrake.all  # noqa: F401 (which imports all classes of settings)
+
+    def derived(cls):
+        return {c for direct in cls.__subclasses__() for c in (direct, *derived(direct))}
+
+    classes = [cls for cls in derived(Options) if cls.__module__.startswith("sheldrake.")]
+    assert len(classes) > 50
+    for cls in classes:
+        assert set(cls._kinds()) == {field.name for field in cls.__fields__}, cls

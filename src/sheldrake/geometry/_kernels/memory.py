@@ -36,6 +36,12 @@ def remembers(table, k):
 
 
 @kernel
+def overlapped(table, k):
+    """Whether it is remembered that pair k overlapped: then it mostly does."""
+    return remembers(table, k) and table.memories[k].how > 0
+
+
+@kernel
 def own_slot(table, k):
     """The slot with the polytope of pair k; -1 if it has none."""
     s = table.memories[k].how - 1
@@ -194,7 +200,8 @@ def follow_touch(model, table, i, j, size, far, k):
     out = scale3(rotate(table.poses[i].R_WG, table.separators[k].axis_G), -1.0)
     before = dot3(out, sub3(support(model, table, i, out), support(model, table, j, scale3(out, -1.0))))
     found, out, depth, p_i, p_j = nearby(model, table, i, j, size, out, before)
-    known = found and depth < -_CERTAIN * size and depth >= -far
+    slack = _CERTAIN * size
+    known = found and depth < -slack and depth > slack - far  # else rounding says who is near enough
     return known, out, depth, p_i, p_j
 
 

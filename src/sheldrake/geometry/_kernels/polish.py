@@ -36,7 +36,8 @@ SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square 
 NARROW = 3e-4  # the same where many edges are
 _EXACT = 1e-10  # the same where a point of the edge stands for its end
 _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the cap, not its rim, is meant
-_STEPS = 10
+_STEPS = 8
+_LAST_STEPS = 4
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
 _STILL = 1e-14  # a step that turns d by no more is not worth while [rad]
 _CONVERGED = 1e-12  # where rounding lets it come no nearer, a step that turns d by no more is the last, too [rad]
@@ -329,24 +330,26 @@ def polish(model, table, i, j, size, d, square):
     parallel = are_parallel(table, count)
     edges = 1 if parallel else count
     again, settled = False, False
-    for _ in range(_STEPS):
+    left = _STEPS
+    for _ in range(_STEPS + _LAST_STEPS):
         known, d = square_to_edges(table, edges, d)
         p_i, p_j, count = show_both(model, table, i, j, d, square)
         if not known or count != shown:
             return False, d, 0.0, p_i, p_j
-        if edges == 2:
-            settled = True
+        if edges == 2:  # once more, with the ends that are shown now: signs of zeros do not depend on where it began
+            settled, d = square_to_edges(table, edges, d)
             break
         convex, angle2, there = turn(table, edges, d, sub3(p_i, p_j))
         if not convex or angle2 > _FARTHEST * _FARTHEST:
             return False, d, 0.0, p_i, p_j
         settled = again and angle2 <= _CONVERGED * _CONVERGED
-        if again and angle2 <= _STILL * _STILL:
+        left -= 1
+        if left == 0 or (again and angle2 <= _STILL * _STILL):
             break
         d = there
         if not again and angle2 <= _CLOSE * _CLOSE:
             d = direction_on_grid(d)
-            again = True
+            again, left = True, _LAST_STEPS
     w = sub3(p_i, p_j)
     depth = dot3(d, w)
     r = sub3(w, scale3(d, depth))

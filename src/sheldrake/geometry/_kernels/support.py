@@ -195,12 +195,20 @@ def hull_face(model, table, g, face, row):
     return used
 
 
-@kernel(outline=True)
+@kernel
 def shown_feature(model, table, g, n_W, row):
     """What shape g shows to direction n_W: corners of a face (3 or more), an edge (2) or a point (1); their number."""
+    face = -1
+    if has_faces(model, g):
+        face, _normal = best_face(model, table, g, n_W)
+    return shown_face(model, table, g, face, n_W, row)
+
+
+@kernel(outline=True)
+def shown_face(model, table, g, face, n_W, row):
+    """`shown_feature` of a shape whose `best_face` along n_W is known; any number where it has none."""
     kind = model[g].kind
     if kind == BOX or kind == HULL:
-        face, _normal = best_face(model, table, g, n_W)
         return box_face(model, table, g, face, row) if kind == BOX else hull_face(model, table, g, face, row)
     axis = column(table.poses[g].R_WG, Z_AXIS)
     c = dot3(axis, n_W)

@@ -6,6 +6,7 @@ Declarations only; what they compute is in `_kernels/blocks.py`.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -294,6 +295,14 @@ class Sine(LeafSystem):
 
     _generic = True
 
+    @typing_overload
+    def __init__(
+        self, amplitude: float, frequency: float, phase: float, size: int, is_time_based: bool = True
+    ) -> None: ...
+    @typing_overload
+    def __init__(
+        self, amplitudes: ArrayLike, frequencies: ArrayLike, phases: ArrayLike, is_time_based: bool = True
+    ) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__()
         names = ["amplitude", "frequency", "phase", "size", "is_time_based"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,11 +29,7 @@ class TableLog(VectorLog):
     """A log that holds times and samples it was given, as one read from a file does."""
 
     def __init__(
-        self,
-        times: ArrayLike,
-        data: Any,
-        names: Any = None,
-        units: Any = None,
+        self, times: ArrayLike, data: ArrayLike, names: Sequence[str] | None = None, units: Sequence[str] | None = None
     ):
         times, data = np.asarray(times, dtype=float), np.asarray(data, dtype=float)
         if times.ndim != 1 or data.ndim != 2 or data.shape[1] != len(times):

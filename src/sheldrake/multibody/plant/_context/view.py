@@ -29,8 +29,6 @@ from sheldrake.systems.framework import Context
 if TYPE_CHECKING:
     from sheldrake.common._types import KernelArgument
 
-    pass
-
 _LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
 _MOST_PLACES = 256
 """How many queries that depend on frames are kept."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_T
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.results import bodies_at_hand
 from sheldrake.systems.framework import Context
-
-if TYPE_CHECKING:
-    pass
 
 
 class Failures:
