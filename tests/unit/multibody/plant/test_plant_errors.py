@@ -309,3 +309,12 @@ def test_numbers_that_are_none_are_refused_where_they_are_given(x):
     ):
         with pytest.raises((RuntimeError, TypeError), match=r"finite|must be float|NoneType"):
             give()
+
+
+def test_a_state_that_leaves_all_numbers_within_a_continuous_step():
+    plant, *_ = two_joints(0.0)
+    plant.Finalize()
+    simulator = Simulator(plant)
+    simulator.get_mutable_context().SetContinuousState(np.full(4, 1e300))
+    with pytest.raises(RuntimeError, match="positions become infinite or NaN within a step of the integrator"):
+        simulator.AdvanceTo(0.1)
