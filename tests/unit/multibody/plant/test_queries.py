@@ -363,3 +363,27 @@ def test_bias_accelerations_are_those_of_steady_speeds_seen_from_what_moves_too(
     J_before = plant.CalcJacobianAngularVelocity(context, V, B, A, A)
     np.testing.assert_allclose(bias.rotational(), (J_later - J_before) @ v / (2 * h), atol=1e-6)
     assert J.shape == (3, 4) and not R_AB.IsNearlyEqualTo(R_later, 1e-9)
+
+
+def test_forces_of_elements_belong_to_their_bodies_whatever_the_order_of_joints():
+    """The order of joints is not its own inverse here: a body's row is not the row's body."""
+    plant = MultibodyPlant(0.0)
+    masses = 1.0, 2.0, 3.0, 4.0
+    bodies = [plant.AddRigidBody(f"b{m}", SpatialInertia.SolidBoxWithMass(m, 0.1, 0.2, 0.3)) for m in masses]
+    parent = plant.world_frame()
+    for k in (2, 0, 3, 1):
+        X_PF = RigidTransform([0.1, 0.2, 0.3])
+        parent = FixedOffsetFrame(f"on{k}", parent, X_PF)
+        plant.AddFrame(parent)
+        plant.AddJoint(RevoluteJoint(f"j{k}", parent, bodies[k].body_frame(), [0.0, 1.0, 0.0]))
+        parent = bodies[k].body_frame()
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, [0.3, -0.2, 0.5, 0.1])
+    forces = MultibodyForces(plant)
+    plant.CalcForceElementsContribution(context, forces)
+    for body, mass in zip(bodies, masses):
+        force = body.GetForceInWorld(context, forces)
+        np.testing.assert_allclose(force.translational(), [0.0, 0.0, -9.81 * mass], rtol=1e-12)
+    gravity = plant.CalcGravityGeneralizedForces(context)
+    np.testing.assert_allclose(plant.CalcGeneralizedForces(context, forces), gravity, rtol=1e-12, atol=1e-12)
