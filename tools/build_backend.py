@@ -9,6 +9,7 @@ from hatchling.build import *  # noqa: F403
 from hatchling.build import get_requires_for_build_wheel as _hatchling_requires
 
 COMPILER = [
+    "numpy>=1.26",  # kernels are read by importing them
     # llvmlite has no wheels for Intel Macs any more: a wheel built there is plain.
     "llvmlite>=0.46; sys_platform != 'darwin' or platform_machine == 'arm64'",
     "ziglang>=0.13",

@@ -80,6 +80,9 @@ def test_kernels_are_found_where_wheels_are_built():
     """pip builds a wheel with NumPy and llvmlite alone; what is not found there is not in the library."""
     from sheldrake.common._native.build import entries
 
+    tree = ast.parse((ROOT / "tools" / "build_backend.py").read_text(encoding="utf-8"))
+    (compiler,) = (ast.literal_eval(n.value) for n in tree.body if isinstance(n, ast.Assign))
+    assert {requirement.partition(">")[0] for requirement in compiler} == {"numpy", "llvmlite", "ziglang"}
     env = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     out = subprocess.run([sys.executable, "-c", ONLY_A_COMPILER], env=env, capture_output=True, text=True, check=False)
     assert out.returncode == 0, out.stderr

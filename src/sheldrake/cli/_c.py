@@ -12,18 +12,29 @@ from __future__ import annotations
 import argparse
 import os
 
-from sheldrake.cli._first_simulation import add_script, script_name, write_first_simulation
+from sheldrake.cli._first_simulation import (
+    add_script,
+    script_name,
+    take_options_behind,
+    write_first_simulation,
+)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Declares its own options."""
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where to (default: the script's name)")
+    parser.add_argument("--target", default="x86_64-linux", help="what it runs on (default: x86_64-linux)")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake c` takes."""
-    parser.add_argument("-o", "--output", metavar="FOLDER", help="where to (default: the script's name)")
-    parser.add_argument("--target", default="x86_64-linux", help="what it runs on (default: x86_64-linux)")
+    _add_options(parser)
     add_script(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the library; the exit status is 0, or the script's, or 1 when it simulates nothing."""
+    take_options_behind(options, _add_options)
     output = options.output or script_name(options)
     folder = os.path.abspath(output)  # the script may go elsewhere
 

@@ -25,7 +25,33 @@ def add_script(parser: argparse.ArgumentParser) -> None:
     add_json(parser, "what is written")
     parser.add_argument("-m", dest="is_module", action="store_true", help="SCRIPT is the name of a module")
     parser.add_argument("script", metavar="SCRIPT", help="the script")
-    parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
+    parser.add_argument(
+        "arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script; behind -- all are"
+    )
+
+
+def take_options_behind(options: argparse.Namespace, declare: Callable[[argparse.ArgumentParser], None]) -> None:
+    """Takes the command's own options that stand behind the script, too; what follows `--` is all the script's.
+
+    Args:
+        options: With the script and its arguments.
+        declare: Declares these options, each of which has a value.
+    """
+    parser = argparse.ArgumentParser(prog=f"sheldrake {options.command}", add_help=False)
+    declare(parser)
+    known = {name for action in parser._actions for name in action.option_strings}
+    own: list[str] = []
+    rest: list[str] = []
+    words = iter(options.arguments)
+    for word in words:
+        if word == "--":
+            break
+        is_own = word.partition("=")[0] in known
+        (own if is_own else rest).append(word)
+        if is_own and "=" not in word:
+            own += [value for value in (next(words, None),) if value is not None]
+    parser.parse_args(own, options)
+    options.arguments = [*rest, *words]
 
 
 def script_name(options: argparse.Namespace) -> str:

@@ -12,23 +12,34 @@ from __future__ import annotations
 import argparse
 import os
 
-from sheldrake.cli._first_simulation import add_script, script_name, write_first_simulation
+from sheldrake.cli._first_simulation import (
+    add_script,
+    script_name,
+    take_options_behind,
+    write_first_simulation,
+)
 
 _PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares what `sheldrake fmu` takes."""
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Declares its own options."""
     parser.add_argument("-o", "--output", metavar="FILE", help="file to write (default: beside, ending with .fmu)")
     parser.add_argument("--fmi", choices=("3.0", "2.0"), default="3.0", help="version of FMI (default: 3.0)")
     parser.add_argument(
         "--platform", action="append", choices=_PLATFORMS, help="what it runs on; may be repeated (default: all)"
     )
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares what `sheldrake fmu` takes."""
+    _add_options(parser)
     add_script(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the FMU; the exit status is 0, or the script's, or 1 when it simulates nothing."""
+    take_options_behind(options, _add_options)
     output = options.output or f"{script_name(options)}.fmu"
     path = os.path.abspath(output)  # the script may go elsewhere
 

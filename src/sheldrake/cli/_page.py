@@ -3,26 +3,37 @@
 Runs the script as `sheldrake run` does until its first simulation is about to begin, with the state of every plant
 logged; writes the page of that simulation, and ends there. What is Python in the diagram is refused, by name.
 
-  sheldrake page simulate.py
-  sheldrake page -o fall.html simulate.py --height 2      arguments after the script are the script's
+  sheldrake page simulate.py -o fall.html
+  sheldrake page simulate.py --height 2         other arguments behind the script are the script's; behind -- all are
 """
 
 from __future__ import annotations
 
 import argparse
 
-from sheldrake.cli._first_simulation import add_script, script_name, write_first_simulation
+from sheldrake.cli._first_simulation import (
+    add_script,
+    script_name,
+    take_options_behind,
+    write_first_simulation,
+)
 from sheldrake.cli._output import add_output, output_file
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Declares its own options."""
+    add_output(parser, "beside, ending with .html")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake page` takes."""
-    add_output(parser, "beside, ending with .html")
+    _add_options(parser)
     add_script(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the page; the exit status is 0, or the script's, or 1 when it simulates nothing."""
+    take_options_behind(options, _add_options)
     output = options.output or f"{script_name(options)}.html"
     with output_file(output, ".html") as path:
 

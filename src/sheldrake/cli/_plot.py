@@ -13,12 +13,9 @@ import argparse
 import os
 import re
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sheldrake.cli._output import add_json, add_output, output_file, print_json, reporting, say_written
-
-if TYPE_CHECKING:
-    pass
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -22,6 +22,10 @@ from sheldrake.cli._output import add_json, add_output, output_file, reporting, 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Diagram, DiagramBuilder
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+
 _VIEWERS = (".rrd", ".mcap")
 
 
@@ -102,7 +106,7 @@ def status_of(code: Any) -> int:
 def _watch() -> list[Any]:
     """Has every simulator made from now on in a list, and the state of every plant logged."""
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import Diagram, DiagramBuilder
+    from sheldrake.systems.framework import DiagramBuilder
 
     simulators: list[Any] = []
     make, build = Simulator.__init__, DiagramBuilder.Build

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -36,6 +37,16 @@ class AngleAxis(ScalarBase):
     __slots__ = ("_angle", "_axis")
     _FIELDS = ("_angle", "_axis")
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, angle: Scalar, axis: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def __init__(self, rotation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, other: AngleAxis) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `AngleAxis()`, `AngleAxis(angle, axis)`, `AngleAxis(quaternion)`, `AngleAxis(rotation)`, `AngleAxis(other)`.

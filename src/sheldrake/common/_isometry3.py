@@ -39,6 +39,16 @@ class Isometry3(ScalarBase):
     __slots__ = ("_p", "_rotation")
     _FIELDS = ("_rotation", "_p")
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, matrix: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, rotation: Scalars, translation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion, translation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, other: Isometry3) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `Isometry3()`, `Isometry3(matrix)` with shape (4, 4), `Isometry3(rotation, translation)`,

@@ -68,7 +68,7 @@ class Options:
         for name, value in kwargs.items():
             setattr(self, name, value)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         owner = type(self).__name__
         if isinstance(getattr(type(self), name, None), property):
             object.__setattr__(self, name, value)

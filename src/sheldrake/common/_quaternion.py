@@ -29,6 +29,16 @@ class Quaternion(ScalarBase):
     __slots__ = ("_wxyz",)
     _FIELDS = ("_wxyz",)
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, wxyz: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, w: Scalar, x: Scalar, y: Scalar, z: Scalar) -> None: ...
+    @typing_overload
+    def __init__(self, *, rotation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, other: Quaternion) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `Quaternion()`, `Quaternion(wxyz)`, `Quaternion(w, x, y, z)`, `Quaternion(rotation)`, `Quaternion(other)`.

@@ -15,7 +15,7 @@ import numpy as np
 from sheldrake.common._native.target import Target
 from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram
-from sheldrake.export._objects import write_objects, zig
+from sheldrake.export._objects import require_compiler, write_objects, zig
 from sheldrake.systems.framework import OutputPort
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ def SaveC(
     """
     if target not in BOARDS:
         raise ValueError(f"SaveC(): there is no target {target!r}; there are {', '.join(BOARDS)}.")
+    require_compiler("SaveC()")
     frozen = Freeze(simulator, outputs)
     out = pathlib.Path(os.fspath(folder))
     out.mkdir(parents=True, exist_ok=True)
@@ -137,7 +138,7 @@ class _Library:
     def _header(self) -> str:
         name, upper = self.name, self.name.upper()
         lines = [
-            f"/* {_comment(self.about['name'])}: a simulation as C, without heap.",
+            f"/* {_comment(self.about['name'] or name)}: a simulation as C, without heap.",
             "",
             f"   {8 * len(self.words)} bytes of memory beside the code. Needs libm, memset, memcpy and memmove.",
             "   For one thread at a time. Times are in seconds. */",

@@ -19,7 +19,7 @@ from sheldrake.export._c import identifier, literal, runs
 from sheldrake.export._fmu_description import model_description, variables_of
 from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram
-from sheldrake.export._objects import zig
+from sheldrake.export._objects import require_compiler, zig
 from sheldrake.export._universal import universal_library
 from sheldrake.systems.framework import OutputPort
 
@@ -88,6 +88,7 @@ def SaveFmu(
     unknown = [p for p in wanted if p not in PLACES]
     if unknown or not wanted:
         raise ValueError(f"SaveFmu(): platforms {unknown or 'are missing'}; there are {', '.join(PLACES)}.")
+    require_compiler("SaveFmu()")
     if isinstance(diagram, FrozenDiagram):
         if list(outputs):
             raise ValueError(

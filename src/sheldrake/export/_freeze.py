@@ -358,10 +358,18 @@ class Freezer:
     def _parameters(self) -> list[dict[str, Any]]:
         found = []
         for n in self.layout.leaves:
+            system = self.store.systems[n]
+            known = system._parameter_names() if hasattr(system, "_parameter_names") else {}
             first, last = self.layout.places[n].parameters
             for i, (a, b) in enumerate(self.layout.parameter_groups[first:last]):
-                if b > a:
-                    name = f"{self.path(self.store.systems[n])}/parameters {i}"
+                title, numbers = known.get(i, (f"parameters {i}", []))
+                name = f"{self.path(system)}/{title}"
+                if b > a and len(numbers) == b - a:
+                    elements = [number.partition(" [")[0] for number in numbers]
+                    about = _vector(name, a, elements)
+                    about["units"] = [number.partition(" [")[2].rstrip("]") for number in numbers]
+                    found.append(about)
+                elif b > a:
                     found.append(_vector(name, a, [f"p{k}" for k in range(b - a)]))
         return found
 

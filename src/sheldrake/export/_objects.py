@@ -14,7 +14,18 @@ from sheldrake.common._native.target import Target
 if TYPE_CHECKING:
     from os import PathLike
 
-NO_LINKER = "{} needs a linker: pip install 'sheldrake[export]' (it brings ziglang and llvmlite)."
+NO_COMPILER = "{} needs a compiler and a linker: pip install 'sheldrake[export]' (it brings llvmlite and ziglang)."
+
+
+def require_compiler(call: str) -> None:
+    """Says what to install, before anything is done.
+
+    Raises:
+        ModuleNotFoundError: llvmlite or ziglang is not installed.
+    """
+    for name in ("llvmlite", "ziglang"):
+        if importlib.util.find_spec(name) is None:
+            raise ModuleNotFoundError(NO_COMPILER.format(call), name=name)
 
 
 def write_objects(functions: list[dict[str, Any]], target: Target, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -43,7 +54,7 @@ def zig(call: str, *options: str | PathLike[str]) -> None:
         RuntimeError: zig failed; the message has its words.
     """
     if importlib.util.find_spec("ziglang") is None:
-        raise ModuleNotFoundError(NO_LINKER.format(call), name="ziglang")
+        raise ModuleNotFoundError(NO_COMPILER.format(call), name="ziglang")
     command = [sys.executable, "-m", "ziglang", *map(str, options)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,10 @@ class CameraInfo:
     """
 
     def __init__(self, width: int, height: int, *args: Any, **kwargs: Any):
-        self._width, self._height = int(width), int(height)
+        for name, size in (("width", width), ("height", height)):
+            if not hasattr(size, "__index__"):
+                raise Mismatch(f"CameraInfo(): incompatible constructor arguments: {name} must be an int, not {size!r}")
+        self._width, self._height = operator.index(width), operator.index(height)
         names = ("focal_x", "focal_y", "center_x", "center_y")
         if len(args) == 4:
             kwargs.update(zip(names, args))

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
 from sheldrake.geometry._scene_graph import SceneGraph
 from sheldrake.systems.framework import DiagramBuilder, OutputPort
-
-if TYPE_CHECKING:
-    pass
 
 
 def of_scene(**more: Any) -> tuple[Overload, Overload]:

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common._types import Scalars
-    from sheldrake.common.eigen_geometry import Isometry3
+    from sheldrake.common.eigen_geometry import AngleAxis, Isometry3, Quaternion
+    from sheldrake.math._roll_pitch_yaw import RollPitchYaw
 
 _new = object.__new__
 _ndarray = np.ndarray
@@ -52,6 +53,22 @@ class RigidTransform(ScalarBase):
     __slots__ = ("_R", "_p")
     _FIELDS = ("_R", "_p")  # the arrays are read-only and may be shared; the RotationMatrix is this pose's own
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, other: RigidTransform) -> None: ...
+    @typing_overload
+    def __init__(self, R: RotationMatrix, p: Scalars = ...) -> None: ...
+    @typing_overload
+    def __init__(self, rpy: RollPitchYaw, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, theta_lambda: AngleAxis, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, pose: Isometry3 | Scalars) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `RigidTransform()`, `RigidTransform(R, p)`, `RigidTransform(rpy, p)`, `RigidTransform(quaternion, p)`,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -45,6 +46,18 @@ class RollPitchYaw(ScalarBase):
     __slots__ = ("_rpy",)
     _FIELDS = ("_rpy",)
 
+    @typing_overload
+    def __init__(self, other: RollPitchYaw) -> None: ...
+    @typing_overload
+    def __init__(self, rpy: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, roll: Scalar, pitch: Scalar, yaw: Scalar) -> None: ...
+    @typing_overload
+    def __init__(self, R: RotationMatrix) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def __init__(self, *, matrix: Scalars) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `RollPitchYaw(rpy)` with shape (3,), `RollPitchYaw(roll, pitch, yaw)`, `RollPitchYaw(R)`,
@@ -94,22 +107,23 @@ class RollPitchYaw(ScalarBase):
             overload(from_matrix, matrix=matrix(T, 3, 3)),
         ]
 
-    def _set(self, M: np.ndarray, wxyz: Sequence[Scalar] | np.ndarray) -> None:
+    def _set(self, M: np.ndarray, wxyz: Sequence[Any] | np.ndarray) -> None:
         """Angles accurate everywhere, gimbal lock included.
 
         Pitch comes from the matrix. Half the sum and half the difference of yaw and roll come from the quaternion
         (P. Mitiguy, as documented with Drake's RollPitchYaw); a pair that vanishes leaves its angle at zero.
         """
         (a, _, _), (b, _, _), (c, d, e) = M.tolist()
+        w, x, y, z = wxyz
+        plus: Scalar
+        minus: Scalar
         if self._T is float:
-            w, x, y, z = wxyz
-            pitch = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
+            pitch: Scalar = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
             plus, minus = _half(x + z, w - y), _half(z - x, w + y)
             self._rpy = new_array(float, [_turned(plus - minus), pitch, _turned(plus + minus)])
             return
         cos_pitch = sqrt((e * e + d * d + b * b + a * a) / 2.0)
         pitch = atan2(-c, cos_pitch)
-        w, x, y, z = wxyz
 
         def half(sine: Scalar, cosine: Scalar) -> Scalar:
             vanishes = all_of((abs(sine) <= _EPSILON, abs(cosine) <= _EPSILON))

@@ -14,8 +14,7 @@ from sheldrake.geometry._kernels.contacts import place_geometries
 from sheldrake.geometry._kernels.model import BodyPoses, contact_table
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.spatial_hash import make_cells
-from sheldrake.geometry._query.query_object import explain_contact_status
-from sheldrake.geometry._query.scene import world_poses
+from sheldrake.geometry._query.scene import explain_contact_status, world_poses
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics

@@ -14,6 +14,7 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._diagram import Diagram
 
@@ -101,7 +102,9 @@ def poses_of_states(
     return numbers_of(X)
 
 
-def replay_of_states(diagram: Any, context: Any, logs: list[StateLog], meshcat: Any) -> Replay | None:
+def replay_of_states(
+    diagram: Diagram, context: Context, logs: list[StateLog], meshcat: Meshcat | None
+) -> Replay | None:
     """The replay of logged states; None when the diagram has no scene."""
     scene_graph = find_scene_graph(diagram)
     if scene_graph is None or not logs:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
-
-if TYPE_CHECKING:
-    pass
 
 _ids = itertools.count(1)
 

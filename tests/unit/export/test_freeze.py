@@ -215,6 +215,19 @@ def test_inputs_parameters_states_and_outputs_go_by_name():
         frozen.AdvanceTo(0.1)
 
 
+def test_parameters_of_a_plant_go_by_the_elements_that_they_are_of():
+    simulator, _ = falling_block()
+    plant = next(s for s in simulator.get_system().GetSystems() if hasattr(s, "GetBodyByName"))
+    frozen = Freeze(simulator)
+    body = next(p for p in frozen.description["parameters"] if p["name"].endswith("/body body"))
+    assert body["elements"][:4] == ["mass", "centre of mass x", "centre of mass y", "centre of mass z"]
+    assert body["units"][:5] == ["kg", "m", "m", "m", "m^2"]
+    simulation, context = FrozenSimulation(frozen), plant.GetMyContextFromRoot(simulator.get_context())
+    mass = simulation._slab[body["at"]]
+    assert mass == plant.GetBodyByName("body").get_mass(context)
+    assert {"/added gravity", "/scale of friction"} <= {n[n.index("/") :] for n in frozen.parameter_names()}
+
+
 def test_what_is_python_is_refused_with_its_path_its_class_and_the_way_out():
     with pytest.raises(ValueError) as error:
         Freeze(springs(middle=InPython()))

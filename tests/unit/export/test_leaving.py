@@ -1,5 +1,7 @@
 """Controllers, estimators, networks and trajectories of the library leave Python, and give the same bits there."""
 
+import importlib.util
+
 import numpy as np
 import pytest
 from tests.unit.systems.controllers.test_inverse_dynamics import arm
@@ -7,7 +9,7 @@ from tests.unit.systems.controllers.test_inverse_dynamics import arm
 from sheldrake.common import RandomGenerator
 from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.common.kernel import jit_enabled
-from sheldrake.export import Freeze, FrozenSimulation
+from sheldrake.export import Freeze, FrozenSimulation, SaveC, SaveFmu
 from sheldrake.manipulation import SchunkWsgPositionController
 from sheldrake.math import BsplineBasis
 from sheldrake.systems.analysis import Simulator
@@ -163,3 +165,15 @@ def test_an_observer_of_an_affine_system_follows_its_formula(period, inputs):
         context.SetContinuousState(x)
         found = system.EvalTimeDerivatives(context).CopyToVector()
     np.testing.assert_allclose(found, A @ x + B @ u + f0 + L @ (y - C @ x - D @ u - y0), rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("missing", ["llvmlite", "ziglang"])
+@pytest.mark.parametrize("save", [SaveC, SaveFmu])
+def test_without_a_compiler_it_is_said_what_to_install(tmp_path, monkeypatch, save, missing):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == missing else find(name))
+    builder = DiagramBuilder()
+    builder.AddSystem(Sine(1.0, 1.0, 0.0, 1))
+    with pytest.raises(ModuleNotFoundError, match=rf"{save.__name__}\(\) needs .*'sheldrake\[export\]'"):
+        save(Simulator(builder.Build()), tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -1,5 +1,6 @@
 """The machine of a page, run in Node: the numbers of the simulator, the same from run to run."""
 
+import argparse
 import json
 import os
 import pathlib
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 from tests.unit.export.exported_pages import arm, falling_block, native_state
 
+from sheldrake.cli import _fmu
+from sheldrake.cli._first_simulation import take_options_behind
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.export import PageSlider, SavePage
 
@@ -91,7 +94,7 @@ def test_the_commands_write_what_a_script_would_simulate(tmp_path):
     for words, wrote, files in (
         (["page", "ball.py"], "ball.html", ["ball.html"]),
         (
-            ["c", "-o", "out", "ball.py"],
+            ["c", "ball.py", "-o", "out"],
             "out",
             ["out/ball.h", "out/ball.c", "out/libball.a", "out/main.c", "out/Makefile"],
         ),
@@ -101,3 +104,23 @@ def test_the_commands_write_what_a_script_would_simulate(tmp_path):
         assert all((tmp_path / file).exists() for file in files)
     done = run("page", "nothing.py")
     assert done.returncode == 1 and "the script ran no simulation" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "output", "platforms", "arguments"),
+    [
+        (["x.py", "-o", "a", "--height", "2"], "a", None, ["--height", "2"]),
+        (["-o", "a", "x.py", "--height", "2", "-v"], "a", None, ["--height", "2", "-v"]),
+        (["x.py", "--output=a", "--platform", "x86_64-linux", "y"], "a", ["x86_64-linux"], ["y"]),
+        (["-o", "a", "x.py", "1", "--", "-o", "b"], "a", None, ["1", "-o", "b"]),
+        (["-o", "a", "x.py", "-offset", "3"], "a", None, ["-offset", "3"]),
+    ],
+)
+def test_options_may_stand_behind_the_script(words, output, platforms, arguments):
+    parser = argparse.ArgumentParser()
+    _fmu.add_arguments(parser)
+    options = parser.parse_args(words)
+    options.command = "fmu"
+    take_options_behind(options, _fmu._add_options)
+    assert (options.output, options.platform, options.fmi) == (output, platforms, "3.0")
+    assert (options.script, options.arguments) == ("x.py", arguments)

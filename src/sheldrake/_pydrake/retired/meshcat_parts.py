@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sheldrake.geometry import Cylinder, Meshcat, Rgba
 from sheldrake.geometry import MeshcatPointCloudVisualizer as _TodaysPointCloudVisualizer
@@ -11,9 +11,6 @@ from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerPara
 from sheldrake.systems.framework import InputPort
 
 from .hints import hint
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["AddTriad", "MeshcatContactVisualizer", "MeshcatPointCloudVisualizer"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,9 +32,6 @@ from sheldrake.geometry._numbers import like
 from sheldrake.geometry._roles import HydroelasticContactRepresentation, HydroelasticType, Role
 from sheldrake.geometry._shapes import HalfSpace
 from sheldrake.geometry._state.state import GeometryState
-
-if TYPE_CHECKING:
-    pass
 
 # Kinds of representation
 _NONE, _RIGID, _COMPLIANT, _RIGID_HALF_SPACE, _COMPLIANT_HALF_SPACE = range(5)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-
-if TYPE_CHECKING:
-    pass
 
 PERIOD = 0.1  # least wall time between two pictures [s]
 _COLOURS = ["#1f6fc4", "#c8501e", "#2e8540", "#9a3fb5", "#b07d00", "#007d8a", "#c2185b", "#6d6d6d"]

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     import scipy.sparse
 
-    pass
-
 _COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
 _FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
 _THICKNESS = 1e-6  # relative to the size: height of the apex that makes a flat hull solid

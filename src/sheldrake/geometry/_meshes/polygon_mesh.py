@@ -6,6 +6,7 @@ The form in which Drake gives contact surfaces by default, and the one of convex
 from __future__ import annotations
 
 import copy
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,17 +61,23 @@ class PolygonSurfaceMesh:
             size = self._face_data[i]
             self._faces.append(tuple(self._face_data[i + 1 : i + 1 + size]))
             i += 1 + size
-        for face in self._faces:
-            if len(face) < 3 or not 0 <= min(face) <= max(face) < len(self._vertices):
-                raise ValueError(f"PolygonSurfaceMesh(): face {face} with {len(self._vertices)} vertices.")
+        flat = self._flat()
+        if self._faces and (min(map(len, self._faces)) < 3 or flat.min() < 0 or flat.max() >= len(self._vertices)):
+            n = len(self._vertices)
+            face = next(f for f in self._faces if len(f) < 3 or not 0 <= min(f) <= max(f) < n)
+            raise ValueError(f"PolygonSurfaceMesh(): face {face} with {n} vertices.")
         self._normals, self._areas, self._centroids = self._measure()
+
+    def _flat(self) -> np.ndarray:
+        """The corners of all faces, one after the other."""
+        return np.fromiter(itertools.chain.from_iterable(self._faces), np.int64)
 
     def _measure(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normals, areas and centroids of the faces, each a fan of triangles around its first corner."""
         if not self._faces:
             return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
         corners = np.array([len(face) for face in self._faces])
-        flat = np.concatenate(self._faces)
+        flat = self._flat()
         first = np.cumsum(corners) - corners  # of each face in flat
         fan = np.cumsum(corners - 2) - (corners - 2)  # where its triangles begin
         face = np.repeat(np.arange(len(corners)), corners - 2)

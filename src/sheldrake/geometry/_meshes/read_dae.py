@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import itertools
 import xml.etree.ElementTree as ElementTree
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-
-if TYPE_CHECKING:
-    pass
 
 # Rotations that bring the file's up axis to z.
 _TO_Z_UP = {

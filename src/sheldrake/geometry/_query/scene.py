@@ -126,11 +126,19 @@ class QueryScene:
             idle.append(search)
 
 
+def explain_contact_status(model: GeometryModel, table: ContactTable) -> Exception:
+    """The error for a search of contacts that did not end well."""
+    return RuntimeError(
+        f"More than {table.pair.shape[0]} contact points among {model.pair.shape[0]} pairs of geometries: the contact "
+        "table is full."
+    )
+
+
 class _Search:
     """Bound kernels and their arrays: binding takes far longer than the search of a robot's surroundings."""
 
     def __init__(self, model: GeometryModel, num_bodies: int):
-        self._X_WB = np.empty((num_bodies, BodyPose.SIZE))
+        self._model, self._X_WB = model, np.empty((num_bodies, BodyPose.SIZE))
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
             geometry_model=model, bodies=BodyPoses(self._X_WB), table=self._table, cells=make_cells(model)
@@ -139,6 +147,8 @@ class _Search:
     def find(self, X_WB: np.ndarray) -> FoundPoints:
         self._X_WB[:] = X_WB
         self._run()
+        if self._table.count[Found.status]:
+            raise explain_contact_status(self._model, self._table)
         return FoundPoints.of(self._table)
 
 
@@ -158,8 +168,9 @@ class _Distances:
         if pair is not None:
             self._model.pair[0] = pair
         self._run.set("reach", float(reach))
-        self._run()
         table = self._table
+        if self._run():
+            raise explain_contact_status(self._model, table)
         n = int(table.count[Found.num_contacts])
         return FoundDistances(table.pair[:n].copy(), table.point[:n].copy(), table.X_WG.copy())
 

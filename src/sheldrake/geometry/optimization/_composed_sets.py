@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from sheldrake.geometry._shapes import Shape
     from sheldrake.math._rigid_transform import RigidTransform
 
-    pass
-
 
 class MinkowskiSum(ConvexSet):
     """Sums of points, one of each set.

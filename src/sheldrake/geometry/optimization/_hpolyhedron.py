@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -22,9 +23,12 @@ from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
 
 if TYPE_CHECKING:
+    import scipy.sparse
     from numpy.typing import ArrayLike
 
     from sheldrake.common import RandomGenerator
+    from sheldrake.geometry._ids import FrameId, GeometryId
+    from sheldrake.geometry._query.query_object import QueryObject
     from sheldrake.geometry._shapes import Shape
     from sheldrake.math._rigid_transform import RigidTransform
 
@@ -39,6 +43,18 @@ class HPolyhedron(ConvexSet):
         RuntimeError: A and b have different numbers of rows, the shape is none of these, or a constraint is not linear.
     """
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, A: ArrayLike | scipy.sparse.spmatrix, b: ArrayLike) -> None: ...
+    @typing_overload
+    def __init__(
+        self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
+    ) -> None: ...
+    @typing_overload
+    def __init__(self, vpoly: VPolytope, tol: float = 1e-9) -> None: ...
+    @typing_overload
+    def __init__(self, prog: MathematicalProgram) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
             overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, 
 from sheldrake.math import RigidTransform
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
     from sheldrake.geometry._shapes import Shape
     from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
@@ -30,6 +33,10 @@ class Hyperrectangle(ConvexSet):
     _lb: np.ndarray
     _ub: np.ndarray
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, lb: ArrayLike, ub: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         def of_bounds(self: Hyperrectangle, lb: np.ndarray, ub: np.ndarray) -> None:
             self._lb, self._ub = checked_box("Hyperrectangle", lb, ub)

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from sheldrake.solvers._program.program import MathematicalProgram
 
-    pass
-
 
 class Step(NamedTuple):
     """What one solve knows: T is the task frame, Gs are the goal frames one after another.

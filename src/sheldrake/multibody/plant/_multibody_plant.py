@@ -506,6 +506,9 @@ class MultibodyPlant(LeafSystem):
             return port
         return super()._input_port(i)
 
+    def _parameter_names(self) -> dict[int, tuple[str, list[str]]]:
+        return self._parts.elements.model("GetParameters").parameter_names()
+
     def _output_names(self, j: int) -> list[str] | None:
         return self._parts.output_ports.names(j)
 

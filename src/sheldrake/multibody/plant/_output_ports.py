@@ -307,7 +307,7 @@ def _new_bus(plant: Any) -> AbstractValue:
     return AbstractValue.Make(BusValue())
 
 
-def _new_contact_results(plant: Any) -> AbstractValue:
+def _new_contact_results(plant: MultibodyPlant) -> AbstractValue:
     return AbstractValue.Make(ContactResults())
 
 

@@ -24,8 +24,6 @@ from sheldrake.solvers._result import MathematicalProgramResult
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    pass
-
 
 def attribute_name(attribute: ProgramAttribute) -> str:
     """The name of an attribute without its k."""

@@ -649,7 +649,7 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")
         return slot
 
-    def _put_inputs(self, call: str, plan: RolloutPlan, count: int, num_samples: int, inputs: Any) -> None:
+    def _put_inputs(self, call: str, plan: RolloutPlan, count: int, num_samples: int, inputs: ArrayLike | None) -> None:
         if inputs is None:
             return
         size, shape = len(plan.rollout.inputs_at), np.shape(inputs)
@@ -660,7 +660,9 @@ class BatchSimulator:
             )
         plan.rollout.inputs[: count * num_samples].reshape(count, num_samples, size)[:] = inputs
 
-    def _sample(self, call: str, plan: RolloutPlan, who: np.ndarray, num_samples: int, ports: Any) -> Any:
+    def _sample(
+        self, call: str, plan: RolloutPlan, who: np.ndarray, num_samples: int, ports: Any
+    ) -> np.ndarray | list[np.ndarray]:
         """Takes worlds through a plan; its outputs."""
         kept = plan.rollout.outputs[: len(who) * num_samples].reshape(len(who), num_samples, -1)
         self._roll_out(call, plan, who, num_samples, kept)

@@ -18,7 +18,7 @@ from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Progress
 
 if TYPE_CHECKING:
-    pass
+    from sheldrake.common.kernel import Kernel
 
 _PARTS = 8  # that each thread takes at least, so that the last one does not let the others wait
 _LONG, _SHORT = 0.02, 0.0002  # [s] that a part should take: Ctrl-C waits for it; taking it costs some microseconds
@@ -97,7 +97,7 @@ class NativeWorlds:
         """Output rows that are computed."""
         self._chain[0], self._chain[1 : 1 + len(rows)] = len(rows), rows
 
-    def _bound(self, kernel: Any, plan: RolloutPlan, thread: int) -> Any:
+    def _bound(self, kernel: Kernel, plan: RolloutPlan, thread: int) -> Any:
         """The kernel's call of a thread on a plan; made once."""
         key = kernel, thread
         if key not in plan.calls:

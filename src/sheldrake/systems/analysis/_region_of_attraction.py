@@ -11,7 +11,6 @@ from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 
 if TYPE_CHECKING:
-    from sheldrake.solvers._ids import SolverId, SolverOptions
     from sheldrake.solvers._program.program import MathematicalProgram
     from sheldrake.systems.framework import Context, System
 
@@ -34,8 +33,8 @@ class RegionOfAttractionOptions(Options):
     lyapunov_candidate: Any = Expression(0.0)
     state_variables: Any = np.array([], dtype=object)
     use_implicit_dynamics: bool = False
-    solver_id: SolverId | None = None
-    solver_options: SolverOptions | None = None
+    solver_id: Any = None
+    solver_options: Any = None
     certificate_tolerance: float = 1e-6
 
 

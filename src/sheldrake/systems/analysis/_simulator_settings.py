@@ -35,8 +35,15 @@ class SimulatorSettings:
     # Settings.
 
     def set_target_realtime_rate(self, realtime_rate: float) -> None:
-        """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes."""
-        self._rate = max(float(realtime_rate), 0.0)
+        """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes.
+
+        Raises:
+            RuntimeError: the rate is nan.
+        """
+        rate = float(realtime_rate)
+        if math.isnan(rate):
+            raise RuntimeError("Simulator.set_target_realtime_rate(): realtime_rate is nan; it must be a number.")
+        self._rate = max(rate, 0.0)
 
     def get_target_realtime_rate(self) -> float:
         """The rate asked for."""

@@ -319,7 +319,7 @@ class LeafSystem(LeafEvents):
                 new._compute_natively(j, kernel)
         return new
 
-    def _declare_scratch(self, prototype: Any) -> None:
+    def _declare_scratch(self, prototype: int | NamedTuple) -> None:
         """Memory in the context for kernels: a size, or a NamedTuple of arrays to copy, or of NamedTuples of arrays.
 
         Kernels see it as `work`; the fields of a NamedTuple are also parameters of their own.

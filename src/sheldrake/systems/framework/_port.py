@@ -277,10 +277,10 @@ class InputPort(_Port):
     def _is_vector(self) -> bool:
         return self._declaration.data_type is PortDataType.kVectorValued
 
-    def _numbers(self, value: BasicVector | AbstractValue | Scalars, store: Store) -> np.ndarray:
+    def _numbers(self, value: Any, store: Store) -> np.ndarray:
         """A vector as an array for the slab."""
         declaration = self._declaration
-        if type(value) in (list, np.ndarray) and store.scalar is float:
+        if isinstance(value, (list, np.ndarray)) and store.scalar is float:
             plain = as_vector(value)
             if plain.dtype == float and len(plain) == declaration.size:
                 return plain

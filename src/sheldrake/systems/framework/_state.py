@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector
-
-if TYPE_CHECKING:
-    pass
 
 
 class State:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,15 +29,16 @@ class TableLog(VectorLog):
     """A log that holds times and samples it was given, as one read from a file does."""
 
     def __init__(
-        self,
-        times: ArrayLike,
-        data: Any,
-        names: Any = None,
-        units: Any = None,
+        self, times: ArrayLike, data: ArrayLike, names: Sequence[str] | None = None, units: Sequence[str] | None = None
     ):
-        data = np.asarray(data, dtype=float)
+        times, data = np.asarray(times, dtype=float), np.asarray(data, dtype=float)
+        if times.ndim != 1 or data.ndim != 2 or data.shape[1] != len(times):
+            raise ValueError(f"times of shape {times.shape} and data of shape {data.shape} are no log")
+        for what, texts in (("names", names), ("units", units)):
+            if texts is not None and len(texts) != len(data):
+                raise ValueError(f"there are {len(texts)} {what} for {len(data)} elements")
         super().__init__(len(data))
-        self._own = np.column_stack([np.asarray(times, dtype=float), data.T])
+        self._own = np.column_stack([times, data.T])
         self._count = len(self._own)
         self._given = None if names is None else [str(name) for name in names]
         self._given_units = None if units is None else [str(unit) for unit in units]

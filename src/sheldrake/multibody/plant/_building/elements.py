@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -36,9 +36,6 @@ from sheldrake.multibody.tree._force_element import JointElement
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._owner import Owner
 from sheldrake.multibody.tree._rigid_body import body_arguments
-
-if TYPE_CHECKING:
-    pass
 
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections import Counter
 from collections.abc import Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +26,6 @@ from sheldrake.multibody.tree._force_element import _JointSpring
 from sheldrake.multibody.tree._forest import Step
 from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
 from sheldrake.multibody.tree._kernels.model import TreeModel
-
-if TYPE_CHECKING:
-    pass
 
 
 class Parameters:
@@ -54,6 +52,17 @@ class Parameters:
     def all_defaults(self) -> np.ndarray:
         """p of a default context."""
         return np.concatenate([*self.defaults, np.zeros(0)])
+
+
+_OF_A_BODY = ["mass [kg]", *(f"centre of mass {axis} [m]" for axis in "xyz"),
+              *(f"unit inertia {axes} [m^2]" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))]  # fmt: skip
+
+
+def _names(elements: Iterable[Any]) -> list[str]:
+    """Names of elements; with those of their model instances where there are several of a name."""
+    every = list(elements)
+    count = Counter(element.name() for element in every)
+    return [e.name() if count[e.name()] == 1 else e.scoped_name().get_full() for e in every]
 
 
 @dataclasses.dataclass(eq=False)
@@ -162,6 +171,25 @@ class FrozenModel:
     def start_of(self, element: Any) -> int:
         """Where the parameters of an element start in p."""
         return self.parameters.starts[element._group]
+
+    def parameter_names(self) -> dict[int, tuple[str, list[str]]]:
+        """What groups of parameters are of, and what each of their numbers is, its unit in brackets; by group."""
+        bodies = [body for _, body in sorted(zip(self.row_indices, self.row_bodies), key=lambda pair: pair[0])]
+        joints, actuators = _names(self.joints), _names(self.actuators)
+        found = {
+            self.tuning["gravity"]: ("added gravity", [f"{axis} [m/s^2]" for axis in "xyz"]),
+            self.tuning["friction"]: ("scale of friction", _names(bodies)),
+            self.tuning["gains"]: ("scale of gains", [f"{gain} of {name}" for name in actuators for gain in "pd"]),
+        }
+        for joint, name in zip(self.joints, joints):
+            n = joint.num_velocities()
+            found[joint._group] = f"joint {name}", ["damping"] if n == 1 else [f"damping {k}" for k in range(n)]
+        for actuator, name in zip(self.actuators, actuators):
+            found[actuator._group] = f"rotor of {name}", ["inertia [kg m^2]"]
+            found[actuator._group + 1] = f"gear of {name}", ["ratio [1]"]
+        for body, name in zip(bodies, _names(bodies)):
+            found[body._group] = f"body {name}", _OF_A_BODY
+        return found
 
     def default_positions(self) -> np.ndarray:
         """Positions of a default context, shape (nq,)."""

@@ -22,8 +22,6 @@ from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 if TYPE_CHECKING:
     from sheldrake.common._types import KernelArgument
 
-    pass
-
 
 class DualCalls:
     """`Calls` on arrays of AutoDiffXd.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_T
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.results import bodies_at_hand
 from sheldrake.systems.framework import Context
-
-if TYPE_CHECKING:
-    pass
 
 
 class Failures:
@@ -67,6 +64,8 @@ class Failures:
             return RuntimeError(
                 f"{now}: positions are infinite or NaN. It happened at the joints {', '.join(lost[:10])}."
             )
+        if status == MOTION_NOT_FINITE and not self._settings.sampled:  # of a stage, whose state is gone again
+            return RuntimeError(f"{now}: positions become infinite or NaN within a step of the integrator.")
         text = f"{now}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._settings.sampled:
             text += f" It happened among: {self._bodies_at_hand(context)}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.systems.framework import Context
-
-if TYPE_CHECKING:
-    pass
 
 
 class Reports:

@@ -403,7 +403,7 @@ def _require_model_name(kernel: Kernel, parameter: Parameter) -> None:
         )
 
 
-def _place(parameter: Parameter, span: Span) -> Any:
+def _place(parameter: Parameter, span: Span) -> list[Any] | tuple[int, int]:
     """Where an array or a table of one array is."""
     place = span[0], span[1] - span[0]
     return [place] if parameter.kind == "tuple" else place

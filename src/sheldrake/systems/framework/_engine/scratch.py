@@ -46,14 +46,36 @@ def places_of(at: int, prototype: int | NamedTuple) -> dict[str, Any]:
     return places
 
 
+def copy_of(memory: np.ndarray) -> np.ndarray:
+    """A copy, in which zeros are not written if there are many: the operating system has no memory for them then."""
+    if memory.dtype == object or memory.size < _MANY:
+        return memory.copy()
+    new = np.zeros(memory.size)
+    for at in range(0, memory.size, _PAGE):
+        part = memory[at : at + _PAGE]
+        if part.view(np.int64).any():  # of -0.0, too
+            new[at : at + _PAGE] = part
+    return new
+
+
+_MANY, _PAGE = 1 << 20, 1 << 17  # numbers
+
+
 def write_prototype(prototype: int | NamedTuple, part: np.ndarray) -> None:
-    """Sets scratch to what its prototype is.
+    """Sets new scratch to what its prototype is.
 
     Args:
         prototype: Arrays; a number means any memory of that size.
-        part: The scratch in the slab.
+        part: The scratch in the slab, zeros.
     """
     if isinstance(prototype, int):
+        return
+    if part.dtype == float and part.size >= _MANY:
+        at = 0
+        for a in arrays_of(prototype):
+            if a.view(np.int64).any():
+                part[at : at + a.size] = a.reshape(-1).view(float)
+            at += a.size
         return
     if part.dtype == float:
         flat = [a.reshape(-1) for a in arrays_of(prototype)]

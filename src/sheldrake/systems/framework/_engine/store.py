@@ -15,7 +15,7 @@ from sheldrake.common.kernel import Parameter, jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._engine.layout import Layout, Row
-from sheldrake.systems.framework._engine.scratch import views_of, write_prototype
+from sheldrake.systems.framework._engine.scratch import copy_of, views_of, write_prototype
 from sheldrake.systems.framework._engine.topology import inputs_as
 from sheldrake.systems.framework._engine.waiting import Waiting
 from sheldrake.systems.framework._event import EventStatus
@@ -79,7 +79,7 @@ class Store:
         self.layout, self.systems, self.scalar = layout, systems, scalar
         dtype = float if scalar is float else object
         blank = layout.blank if scalar is float else None
-        self.S = lifted(np.zeros(layout.size), scalar) if blank is None else blank.copy()
+        self.S = lifted(np.zeros(layout.size), scalar) if blank is None else copy_of(blank)
         self.I = np.zeros(layout.side_size, np.int64)
         self.I[: CONTINUOUS + 1] = 1
         self.L = np.empty(0, dtype)
@@ -109,7 +109,7 @@ class Store:
                     self.S[slice(*slot.span)] = lifted(declared.model._v, self.scalar)
             self._reset_work(n)
         if self.scalar is float:
-            self.layout.blank = self.S.copy()
+            self.layout.blank = copy_of(self.S)
 
     def _use_locks(self) -> None:
         self.waiting = Waiting()
@@ -551,7 +551,7 @@ class Store:
         self.check_thread()
         for n in list(self.left):
             self.leave_scratch(n)
-        new = self.on(self.S.copy(), self.I.copy(), self.L.copy())
+        new = self.on(copy_of(self.S), self.I.copy(), self.L.copy())
         for r in self.values:
             new.I[self.layout.stamp0 + r] = 0
         new.unsettled, new.waiting = self.unsettled, self.waiting.copy()
