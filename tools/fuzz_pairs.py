@@ -7,7 +7,8 @@ tried for shapes with faces alone, which is exact, and thousands of directions f
 with the kernels but the numbers of the shapes.
 
 With `--memory` contacts are sought with what was remembered of the same pairs a little elsewhere, and are the same
-bits as without, but for the last digit of one in some hundred thousand; how many pairs differ is printed.
+bits as without, but for last digits where edges are parallel, and for which of two sides of a curved shape it is where
+both are equally deep; how many pairs differ is printed.
 
 Prints for each pair of kinds how many queries there were, how many had the wrong sign, and the largest errors relative
 to the size of the pair; ends with status 1 if one is larger than `accuracy_of` states. A million queries take 4 min.

@@ -43,10 +43,10 @@ class Error(LeafSystem):
 def program():
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 0.001)
-    Parser(plant).AddModelsFromString(robots.arm(), "urdf")
+    Parser(plant).AddModelsFromString(robots.arm(False), "urdf")
     plant.Finalize()
     alone = MultibodyPlant(0.0)
-    Parser(alone).AddModelsFromString(robots.arm(), "urdf")
+    Parser(alone).AddModelsFromString(robots.arm(False), "urdf")
     alone.Finalize()
     n = plant.num_positions()
     knots = np.array([np.zeros(n), np.full(n, 0.4), np.full(n, -0.2)]).T

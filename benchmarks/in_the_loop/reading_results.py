@@ -19,7 +19,7 @@ from pydrake.all import (
 def program():
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 0.001)
-    arm = Parser(plant).AddModelsFromString(robots.arm(), "urdf")[0]
+    arm = Parser(plant).AddModelsFromString(robots.arm(False), "urdf")[0]
     ball = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), SpatialInertia.SolidSphereWithMass(1.0, 0.1))
     friction = CoulombFriction(0.5, 0.5)
     plant.RegisterCollisionGeometry(ball, RigidTransform(), Sphere(0.1), "ball", friction)

@@ -117,6 +117,17 @@ def test_functions_are_short(path):
     assert not long, f"functions of more than 80 lines: {long}"
 
 
+def test_annotations_say_what_values_are():
+    """`Any` is for what may be of any type: what ports, options and files of others carry."""
+    said = [re.findall(r": Any|-> Any", path.read_text(encoding="utf-8")) for path in [*FILES, *SOURCE.rglob("*.pyi")]]
+    assert sum(map(len, said)) <= 2_500
+
+
+def test_no_alias_hides_any():
+    aliases = re.compile(r"^\w+(?:: TypeAlias)? = \"?Any\"?$", re.MULTILINE)
+    assert not [path.name for path in FILES if aliases.search(path.read_text(encoding="utf-8"))]
+
+
 FORBIDDEN = (ast.Try, ast.Raise, ast.With, ast.Lambda, ast.ListComp, ast.GeneratorExp, ast.DictComp, ast.List, ast.Dict,
              ast.JoinedStr, ast.Global, ast.FunctionDef, ast.ClassDef, ast.Starred)  # fmt: skip
 

@@ -40,6 +40,7 @@ X_BW = X_WB.inverse().inverted()  # wrong
 R_WB = (X_WB @ X_WB).rotation().as_matrix()  # wrong
 p_WQ: RigidTransform = X_WB @ np.zeros(3)  # wrong
 rpy = RollPitchYaw(RotationMatrix()).roll()  # wrong
+upright = RollPitchYaw(0, 0)  # wrong
 turned = RotationMatrix.MakeXRotation(0.5).Inverse()  # wrong
 logger = LogVectorOutput(plant.get_state_output_port(), builder)
 data = logger.FindLog(root).data

@@ -59,18 +59,41 @@ def test_every_mistake_is_underlined_and_nothing_else(tmp_path):
     assert sorted({line for _, line, _ in errors_of(tmp_path)}) == wrong
 
 
+def test_the_same_mistakes_are_seen_less_well_with_the_stubs_of_pydrake(tmp_path):
+    """Of our file, pydrake's own stubs underline fewer wrong lines, and a right one."""
+    pydrake = pytest.importorskip("pydrake")
+    if not list(pathlib.Path(pydrake.__file__).parent.glob("*.pyi")):
+        pytest.skip("this pydrake has no stubs")
+    text = MISTAKES.read_text(encoding="utf-8").replace("sheldrake", "pydrake")
+    (tmp_path / "mistakes.py").write_text(text, encoding="utf-8")
+    lines = {line for _, line, _ in errors_of(tmp_path)}
+    wrong = {number for number, line in enumerate(text.splitlines(), 1) if line.endswith("# wrong")}
+    assert lines & wrong < wrong and lines - wrong, "the stubs of pydrake are as good as ours"
+
+
 TYPES = {
     "context": "Context",
     "plant": "MultibodyPlant",
     "scene_graph": "SceneGraph",
     "plant.GetMyContextFromRoot(context)": "Context",
     "X @ X": "RigidTransform",
+    "X.multiply(X)": "RigidTransform",
+    "simulator.get_system()": "Diagram",
+    "Variable('x') + 1": "Expression",
+    "Variable('x') < 1": "Formula",
+    "RollPitchYaw(0, 0, 1).ToRotationMatrix().multiply(RotationMatrix())": "RotationMatrix",
     "X.inverse()": "RigidTransform",
     "X.rotation()": "RotationMatrix",
     "plant.EvalBodyPoseInWorld(context, plant.world_body())": "RigidTransform",
     "simulator.get_context()": "Context",
     "builder.AddSystem(plant)": "MultibodyPlant",
     "scene_graph.get_query_output_port()": "OutputPort",
+    "context.get_discrete_state()": "DiscreteValues",
+    "context.get_discrete_state(0)": "BasicVector",
+    "context.get_abstract_state(0)": "AbstractValue",
+    "diagram.ToAutoDiffXd()": "Diagram",
+    "X.rotation().ToQuaternion().inverse()": "Quaternion",
+    "X.rotation().ToQuaternion().w()": "float",
 }
 """What an editor knows of values that programs hold."""
 

@@ -12,20 +12,24 @@ import random
 import resource
 import shutil
 import signal
+import struct
 import sys
 import tempfile
 import warnings
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from tests.unit.systems.framework.saved_run import build
+from tools.torture.meshes import damage
 
 from sheldrake.common._native import own_files, store
 from sheldrake.common.kernel import Vector, kernel
 from sheldrake.common.yaml import yaml_dump
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import LoadContext, SaveContext
+from sheldrake.systems.primitives import LogSet, ReadLogs, StreamLogs
 
 STRANGE_WORDS = (-1, 0, 1, 2, 7, 2**31, 2**40, 2**62, -(2**63), 2**63 - 1)
 STRANGE_NUMBERS = (np.nan, np.inf, -np.inf, 1e300, -1e300, 5e-324, -0.0, 1e17)
@@ -98,9 +102,7 @@ def changed_contexts(chance: random.Random, number: int) -> None:
                 arrays[name].view(np.int64)[at] = chance.choice(STRANGE_WORDS)
             else:
                 arrays[name][at] = chance.choice(STRANGE_NUMBERS)
-    stream = io.BytesIO()
-    np.savez(stream, **arrays)
-    _take(stream.getvalue())
+    _take(_archive(arrays))
 
 
 def _changed(chance: random.Random, value: Any) -> Any:
@@ -112,6 +114,60 @@ def _changed(chance: random.Random, value: Any) -> Any:
         at = chance.randrange(len(value))
         return [*value[:at], _changed(chance, value[at]), *value[at + chance.choice((1, 1, 1, 2)) :]]
     return chance.choice(STRANGE)
+
+
+# ---- logs
+
+
+@functools.cache
+def _logs() -> dict[str, bytes]:
+    """A log in a file of each kind that ReadLogs() reads."""
+    diagram, context, _, _ = _scene()
+    log, folder = diagram.GetSubsystemByName("plant log").FindLog(context), _folder()
+    log.ToCsv(folder / "a.csv"), log.ToNpz(folder / "a.npz"), log.ToParquet(folder / "a.parquet")
+    LogSet({"one": log, "two": log}).ToNpz(folder / "b.npz")
+    simulator = Simulator(diagram)
+    with StreamLogs(simulator, folder / "a.log"):
+        simulator.AdvanceTo(0.1)
+    return {name: (folder / name).read_bytes() for name in ("a.csv", "a.npz", "b.npz", "a.parquet", "a.log")}
+
+
+def damaged_logs(chance: random.Random, number: int) -> None:
+    """A file of logs that is cut, or has other bytes, arrays or words: whole samples, or an error that names it."""
+    name, data = chance.choice(list(_logs().items()))
+    if chance.random() < 0.3:
+        data = data[: chance.randrange(len(data))]
+    elif name.endswith(".npz") and chance.random() < 0.7:
+        with np.load(io.BytesIO(data)) as found:
+            arrays = dict(found)
+        strange = (np.zeros((2, 3)), np.array(7.0), np.array(["x"]), np.zeros(0), np.array([np.nan, np.inf]), "x")
+        arrays[chance.choice(list(arrays))] = chance.choice(strange)
+        if chance.random() < 0.2:
+            del arrays[chance.choice(list(arrays))]
+        data = _archive(arrays)
+    elif name == "a.log" and chance.random() < 0.5:
+        begin = data.index(b"{")
+        end = begin + struct.unpack_from("<I", data, begin - 8)[0]
+        text = json.dumps(_changed(chance, json.loads(data[begin:end]))).encode()
+        data = data[: begin - 8] + struct.pack("<II", len(text), zlib.crc32(text)) + text + data[end:]
+    else:
+        data = damage(chance, data)
+    path = _folder() / f"bad-{name}"
+    path.write_bytes(data)
+    try:
+        logs = ReadLogs(path)
+    except ValueError as error:
+        assert str(path) in str(error)
+        return
+    for log in logs.values():
+        assert log.data().shape == (len(log.names()), len(log.sample_times()))
+        assert len(log.units()) == len(log.names())
+
+
+def _archive(arrays: dict[str, np.ndarray]) -> bytes:
+    stream = io.BytesIO()
+    np.savez(stream, **arrays)
+    return stream.getvalue()
 
 
 # ---- a full disk
@@ -198,7 +254,7 @@ def caches(chance: random.Random, number: int) -> None:
     path = store._path(thrice)
     path.parent.mkdir(parents=True, mode=0o700)
     kind = chance.choice(
-        ["cut", "cut", "bytes", "bytes", "swapped", "fifo", "zero", "folder", "link", "mode", "owner", "huge"]
+        "cut cut bytes bytes swapped fifo zero folder link elsewhere exchanged mode owner huge".split()
     )
     wrong = bytearray(data[: number % len(data)] if kind == "cut" else data)
     if kind == "bytes":
@@ -215,6 +271,9 @@ def caches(chance: random.Random, number: int) -> None:
         path.mkdir()
     elif kind == "link":
         path.symlink_to(path)
+    elif kind == "elsewhere":  # whole code of this user, in a place that others may have chosen
+        (folder / "other.o").write_bytes(data)
+        path.symlink_to(folder / "other.o")
     else:
         path.write_bytes(wrong)
         path.chmod(0o602 if kind == "mode" else 0o600)
@@ -227,8 +286,14 @@ def caches(chance: random.Random, number: int) -> None:
         os.truncate(path, own_files.MOST + 1 + chance.randrange(10**9))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        if kind == "exchanged":  # after the look at the folder, before the file is opened
+            path.parent.chmod(0o777)
+            with contextlib.suppress(PermissionError):
+                os.close(own_files._open(path))
+                raise AssertionError("a file is opened in a folder that became another's")
         found = store._read(path)
-        assert found is None or (found == code and bytes(wrong) == data and kind not in ("mode", "huge")), kind
+        is_right = found == code and bytes(wrong) == data
+        assert found is None or (is_right and kind not in ("mode", "huge", "elsewhere", "exchanged")), kind
         if number % 20 == 0:
             thrice.__dict__.pop("_native", None)
             assert thrice.native(x := np.ones(2)) == 0

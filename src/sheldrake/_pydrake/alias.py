@@ -9,11 +9,15 @@ import importlib.machinery
 import importlib.util
 import sys
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake import __version__
 from sheldrake._pydrake import names, retired
 from sheldrake._pydrake.defaults import with_drakes_defaults
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from importlib.machinery import ModuleSpec
 
 __all__ = ["install", "missing_name"]
 
@@ -38,7 +42,9 @@ class _Pydrake(ModuleType):
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Gives sheldrake's modules under their pydrake names."""
 
-    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         if fullname == "drake":  # Drake's own messages are plain Python, and work here as they are
             is_installed = importlib.machinery.PathFinder.find_spec(fullname, path) is not None
             return None if is_installed else importlib.machinery.ModuleSpec(fullname, self)
@@ -54,7 +60,7 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         # An unknown name gives None, and nothing else finds it: the folders searched are sheldrake's own.
         return importlib.machinery.ModuleSpec(fullname, self) if known else None
 
-    def create_module(self, spec: Any) -> ModuleType:
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
         if spec.name == "pydrake":
             return _Pydrake("pydrake", "The modules of sheldrake, by the names of pydrake's.")
         if spec.name == "drake":

@@ -9,12 +9,16 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.planning._robot_diagram import RobotDiagramBuilder
 
 _Finish = Callable[..., None]
 
 
-def _points_of_scene_graph(scene_graph: Any, *_: Any, **__: Any) -> None:
+def _points_of_scene_graph(scene_graph: SceneGraph, *_: object, **__: object) -> None:
     """One point for each pair of geometries: where Drake has it, whatever touches."""
     scene_graph.set_default_point_contact_algorithm("single_point")
 
@@ -26,7 +30,7 @@ def _points_of_plant(made: Any, *args: Any, **kwargs: Any) -> None:
         _points_of_scene_graph(made.scene_graph)
 
 
-def _points_of_robot(builder: Any, *_: Any, **__: Any) -> None:
+def _points_of_robot(builder: RobotDiagramBuilder, *_: object, **__: object) -> None:
     _points_of_scene_graph(builder.scene_graph())
 
 
@@ -71,7 +75,7 @@ def _class(native: type, finish: _Finish) -> Any:
             finish(made, *args, **kwargs)
             return made
 
-        def __instancecheck__(cls, instance: Any) -> bool:
+        def __instancecheck__(cls, instance: object) -> bool:
             return isinstance(instance, native) if cls is own else super().__instancecheck__(instance)
 
         def __subclasscheck__(cls, subclass: type) -> bool:

@@ -92,7 +92,8 @@ class Sweep:
         resets: Copies = (),
         copies: Copies = (),
     ):
-        words, at = join(arguments(kernel.on_complex, given)[0] for kernel, given in rows)
+        blocks: dict = {}
+        words, at = join(arguments(kernel.on_complex, given, blocks)[0] for kernel, given in rows)
         self._rows = np.array([HERE.address(kernel.on_complex) for kernel, _ in rows], np.int64)
         self._words, self._at = words.placed(), np.array(at[:-1], np.int64)
         self._resets, self._copies = _table(resets), _table(copies)

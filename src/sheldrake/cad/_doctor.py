@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from os import PathLike
 
     from sheldrake.multibody.parsing import PackageMap
+    from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy
     from sheldrake.multibody.parsing._files.xml import Element
     from sheldrake.multibody.parsing._model.description import BodyDescription, GeometryDescription, ModelDescription
+    from sheldrake.multibody.parsing._reading.reading import Reading
 
 _TOUCHING = 1e-3  # [m] parts of an assembly that overlap less than this were meant to touch
 _ENDINGS = (".urdf", ".sdf", ".xml")
@@ -78,7 +80,7 @@ class _Doctor:
         if finding not in self._diagnosis.findings:
             self._diagnosis.findings.append(finding)
 
-    def _policy(self, note_warnings: bool = False) -> Any:
+    def _policy(self, note_warnings: bool = False) -> DiagnosticPolicy:
         from sheldrake.multibody.parsing import DiagnosticPolicy
 
         policy = DiagnosticPolicy()
@@ -123,7 +125,7 @@ class _Doctor:
             # Edits keep the lines below where they are: they put no line breaks in, and take none out but of a mesh.
             self._text = apply(self._data, [_same_lines(self._data, edit) for edit in edits]).decode("utf-8", "replace")
 
-    def _reading(self) -> Any:
+    def _reading(self) -> Reading:
         from sheldrake.multibody.parsing._reading.reading import Reading
 
         path = os.path.abspath(self._path)

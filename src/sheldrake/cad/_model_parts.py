@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from sheldrake.geometry import GeometryId
+    from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint, RigidBody
+    from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex
 
 _MATERIAL = ("coulomb_friction", "hunt_crossley_dissipation", "relaxation_time", "point_contact_stiffness",
              "point_contact_algorithm")  # fmt: skip
@@ -99,7 +101,7 @@ def take_apart(plant: MultibodyPlant, inspector: Any, name: str) -> ModelParts:
 
 
 class _Taker:
-    def __init__(self, plant: MultibodyPlant, inspector: Any, name: str):
+    def __init__(self, plant: MultibodyPlant, inspector: SceneGraphInspector, name: str):
         self._plant, self._inspector = plant, inspector
         bodies = [plant.get_body(i) for i in _indices(plant.num_bodies(), plant.has_body)]
         self._bodies = [body for body in bodies if body.index() != 0]
@@ -352,13 +354,13 @@ def _indices(count: int, has: Callable[[Any], bool]) -> list[Any]:
     return found
 
 
-def _instance(plant: MultibodyPlant, number: int) -> Any:
+def _instance(plant: MultibodyPlant, number: int) -> ModelInstanceIndex:
     from sheldrake.multibody.tree import ModelInstanceIndex
 
     return ModelInstanceIndex(number)
 
 
-def _force_index(number: int) -> Any:
+def _force_index(number: int) -> ForceElementIndex:
     from sheldrake.multibody.tree import ForceElementIndex
 
     return ForceElementIndex(number)

@@ -383,7 +383,7 @@ def _place(node: Node, X: RigidTransform) -> None:
         node.attributes["quat"] = np.asarray(X.rotation().ToQuaternion().wxyz())
 
 
-def _at(p: Any) -> Any:
+def _at(p: Any) -> RigidTransform:
     from sheldrake.math import RigidTransform
 
     return RigidTransform(np.asarray(p, dtype=float))

@@ -10,8 +10,9 @@ Says what the written file leaves out; it loads to a plant of the same dynamics.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
+
+from sheldrake.cli._output import add_json, print_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--obj-meshes", action="store_true", help="write STL, DAE and PLY meshes as OBJ beside the target, for Drake"
     )
-    parser.add_argument("--json", action="store_true", help="files, losses and notes, for programs")
+    add_json(parser, "files, losses and notes")
     parser.add_argument("--strict", action="store_true", help="fail when the target leaves anything out")
 
 
@@ -37,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     status = 3 if written.losses and options.strict else 0
     files = [str(path) for path in [written.path, *written.files]]
     if options.json:
-        print(json.dumps({"files": files, "losses": written.losses, "notes": written.notes}, indent=2))
+        print_json({"files": files, "losses": written.losses, "notes": written.notes})
         return status
     for loss in written.losses:
         print(f"not written: {loss}", file=sys.stderr)

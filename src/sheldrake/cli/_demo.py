@@ -18,11 +18,16 @@ import pathlib
 import sys
 import time
 import webbrowser
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import sheldrake
+from sheldrake.cli._output import add_json, reporting
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
+    from sheldrake.geometry._scene_graph import SceneGraph
 
 _PATIENCE = 20.0  # how long it waits for the first page [s]
 _DRAWING = 60.0  # how long, once somebody has come, for the page to draw the scene [s]
@@ -36,11 +41,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--headless", action="store_true", help="no page: as fast as possible, and end")
     parser.add_argument("--no-browser", action="store_true", help="leave it to you to open the page")
     parser.add_argument("--seconds", type=float, default=15.0, help="simulated time [s] (default: 15)")
+    add_json(parser, "files, and how it ended")
     parser.add_argument("--out", default="sheldrake-demo", help="folder for the files (default: sheldrake-demo)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Drops the part and writes the files; returns the exit status."""
+    with reporting(options) as told:
+        return _run(options, told)
+
+
+def _run(options: argparse.Namespace, told: dict[str, Any]) -> int:
     from sheldrake.cli._model_names import find_model
     from sheldrake.cli._warnings import warnings_in_one_line
 
@@ -59,8 +70,8 @@ def run(options: argparse.Namespace) -> int:
         if not options.headless:
             _invite(scene.meshcat, opens=not options.no_browser)
         took = scene.play(rehearsal, options.seconds, slowly=not options.headless)
-        is_at_rest = _write(scene, pathlib.Path(options.out), options.seconds, took)
-        if not is_at_rest:
+        told |= _write(scene, pathlib.Path(options.out), options.seconds, took)
+        if not told["at_rest"]:
             print(scene.why())
         print(f"Done in {time.perf_counter() - start:.1f} s.", flush=True)
         if not options.headless:
@@ -129,7 +140,7 @@ class _Scene:
         self.context = self.diagram.CreateDefaultContext()
         self._lift(scene_graph)
 
-    def _lift(self, scene_graph: Any) -> None:
+    def _lift(self, scene_graph: SceneGraph) -> None:
         """Turns the part a little and places it above the ground, three times its size."""
         from sheldrake.math import RigidTransform, RollPitchYaw
 
@@ -203,7 +214,7 @@ class _Scene:
         return time.perf_counter() - start
 
 
-def _invite(meshcat: Any, opens: bool) -> None:
+def _invite(meshcat: Meshcat, opens: bool) -> None:
     """Says where the page is, opens it where there is a browser, and waits until somebody looks, for a while."""
     print(f"Watch it at {meshcat.web_url()}", flush=True)
     if opens and _has_screen():
@@ -223,7 +234,7 @@ def _has_screen() -> bool:
     return "SSH_CONNECTION" not in os.environ
 
 
-def _stay(meshcat: Any) -> None:
+def _stay(meshcat: Meshcat) -> None:
     """Keeps the page and its replay until Ctrl-C, where somebody looks or could."""
     if not (meshcat.GetNumActiveConnections() or sys.stdout.isatty()):
         return
@@ -236,8 +247,8 @@ def _stay(meshcat: Any) -> None:
             time.sleep(0.05)
 
 
-def _write(scene: _Scene, out: pathlib.Path, seconds: float, took: float) -> bool:
-    """Writes trajectory, plot and replay, and says how the part ended; returns whether it came to rest."""
+def _write(scene: _Scene, out: pathlib.Path, seconds: float, took: float) -> dict[str, Any]:
+    """Writes trajectory, plot and replay, and says how the part ended, to programs by what it returns."""
     out.mkdir(parents=True, exist_ok=True)
     name, log = scene.name, scene.logger.FindLog(scene.simulator.get_context())
     log.ToNpz(out / f"{name}.npz")
@@ -247,14 +258,21 @@ def _write(scene: _Scene, out: pathlib.Path, seconds: float, took: float) -> boo
     speed = float(np.abs(log.data()[scene.plant.num_positions() :, -1]).max(initial=0.0))
     rest = "at rest" if speed < 1e-6 else f"still moving at {speed:.2g} (rad/s or m/s)"
     print(f"{seconds:g} s simulated in {took:.2f} s; {log.num_samples()} samples; the {name} is {rest}.")
-    for ending, what in (
-        ("npz", "trajectory, NumPy"),
-        ("csv", "trajectory, text"),
-        ("png", "plot"),
-        ("html", "replay, opens without a network"),
-    ):
-        print(f"  {out / f'{name}.{ending}'!s:28} {what}")
-    return rest == "at rest"
+    files = {
+        str(out / f"{name}.npz"): "trajectory, NumPy",
+        str(out / f"{name}.csv"): "trajectory, text",
+        str(out / f"{name}.png"): "plot",
+        str(out / f"{name}.html"): "replay, opens without a network",
+    }
+    for file, what in files.items():
+        print(f"  {file:28} {what}")
+    return {
+        "files": list(files),
+        "seconds": seconds,
+        "samples": log.num_samples(),
+        "speed": speed,
+        "at_rest": rest == "at rest",
+    }
 
 
 def _plot(log: Any, names: list[str], path: pathlib.Path) -> None:

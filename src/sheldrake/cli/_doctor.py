@@ -11,15 +11,16 @@ the file with what can be put right and leaves every other byte as it was.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
+
+from sheldrake.cli._output import add_json, print_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake doctor` takes."""
     parser.add_argument("model", metavar="MODEL", help="URDF, SDFormat or MJCF file")
     parser.add_argument("--fix", metavar="FILE", help="write the model with what can be fixed")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    add_json(parser, "the findings")
     parser.add_argument("--quiet", action="store_true", help="leave out notes")
 
 
@@ -36,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     shown = [f for f in diagnosis.findings if not (options.quiet and f.severity == "note")]
     left = [finding for finding in diagnosis.errors() if finding not in fixed]
     if options.json:
-        print(json.dumps([finding.AsDict() for finding in shown], indent=2))
+        print_json([finding.AsDict() for finding in shown])
         return 1 if left else 0
     for finding in shown:
         print(finding)

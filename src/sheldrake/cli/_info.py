@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import importlib.metadata
-import json
 import os
 import platform
 import sys
 from typing import Any
+
+from sheldrake.cli._output import print_json
 
 _PACKAGES = (
     "numpy",
@@ -36,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     """Prints versions, cache folder, compiled kernels and threads."""
     facts = collect()
     if args.json:
-        print(json.dumps(facts, indent=2))
+        print_json(facts)
         return 0
     width = max(map(len, facts))
     for name, value in facts.items():

@@ -9,6 +9,7 @@ import os
 import sys
 
 from sheldrake import __version__
+from sheldrake.cli._output import STDOUT, add_json
 
 _DESCRIPTION = """\
 Drake's modelling system for robots, in Python all the way down.
@@ -99,9 +100,10 @@ def _parser() -> argparse.ArgumentParser:
         "precompile", help="compile all kernels now", description=_PRECOMPILE, formatter_class=formatter
     )
     precompile.add_argument("--list", action="store_true", help="only say which kernels there are")
+    add_json(precompile, "kernels and failures")
 
     info = commands.add_parser("info", help="versions, cache folder, compiled kernels, threads")
-    info.add_argument("--json", action="store_true", help="for programs")
+    add_json(info, "all of it")
     return parser
 
 
@@ -131,6 +133,8 @@ def main(argv: list[str] | None = None) -> int:
         print(unknown, file=sys.stderr)
         return 2
     args = parser.parse_args(words)
+    if getattr(args, "json", False) and getattr(args, "output", None) == STDOUT:
+        parser.error("--json and -o - both want the standard output")
     if args.command is None:
         parser.print_help()
         return 0

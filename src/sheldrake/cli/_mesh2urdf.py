@@ -12,7 +12,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.cad._make_urdf import MeshModel
+
+from sheldrake.cli._output import add_json, reporting
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--origin-at-com", action="store_true", help="link frame at the centre of mass")
     parser.add_argument("--preview", metavar="HTML", help="write a page with shapes, frame and centre of mass, too")
     parser.add_argument("--name", help="of robot and link (default: the output's)")
+    add_json(parser, "files, units, mass, notes and warnings")
     parser.add_argument("-o", "--output", metavar="URDF", help="file to write (default: beside the first mesh)")
 
 
@@ -54,16 +60,25 @@ def run(options: argparse.Namespace) -> int:
             return _fail(error)
     except (OSError, ValueError) as error:
         return _fail(error)
-    for note in model.notes:
-        print(note)
-    for warning in model.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    written = [model.path, *model.files, *([options.preview] if options.preview else [])]
-    print(f"wrote {', '.join(map(str, written))}")
+    written = [str(path) for path in (model.path, *model.files, *([options.preview] if options.preview else []))]
+    with reporting(options) as told:
+        told |= {
+            "files": written,
+            "units": [belief.unit for belief in model.units],
+            "mass": model.mass,
+            "center_of_mass": [float(x) for x in model.p_BoBcm_B],
+            "notes": model.notes,
+            "warnings": model.warnings,
+        }
+        for note in model.notes:
+            print(note)
+        for warning in model.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        print(f"wrote {', '.join(written)}")
     return 0
 
 
-def _make(options: argparse.Namespace) -> Any:
+def _make(options: argparse.Namespace) -> MeshModel:
     from sheldrake.cad import MakeUrdfFromMesh
 
     return MakeUrdfFromMesh(

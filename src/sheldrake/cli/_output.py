@@ -1,14 +1,16 @@
-"""`-o FILE` of commands that write one file; `-o -` is the standard output."""
+"""`-o FILE` of commands that write one file, `-o -` being the standard output; `--json` of those that report."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import os
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
+from typing import Any
 
 STDOUT = "-"
 
@@ -17,6 +19,32 @@ def add_output(parser: argparse.ArgumentParser, default: str) -> None:
     """Declares `-o`."""
     text = f"file to write, - for the standard output (default: {default})"
     parser.add_argument("-o", "--output", metavar="FILE", help=text)
+
+
+def add_json(parser: argparse.ArgumentParser, text: str) -> None:
+    """Declares `--json`; `text` says what it has."""
+    parser.add_argument("--json", action="store_true", help=f"{text}, for programs")
+
+
+def print_json(value: Any) -> None:
+    """Prints one JSON value."""
+    print(json.dumps(value, indent=2))
+
+
+@contextlib.contextmanager
+def reporting(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """An object for what a command has to tell, printed in the end where `--json` asks for it and it has anything.
+
+    What is printed meanwhile, as by a script, then goes to the standard error output.
+    """
+    told: dict[str, Any] = {}
+    if not options.json:
+        yield told
+        return
+    with contextlib.redirect_stdout(sys.stderr):
+        yield told
+    if told:
+        print_json(told)
 
 
 @contextlib.contextmanager
@@ -43,7 +71,8 @@ def output_file(name: str, ending: str) -> Iterator[str]:
             sys.stdout.flush()
 
 
-def say_written(name: str) -> None:
+def say_written(name: str, told: dict[str, Any]) -> None:
     """Says which file was written, where it is not the standard output."""
+    told["files"] = [name]
     if name != STDOUT:
         print(f"wrote {name}")

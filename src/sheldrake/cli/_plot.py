@@ -10,13 +10,12 @@ was killed. Without -o the plot is shown, or, where there is no display, written
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import re
 import sys
 from typing import Any
 
-from sheldrake.cli._output import add_output, output_file, say_written
+from sheldrake.cli._output import add_json, add_output, output_file, print_json, reporting, say_written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--degrees", action="store_true", help="angles in degrees")
     parser.add_argument("--only", metavar="PATTERN", default="", help="logs whose name contains this pattern")
     parser.add_argument("--list", action="store_true", help="only say what is in the file")
-    parser.add_argument("--json", action="store_true", help="with --list, for programs")
+    add_json(parser, "the file that is written, or with --list what is in the log")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -49,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         print(f"sheldrake plot: no log matches '{options.only}'; there are {', '.join(logs)}", file=sys.stderr)
         return 1
     if options.list and options.json:
-        print(json.dumps([_facts(title, log) for title, log in chosen.items()], indent=2))
+        print_json([_facts(title, log) for title, log in chosen.items()])
         return 0
     if options.list:
         for title, log in chosen.items():
@@ -57,7 +56,8 @@ def run(options: argparse.Namespace) -> int:
             span = f"{times[0]:g} to {times[-1]:g} s" if len(times) else "no time"
             print(f"{title}: {log.num_samples()} samples of {log.get_input_size()}, {span}")
         return 0
-    return _plot(chosen, options)
+    with reporting(options) as told:
+        return _plot(chosen, options, told)
 
 
 def _facts(title: str, log: Any) -> dict[str, Any]:
@@ -72,10 +72,10 @@ def _facts(title: str, log: Any) -> dict[str, Any]:
     }
 
 
-def _plot(logs: Any, options: argparse.Namespace) -> int:
+def _plot(logs: Any, options: argparse.Namespace, told: dict[str, Any]) -> int:
     import matplotlib
 
-    shown = options.output is None and _has_display(matplotlib)
+    shown = options.output is None and not options.json and _has_display(matplotlib)
     if not shown:
         matplotlib.use("Agg")
     from sheldrake.visualization import PlotLog
@@ -93,7 +93,7 @@ def _plot(logs: Any, options: argparse.Namespace) -> int:
     except (OSError, ValueError) as error:
         print(f"sheldrake plot: {error}", file=sys.stderr)
         return 1
-    say_written(output)
+    say_written(output, told)
     return 0
 
 

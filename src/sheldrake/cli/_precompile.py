@@ -10,15 +10,23 @@ from collections.abc import Iterator
 from typing import Any
 
 import sheldrake
+from sheldrake.cli._output import reporting
 
 
 def run(args: argparse.Namespace) -> int:
     """Compiles what is not compiled yet, with a progress bar, and says what failed."""
     kernels = list(entry_kernels())
-    if args.list:
-        for kernel in kernels:
-            print(f"{kernel.__module__}.{kernel.__qualname__}")
-        return 0
+    names = [f"{kernel.__module__}.{kernel.__qualname__}" for kernel in kernels]
+    with reporting(args) as told:
+        failures = [] if args.list else _compile(kernels)
+        for line in names if args.list else failures:
+            print(line)
+        told |= {"kernels": names, "failures": failures}
+    return 1 if failures else 0
+
+
+def _compile(kernels: list[Any]) -> list[str]:
+    """Compiles kernels with a progress bar; what failed, and why."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -36,9 +44,7 @@ def run(args: argparse.Namespace) -> int:
                 failures.append(f"{kernel!r}: {type(error).__name__}: {error}")
             progress.advance(task)
         progress.update(task, description="done")
-    for failure in failures:
-        console.print(failure, markup=False)
-    return 1 if failures else 0
+    return failures
 
 
 def entry_kernels() -> Iterator[Any]:

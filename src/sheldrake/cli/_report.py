@@ -15,9 +15,16 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sheldrake.cli._output import add_output, output_file, say_written
+from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Diagram, DiagramBuilder
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 _VIEWERS = (".rrd", ".mcap")
 
@@ -25,6 +32,7 @@ _VIEWERS = (".rrd", ".mcap")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake report` takes."""
     add_output(parser, "beside, ending with .html")
+    add_json(parser, "the file that is written")
     parser.add_argument("-m", dest="is_module", action="store_true", help="RUN is the name of a module")
     parser.add_argument("script", metavar="RUN", help="a script, or a file of logs")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
@@ -34,11 +42,12 @@ def run(options: argparse.Namespace) -> int:
     """Writes the report; returns the script's exit status, or 1 when there is nothing to report."""
     name = os.path.splitext(os.path.basename(options.script))[0]
     output = options.output or f"{name}.html"
-    with output_file(output, ".html") as path:
-        status = _report(options, path)
-        is_written = os.path.exists(path)
-    if is_written:
-        say_written(output)
+    with reporting(options) as told:
+        with output_file(output, ".html") as path:
+            status = _report(options, path)
+            is_written = os.path.exists(path)
+        if is_written:
+            say_written(output, told)
     return status
 
 
@@ -106,7 +115,7 @@ def _watch() -> list[Any]:
         make(self, *args, **kwargs)
         simulators.append(self)
 
-    def build_with_logs(self: Any) -> Any:
+    def build_with_logs(self: DiagramBuilder) -> Diagram:
         log_states(self)
         return build(self)
 

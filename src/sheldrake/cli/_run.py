@@ -13,7 +13,6 @@ import os
 import sys
 import traceback
 from types import CodeType, ModuleType, TracebackType
-from typing import Any
 
 
 def run(args: argparse.Namespace) -> int:
@@ -40,7 +39,7 @@ def _hints_on_one_line() -> None:
     standard = warnings.formatwarning
 
     def format_warning(
-        message: Any, category: type[Warning], filename: str, lineno: int, line: str | None = None
+        message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
     ) -> str:
         if issubclass(category, DrakeDeprecationWarning):
             return f"{filename}:{lineno}: hint: {message}\n"

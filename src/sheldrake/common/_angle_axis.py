@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from sheldrake.common._scalars import (
 )
 from sheldrake.common._turning import check_unit
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.common._quaternion import Quaternion
+    from sheldrake.common._types import Scalar, Scalars
+
 
 class AngleAxis(ScalarBase):
     """A rotation by an angle [rad] about a unit vector."""
@@ -30,6 +37,16 @@ class AngleAxis(ScalarBase):
     __slots__ = ("_angle", "_axis")
     _FIELDS = ("_angle", "_axis")
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, angle: Scalar, axis: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def __init__(self, rotation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, other: AngleAxis) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `AngleAxis()`, `AngleAxis(angle, axis)`, `AngleAxis(quaternion)`, `AngleAxis(rotation)`, `AngleAxis(other)`.
@@ -40,14 +57,14 @@ class AngleAxis(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[AngleAxis]) -> list[Overload]:
         T = cls._T
 
-        def set_both(self: Any, angle: Any, axis: np.ndarray) -> None:
+        def set_both(self: AngleAxis, angle: Scalar, axis: np.ndarray) -> None:
             check_unit(T, axis, "Axis")
             self._angle, self._axis = angle, axis
 
-        def copy_of(self: Any, other: Any) -> None:
+        def copy_of(self: AngleAxis, other: AngleAxis) -> None:
             self._angle, self._axis = other._angle, other._axis
 
         return [
@@ -58,7 +75,7 @@ class AngleAxis(ScalarBase):
             overload(copy_of, other=instance_of(cls)),
         ]
 
-    def _set_quaternion(self, quaternion: Any) -> None:
+    def _set_quaternion(self, quaternion: Quaternion) -> None:
         angle, *axis = rotations.quaternion_to_angle_axis(quaternion._wxyz.tolist())
         self._angle, self._axis = angle, new_array(self._T, axis)
 
@@ -68,11 +85,11 @@ class AngleAxis(ScalarBase):
         self._set_quaternion(Quaternion_[self._T]._make(wxyz))
 
     @classmethod
-    def Identity(cls) -> Any:
+    def Identity(cls) -> Self:
         """The rotation by zero."""
         return cls._plain_class()()
 
-    def angle(self) -> Any:
+    def angle(self) -> float:
         """The angle [rad]."""
         return self._angle
 
@@ -80,7 +97,7 @@ class AngleAxis(ScalarBase):
         """The unit vector turned about, shape (3,)."""
         return self._axis.copy()
 
-    def quaternion(self) -> Any:
+    def quaternion(self) -> Quaternion:
         """The same rotation as a quaternion."""
         return Quaternion_[self._T]._make(rotations.angle_axis_to_quaternion(self._angle, self._axis.tolist()))
 
@@ -88,42 +105,42 @@ class AngleAxis(ScalarBase):
         """The rotation matrix, shape (3, 3)."""
         return rotations.angle_axis_to_matrix(self._T, self._angle, self._axis.tolist()).copy()
 
-    def set_angle(self, angle: Any) -> None:
+    def set_angle(self, angle: Scalar) -> None:
         """Replace the angle [rad]."""
         self._angle = self._argument("set_angle", scalar(self._T), angle=angle)
 
-    def set_axis(self, axis: Any) -> None:
+    def set_axis(self, axis: Scalars) -> None:
         """Replace the axis, a unit vector (to 1e-5), shape (3,)."""
-        axis = self._argument("set_axis", vector(self._T, 3), axis=axis)
-        check_unit(self._T, axis, "Axis")
-        self._axis = axis
+        unit = self._argument("set_axis", vector(self._T, 3), axis=axis)
+        check_unit(self._T, unit, "Axis")
+        self._axis = unit
 
-    def set_quaternion(self, q: Any) -> None:
+    def set_quaternion(self, q: Quaternion) -> None:
         """Replace by the rotation of a quaternion."""
         self._set_quaternion(self._argument("set_quaternion", instance_of(Quaternion_[self._T]), q=q))
 
-    def set_rotation(self, rotation: Any) -> None:
+    def set_rotation(self, rotation: Scalars) -> None:
         """Replace by the rotation of a matrix, shape (3, 3)."""
         self._set_rotation(self._argument("set_rotation", matrix(self._T, 3, 3), rotation=rotation))
 
-    def multiply(self, other: Any) -> Any:
+    def multiply(self, other: AngleAxis) -> Quaternion:
         """The product with another rotation, as a quaternion."""
         other = self._argument("multiply", instance_of(self._plain_class()), other=other)
         return self.quaternion().multiply(other.quaternion())
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: AngleAxis) -> Quaternion:
         return self.multiply(other)
 
-    def inverse(self) -> Any:
+    def inverse(self) -> Self:
         """The rotation by the opposite angle."""
         new: Any = object.__new__(self._plain_class())
         new._angle, new._axis = -self._angle, self._axis
         return new
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> tuple[Scalar, np.ndarray]:
         return (self._angle, self._axis.copy())
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: tuple[Scalar, np.ndarray]) -> None:
         self._angle, self._axis = state[0], as_array(self._T, state[1], (3,))
 
     def __str__(self) -> str:

@@ -70,7 +70,7 @@ def _by_position(function: Callable[..., Any], by_name: dict[str, _Test]) -> Ite
                 yield test
 
 
-def _test_of(annotation: Any, function: Callable[..., Any]) -> _Test | None:
+def _test_of(annotation: object, function: Callable[..., Any]) -> _Test | None:
     if annotation is inspect.Parameter.empty:
         return None
     members = list(_members(annotation, getattr(inspect.unwrap(function), "__globals__", {})))
@@ -104,11 +104,11 @@ def _members(annotation: Any, names: dict[str, Any]) -> Iterator[Any]:
     yield from _members(value, names) if _is_union(value) or isinstance(value, TypeVar) else [value]
 
 
-def _is_union(value: Any) -> bool:
+def _is_union(value: object) -> bool:
     return type(value).__name__ in ("Union", "UnionType", "_UnionGenericAlias")
 
 
-def _takes(member: Any) -> _Test:
+def _takes(member: object) -> _Test:
     if member is float:
         return _is_number
     if member is bool:
@@ -120,11 +120,11 @@ def _takes(member: Any) -> _Test:
     return lambda value: isinstance(value, member)
 
 
-def _not_none(value: Any) -> bool:
+def _not_none(value: object) -> bool:
     return value is not None
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return value is not None and not isinstance(value, str)  # what is no number else, the body's arithmetic finds
 
 

@@ -105,10 +105,10 @@ class _CtrlC:
             signal.signal(signal.SIGINT, self._press)
         return self
 
-    def _press(self, *_: Any) -> None:
+    def _press(self, *_: object) -> None:
         self.pressed = self._crew.stopped = True
 
-    def __exit__(self, *_: Any) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -125,7 +125,7 @@ def in_parallel(function: Callable[[Item], Result], items: Iterable[Item], num_t
     return found
 
 
-def threads_of(given: Any, unless_given: bool) -> int:
+def threads_of(given: Parallelism | int | bool | None, unless_given: bool) -> int:
     """How many threads a caller wants: a number, a Parallelism, True for as many as there are, False for one."""
     wanted = unless_given if given is None else given
     return (wanted if isinstance(wanted, Parallelism) else Parallelism(wanted)).num_threads()

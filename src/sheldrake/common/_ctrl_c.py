@@ -6,7 +6,10 @@ import contextlib
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import FrameType
 
 
 @contextlib.contextmanager
@@ -24,7 +27,7 @@ def deferred_ctrl_c() -> Iterator[Callable[[], None]]:
         if pressed:
             raise KeyboardInterrupt
 
-    def note(_number: int, _frame: Any) -> None:
+    def note(_number: int, _frame: FrameType | None) -> None:
         check()
         pressed.append(True)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import copy
 import importlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,14 @@ from sheldrake.common._overloads import Kind, Mismatch, dispatch, kind, overload
 from sheldrake.common._random import RandomGenerator
 from sheldrake.common._scalars import any_array, scalar, vector
 from sheldrake.common.cpp_template import TemplateClass
+
+if TYPE_CHECKING:
+    from types import GenericAlias
+
+    from numpy.typing import ArrayLike
+    from typing_extensions import Self
+
+    from sheldrake.symbolic._expression import Expression
 
 
 def sample_gaussian(generator: RandomGenerator, mean: float, stddev: float) -> float:
@@ -40,7 +48,7 @@ def sample_uniform(generator: RandomGenerator, low: float, high: float) -> float
     return generator._uniform() * (high - low) + low
 
 
-def random_variable(kind: str, i: int) -> Any:
+def random_variable(kind: str, i: int) -> Expression:
     """The symbol of a random number: `kind` is "uniform" or "gaussian"."""
     symbolic = importlib.import_module("sheldrake.symbolic")
     Type = symbolic.Variable.Type
@@ -52,13 +60,13 @@ class _Schema:
 
     __fields__: ClassVar[tuple] = ()
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         new = object.__new__(type(self))
         for name, value in vars(self).items():
             object.__setattr__(new, name, copy.copy(value))
         return new
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
         for name, value in vars(self).items():
             object.__setattr__(new, name, copy.deepcopy(value, memo))
@@ -70,7 +78,7 @@ class _Schema:
 
 
 @kind("list of float")
-def _numbers(value: Any) -> list[float]:
+def _numbers(value: float | Sequence[float] | np.ndarray) -> list[float]:
     array = any_array(float, value)
     if array.ndim != 1:
         raise Mismatch
@@ -104,7 +112,7 @@ class _Fields(_Schema):
         ]
         dispatch(pretty_class_name(type(self)), ways, self, args, kwargs, constructor=True)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         if name not in self._KINDS:
             raise AttributeError(f"{type(self).__name__} has no field '{name}'; it has {', '.join(self._KINDS)}.")
         try:
@@ -117,7 +125,7 @@ class _Fields(_Schema):
 class Distribution:
     """A random number."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("Distribution: No constructor defined! Use Gaussian, Uniform, ...")
 
     def Sample(self, generator: RandomGenerator) -> float:
@@ -128,12 +136,12 @@ class Distribution:
         """The expected value."""
         raise NotImplementedError
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> Expression:
         """An expression of random variables."""
         raise NotImplementedError
 
 
-def _field(name: str, kind: Any) -> SimpleNamespace:
+def _field(name: str, kind: type | GenericAlias) -> SimpleNamespace:
     return SimpleNamespace(name=name, type=kind)
 
 
@@ -151,7 +159,7 @@ class Deterministic(_Fields, Distribution):
     def Mean(self) -> float:
         return self.value
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> Expression:
         return importlib.import_module("sheldrake.symbolic").Expression(self.value)
 
 
@@ -170,7 +178,7 @@ class Gaussian(_Fields, Distribution):
     def Mean(self) -> float:
         return self.mean
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> Expression:
         return self.mean + self.stddev * random_variable("gaussian", 0)
 
 
@@ -189,7 +197,7 @@ class Uniform(_Fields, Distribution):
     def Mean(self) -> float:
         return (self.min + self.max) / 2.0
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> Expression:
         return self.min + (self.max - self.min) * random_variable("uniform", 0)
 
 
@@ -213,7 +221,7 @@ class UniformDiscrete(_Fields, Distribution):
         self._need_values("Mean")
         return sum(self.values) / len(self.values)
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> Expression:
         self._need_values("ToSymbolic")
         symbolic = importlib.import_module("sheldrake.symbolic")
         place = len(self.values) * random_variable("uniform", 0)
@@ -226,7 +234,7 @@ class UniformDiscrete(_Fields, Distribution):
 class DistributionVector:
     """A random vector."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("DistributionVector: No constructor defined! Use GaussianVector, UniformVector, ...")
 
     def Sample(self, generator: RandomGenerator) -> np.ndarray:
@@ -243,7 +251,7 @@ class DistributionVector:
 
 
 @kind("vector of floats")
-def _any_vector(value: Any) -> np.ndarray:
+def _any_vector(value: ArrayLike) -> np.ndarray:
     array = any_array(float, value)
     if array.ndim == 2 and array.shape[1] == 1:
         array = array[:, 0].copy()

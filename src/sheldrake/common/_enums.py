@@ -1,7 +1,6 @@
 """Enumerations as pydrake has them."""
 
 import enum
-from typing import Any
 
 
 class IndexEnum(enum.Enum):
@@ -16,19 +15,19 @@ class IndexEnum(enum.Enum):
 class BoundEnum(IndexEnum):
     """Members have an order, too."""
 
-    def _compare(self, other: Any, sign: int) -> bool:
+    def _compare(self, other: object, sign: int) -> bool:
         if type(other) is not type(self):
             raise TypeError(f"{self} and {other!r} cannot be ordered")
         return sign * self.value < sign * other.value
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: object) -> bool:
         return self._compare(other, 1)
 
-    def __gt__(self, other: Any) -> bool:
+    def __gt__(self, other: object) -> bool:
         return self._compare(other, -1)
 
-    def __le__(self, other: Any) -> bool:
+    def __le__(self, other: object) -> bool:
         return not self > other
 
-    def __ge__(self, other: Any) -> bool:
+    def __ge__(self, other: object) -> bool:
         return not self < other

@@ -54,7 +54,7 @@ class Sha256:
     def __eq__(self, other: object) -> bool:
         return self._hex == other._hex if isinstance(other, Sha256) else NotImplemented
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: object) -> bool:
         return self._hex < other._hex if isinstance(other, Sha256) else NotImplemented
 
     def __hash__(self) -> int:
@@ -128,11 +128,11 @@ class MemoryFile:
     def _yaml_get(self, name: str) -> Any:
         return getattr(self, f"_{name}")
 
-    def _yaml_set(self, name: str, value: Any) -> None:
+    def _yaml_set(self, name: str, value: object) -> None:
         fields = {field.name: self._yaml_get(field.name) for field in self.__fields__}
         MemoryFile.__init__(self, **{**fields, name: value})
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         if name in ("contents", "extension", "filename_hint"):
             self._yaml_set(name, value)
         else:

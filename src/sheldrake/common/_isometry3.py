@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from sheldrake.common._scalars import (
 )
 from sheldrake.common._turning import TOLERANCE, check_rotation, only_argument, turn
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.common._quaternion import Quaternion
+    from sheldrake.common._types import Scalars
+
 _matrix = matrix  # which is a method inside the class
 
 
@@ -32,6 +39,16 @@ class Isometry3(ScalarBase):
     __slots__ = ("_p", "_rotation")
     _FIELDS = ("_rotation", "_p")
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, matrix: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, rotation: Scalars, translation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion, translation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, other: Isometry3) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `Isometry3()`, `Isometry3(matrix)` with shape (4, 4), `Isometry3(rotation, translation)`,
@@ -43,17 +60,17 @@ class Isometry3(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[Isometry3]) -> list[Overload]:
         T = cls._T
 
-        def set_parts(self: Any, R: np.ndarray, p: np.ndarray) -> None:
+        def set_parts(self: Isometry3, R: np.ndarray, p: np.ndarray) -> None:
             check_rotation(T, R)
             self._rotation, self._p = R, p
 
-        def setturned(self: Any, quaternion: Any, p: np.ndarray) -> None:
+        def setturned(self: Isometry3, quaternion: Quaternion, p: np.ndarray) -> None:
             self._rotation, self._p = rotations.unit_quaternion_to_matrix(T, quaternion._wxyz), p
 
-        def copy_of(self: Any, other: Any) -> None:
+        def copy_of(self: Isometry3, other: Isometry3) -> None:
             self._rotation, self._p = other._rotation, other._p
 
         return [
@@ -74,13 +91,13 @@ class Isometry3(ScalarBase):
         self._rotation, self._p = R, frozen(X[:3, 3].copy())
 
     @classmethod
-    def _make(cls, R: np.ndarray, p: np.ndarray) -> Any:
+    def _make(cls, R: np.ndarray, p: np.ndarray) -> Self:
         new: Any = object.__new__(cls._plain_class())
         new._rotation, new._p = frozen(R), frozen(p)
         return new
 
     @classmethod
-    def Identity(cls) -> Any:
+    def Identity(cls) -> Self:
         """The pose that changes nothing."""
         return cls._plain_class()()
 
@@ -90,7 +107,7 @@ class Isometry3(ScalarBase):
         X[:3, :3], X[:3, 3] = self._rotation, self._p
         return X
 
-    def set_matrix(self, matrix: Any, /) -> None:
+    def set_matrix(self, matrix: Scalars, /) -> None:
         """Replace by a homogeneous matrix, shape (4, 4)."""
         self._set_matrix(self._argument("set_matrix", _matrix(self._T, 4, 4), matrix=matrix))
 
@@ -98,7 +115,7 @@ class Isometry3(ScalarBase):
         """The translation [m], shape (3,)."""
         return self._p.copy()
 
-    def set_translation(self, translation: Any, /) -> None:
+    def set_translation(self, translation: Scalars, /) -> None:
         """Replace the translation [m], shape (3,)."""
         self._p = self._argument("set_translation", vector(self._T, 3), translation=translation)
 
@@ -106,22 +123,26 @@ class Isometry3(ScalarBase):
         """The rotation matrix, shape (3, 3)."""
         return self._rotation.copy()
 
-    def set_rotation(self, rotation: Any, /) -> None:
+    def set_rotation(self, rotation: Scalars, /) -> None:
         """Replace the rotation matrix, shape (3, 3)."""
         R = self._argument("set_rotation", _matrix(self._T, 3, 3), rotation=rotation)
         check_rotation(self._T, R)
         self._rotation = R
 
-    def quaternion(self) -> Any:
+    def quaternion(self) -> Quaternion:
         """The rotation as a quaternion."""
         return Quaternion_[self._T]._make(rotations.matrix_to_quaternion(self._rotation))
 
-    def set_quaternion(self, quaternion: Any, /) -> None:
+    def set_quaternion(self, quaternion: Quaternion, /) -> None:
         """Replace the rotation by that of a quaternion."""
         q = self._argument("set_quaternion", instance_of(Quaternion_[self._T]), quaternion=quaternion)
         self._rotation = rotations.unit_quaternion_to_matrix(self._T, q._wxyz)
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: Isometry3) -> Isometry3: ...
+    @typing_overload
+    def multiply(self, position: Scalars) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> Isometry3 | np.ndarray:
         """The product with another pose, or a position [m] (3,) or several (3, n) moved by this one."""
         value = only_argument(self, "multiply", ("other", "position"), args, kwargs)
         if isinstance(value, self._plain_class()):
@@ -129,18 +150,22 @@ class Isometry3(ScalarBase):
         R, p = self._rotation, self._p
         return turn(self, "multiply", "position", value, lambda v: R.dot(np.array(v, dtype=R.dtype)) + p)
 
-    def __matmul__(self, other: Any) -> Any:
+    @typing_overload
+    def __matmul__(self, other: Isometry3) -> Isometry3: ...
+    @typing_overload
+    def __matmul__(self, other: Scalars) -> np.ndarray: ...
+    def __matmul__(self, other: Any) -> Isometry3 | np.ndarray:
         return self.multiply(other)
 
-    def inverse(self) -> Any:
+    def inverse(self) -> Self:
         """The pose that undoes this one."""
         R = self._rotation.T.copy()
         return self._make(R, -R.dot(self._p))
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> np.ndarray:
         return self.matrix()
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: np.ndarray) -> None:
         X = as_array(self._T, state, (4, 4))
         self._rotation, self._p = frozen(X[:3, :3].copy()), frozen(X[:3, 3].copy())
 

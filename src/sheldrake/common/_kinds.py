@@ -51,7 +51,7 @@ def count(value: Any) -> int:
 
 
 @kind("bool")
-def flag(value: Any) -> bool:
+def flag(value: object) -> bool:
     """Kind: a bool."""
     return bool(instance_of(bool, int)(value))
 

@@ -10,11 +10,14 @@ import types
 import typing
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class _NamesAndTypes:
@@ -65,7 +68,7 @@ class Options:
         for name, value in kwargs.items():
             setattr(self, name, value)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         owner = type(self).__name__
         if isinstance(getattr(type(self), name, None), property):
             object.__setattr__(self, name, value)
@@ -79,10 +82,10 @@ class Options:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._defaults)})"
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         return self.__deepcopy__({})
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
         for name in self._defaults:
             object.__setattr__(new, name, copied(getattr(self, name)))
@@ -100,7 +103,7 @@ def copied(value: Any) -> Any:
     return copy.copy(value) if hasattr(value, "__fields__") else value
 
 
-def converted(where: str, kind: Any, value: Any) -> Any:
+def converted(where: str, kind: Any, value: object) -> Any:
     """The value as a setting of this type holds it.
 
     Args:
@@ -120,7 +123,7 @@ def converted(where: str, kind: Any, value: Any) -> Any:
 _MISFIT = object()
 
 
-def _as_kind(kind: Any, value: Any) -> Any:
+def _as_kind(kind: Any, value: object) -> Any:
     if kind is Any:
         return value
     origin = typing.get_origin(kind)
@@ -141,7 +144,7 @@ def _as_kind(kind: Any, value: Any) -> Any:
     return value if not isinstance(kind, type) or isinstance(value, kind) else _MISFIT
 
 
-def _as_one_of(kinds: tuple, value: Any) -> Any:
+def _as_one_of(kinds: tuple, value: object) -> Any:
     for kind in kinds:  # exactly one of them, before something is converted
         if isinstance(kind, type) and type(value) is kind:
             return value

@@ -95,7 +95,7 @@ def overload(function: Callable[..., Any] | None = None, /, **parameters: Any) -
 def dispatch(
     call: str,
     ways: Sequence[Overload],
-    target: Any,
+    target: object,
     args: Sequence[Any],
     kwargs: Mapping[str, Any],
     *,
@@ -247,7 +247,7 @@ def in_order(
     return [*args, *(given[name] for name in rest)]
 
 
-def describe(value: Any) -> str:
+def describe(value: object) -> str:
     """Type of a value, and shape of an array, for an error."""
     shape = getattr(value, "shape", None)
     name = pretty_class_name(type(value))

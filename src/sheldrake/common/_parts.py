@@ -47,7 +47,7 @@ class Call(Generic[Given, Result]):
         function, find = self._method, self._find
 
         @functools.wraps(function)
-        def call(whole: Any, *args: Any, **kwargs: Any) -> Result:
+        def call(whole: object, *args: Any, **kwargs: Any) -> Result:
             return find(whole)(*args, **kwargs)
 
         call.__name__, call.__qualname__ = name, f"{owner.__qualname__}.{name}"
@@ -76,7 +76,7 @@ def home_of(cls: type, name: str) -> type:
     return found.kind if isinstance(found, Call) else cls
 
 
-def forget_calls(whole: Any) -> None:
+def forget_calls(whole: object) -> None:
     """Has an object look for the calls of its parts anew: it has other parts now."""
     for name in list(whole.__dict__):
         if isinstance(_attribute(type(whole), name), Call):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -14,6 +15,13 @@ from sheldrake.common._scalar_math import acos, select, sin
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, matrix, new_array, scalar, vector
 from sheldrake.common._turning import check_unit, only_argument, turn
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from typing_extensions import Self
+
+    from sheldrake.common._types import Scalar, Scalars
+
 
 class Quaternion(ScalarBase):
     """A unit quaternion, scalar part first."""
@@ -21,6 +29,16 @@ class Quaternion(ScalarBase):
     __slots__ = ("_wxyz",)
     _FIELDS = ("_wxyz",)
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, wxyz: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, w: Scalar, x: Scalar, y: Scalar, z: Scalar) -> None: ...
+    @typing_overload
+    def __init__(self, *, rotation: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, other: Quaternion) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `Quaternion()`, `Quaternion(wxyz)`, `Quaternion(w, x, y, z)`, `Quaternion(rotation)`, `Quaternion(other)`.
@@ -31,13 +49,13 @@ class Quaternion(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[Quaternion]) -> list[Overload]:
         T = cls._T
 
-        def from_rotation(self: Any, R: np.ndarray) -> None:
+        def from_rotation(self: Quaternion, R: np.ndarray) -> None:
             self._set(new_array(T, rotations.matrix_to_quaternion(R)))
 
-        def copy_of(self: Any, other: Any) -> None:
+        def copy_of(self: Quaternion, other: Quaternion) -> None:
             self._wxyz = other._wxyz
 
         return [
@@ -52,34 +70,34 @@ class Quaternion(ScalarBase):
         check_unit(self._T, wxyz, "Quaternion")
         self._wxyz = wxyz
 
-    def _set_four(self, *wxyz: Any) -> None:
+    def _set_four(self, *wxyz: Scalar) -> None:
         self._set(new_array(self._T, wxyz))
 
     @classmethod
-    def _make(cls, wxyz: Any) -> Any:
+    def _make(cls, wxyz: Sequence[Scalar] | np.ndarray) -> Self:
         """Unchecked, from four numbers of the right type."""
         new: Any = object.__new__(cls._plain_class())
         new._wxyz = wxyz if isinstance(wxyz, np.ndarray) else new_array(cls._T, wxyz)
         return new
 
     @classmethod
-    def Identity(cls) -> Any:
+    def Identity(cls) -> Self:
         """The quaternion that does not turn."""
         return cls._plain_class()()
 
-    def w(self) -> Any:
+    def w(self) -> float:
         """The scalar part."""
         return self._wxyz.item(0)
 
-    def x(self) -> Any:
+    def x(self) -> float:
         """The first component of the vector part."""
         return self._wxyz.item(1)
 
-    def y(self) -> Any:
+    def y(self) -> float:
         """The second component of the vector part."""
         return self._wxyz.item(2)
 
-    def z(self) -> Any:
+    def z(self) -> float:
         """The third component of the vector part."""
         return self._wxyz.item(3)
 
@@ -100,7 +118,7 @@ class Quaternion(ScalarBase):
         self._choose("set_wxyz", args, kwargs)
 
     @staticmethod
-    def _ways_set_wxyz(cls: Any) -> list[Overload]:
+    def _ways_set_wxyz(cls: type[Quaternion]) -> list[Overload]:
         T = cls._T
         return [
             overload(cls._set, wxyz=vector(T, 4)),
@@ -111,12 +129,16 @@ class Quaternion(ScalarBase):
         """The rotation matrix, shape (3, 3)."""
         return rotations.unit_quaternion_to_matrix(self._T, self._wxyz).copy()
 
-    def set_rotation(self, rotation: Any, /) -> None:
+    def set_rotation(self, rotation: Scalars, /) -> None:
         """Replace by the quaternion of a rotation matrix, shape (3, 3)."""
         R = self._argument("set_rotation", matrix(self._T, 3, 3), rotation=rotation)
         self._set(new_array(self._T, rotations.matrix_to_quaternion(R)))
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: Quaternion) -> Quaternion: ...
+    @typing_overload
+    def multiply(self, vector: Scalars) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> Quaternion | np.ndarray:
         """The product with another quaternion, or a vector (3,) or several (3, n) turned by this one."""
         value = only_argument(self, "multiply", ("other", "vector"), args, kwargs)
         if isinstance(value, self._plain_class()):
@@ -124,21 +146,25 @@ class Quaternion(ScalarBase):
         q = self._wxyz.tolist()
         return turn(self, "multiply", "vector", value, lambda v: rotations.rotate_by_unit_quaternion(q, v))
 
-    def __matmul__(self, other: Any) -> Any:
+    @typing_overload
+    def __matmul__(self, other: Quaternion) -> Quaternion: ...
+    @typing_overload
+    def __matmul__(self, other: Scalars) -> np.ndarray: ...
+    def __matmul__(self, other: Any) -> Quaternion | np.ndarray:
         return self.multiply(other)
 
-    def inverse(self) -> Any:
+    def inverse(self) -> Self:
         """The quaternion of the opposite rotation."""
         w, x, y, z = self._wxyz.tolist()
         n = rotations.norm2(x, y, z, w)
         return self._make((w / n, -x / n, -y / n, -z / n))
 
-    def conjugate(self) -> Any:
+    def conjugate(self) -> Self:
         """The quaternion with the opposite vector part."""
         w, x, y, z = self._wxyz.tolist()
         return self._make((w, -x, -y, -z))
 
-    def slerp(self, t: Any, other: Any) -> Any:
+    def slerp(self, t: Scalar, other: Quaternion) -> Self:
         """Spherical interpolation, from this one at t = 0 to `other` at t = 1, the short way round."""
         cls, T = self._plain_class(), self._T
         t = self._argument("slerp", scalar(T), t=t)
@@ -156,10 +182,10 @@ class Quaternion(ScalarBase):
         k1 = select(d < 0.0, lambda: -k1, lambda: k1)
         return self._make([k0 * x + k1 * y for x, y in zip(a, b)])
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> np.ndarray:
         return self._wxyz.copy()
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: np.ndarray) -> None:
         self._wxyz = as_array(self._T, state, (4,))
 
     def __str__(self) -> str:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalar_math import all_of, select
 from sheldrake.common._scalars import Mismatch, any_array, scalar_types
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from sheldrake.common._types import Scalars
 
 _TWO_32 = 4294967296.0
 
@@ -63,11 +68,11 @@ class RandomGenerator:
         return f"<RandomGenerator at {id(self):#x}>"
 
 
-def _shape_and_kind(array: Any) -> tuple[Any, Any]:
+def _shape_and_kind(array: np.ndarray) -> tuple[Any, Any]:
     return getattr(array, "shape", None), getattr(getattr(array, "dtype", None), "kind", None)
 
 
-def CalcProbabilityDensity(distribution: RandomDistribution, x: Any) -> Any:
+def CalcProbabilityDensity(distribution: RandomDistribution, x: Scalars) -> Any:
     """Joint density of independent numbers with one distribution at `x`, shape (n,); any scalar."""
     for T in scalar_types():
         try:
@@ -83,7 +88,7 @@ def CalcProbabilityDensity(distribution: RandomDistribution, x: Any) -> Any:
     return density
 
 
-def _density(distribution: RandomDistribution, x: Any, T: type) -> Any:
+def _density(distribution: RandomDistribution, x: np.ndarray, T: type) -> Any:
 
     def exp(y: Any) -> Any:
         return math.exp(y) if T is float else y.exp()

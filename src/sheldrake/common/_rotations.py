@@ -6,15 +6,21 @@ about x maps z on y exactly.
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalar_math import all_of, atan2, cos, select, sin, sqrt
 from sheldrake.common._scalars import new_array
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-def norm2(x: Any, y: Any, z: Any, w: Any) -> Any:
+    from sheldrake.common._types import Number
+
+
+def norm2(x: Number, y: Number, z: Number, w: Number) -> Number:
     """Squared length of a quaternion, summed as Eigen's four-wide packet does."""
     return (x * x + z * z) + (y * y + w * w)
 
@@ -89,10 +95,29 @@ def matrix_to_quaternion(M: np.ndarray) -> tuple:
     return select(trace > 0.0, from_trace, from_largest)
 
 
+def _by_largest(t: tuple, odd: tuple, even: tuple) -> tuple[float, float, float, float]:
+    """(w, x, y, z) of unit length, of plain numbers: trace and diagonal, differences and sums of what is beside it."""
+    trace, a, e, i = t
+    (p, q, r), (u, v, s) = odd, even
+    if trace >= a and trace >= e and trace >= i:
+        w, x, y, z = 1.0 + trace, p, q, r
+    elif a >= e and a >= i:
+        w, x, y, z = p, (a - (e + i)) + 1.0, s, v
+    elif e >= i:
+        w, x, y, z = q, s, (e - (i + a)) + 1.0, u
+    else:
+        w, x, y, z = r, v, u, (i - (a + e)) + 1.0
+    k = 1.0 / math.sqrt(norm2(x, y, z, w))
+    return w * k, x * k, y * k, z * k
+
+
 def matrix_to_canonical_quaternion(M: np.ndarray) -> tuple:
     """(w, x, y, z) of unit length with w >= 0, from a matrix that is orthonormal to round-off."""
     (a, b, c), (d, e, f), (g, h, i) = M.tolist()
     trace = a + (e + i)
+    if type(trace) is float:
+        found = _by_largest((trace, a, e, i), (h - f, c - g, d - b), (f + h, c + g, b + d))
+        return found if found[0] >= 0.0 else (-found[0], -found[1], -found[2], -found[3])
 
     def largest_of_diagonal() -> tuple:
         return select(
@@ -115,7 +140,7 @@ def matrix_to_canonical_quaternion(M: np.ndarray) -> tuple:
     return select(w < 0.0, lambda: (-w, -x, -y, -z), lambda: (w, x, y, z))
 
 
-def angle_axis_to_matrix(T: type, angle: Any, axis: Any) -> np.ndarray:
+def angle_axis_to_matrix(T: type, angle: Number, axis: Sequence[Number]) -> np.ndarray:
     """Rotation by `angle` [rad] about a unit vector, shape (3, 3)."""
     x, y, z = axis
     s, c = sin(angle), cos(angle)
@@ -133,7 +158,7 @@ def angle_axis_to_matrix(T: type, angle: Any, axis: Any) -> np.ndarray:
     )
 
 
-def quaternion_to_angle_axis(wxyz: Any) -> tuple:
+def quaternion_to_angle_axis(wxyz: Sequence[Number]) -> tuple:
     """(angle in [0, pi] [rad], x, y, z) of a quaternion; the x axis where it does not turn at all."""
     w, x, y, z = wxyz
     n = sqrt(x * x + y * y + z * z)
@@ -149,7 +174,7 @@ def quaternion_to_angle_axis(wxyz: Any) -> tuple:
     return select(n != 0.0, turned, not_turned)
 
 
-def angle_axis_to_quaternion(angle: Any, axis: Any) -> tuple:
+def angle_axis_to_quaternion(angle: Number, axis: Sequence[Number]) -> tuple:
     """(w, x, y, z) of a rotation by `angle` [rad] about a unit vector."""
     half = 0.5 * angle
     s = sin(half)
@@ -157,7 +182,7 @@ def angle_axis_to_quaternion(angle: Any, axis: Any) -> tuple:
     return (cos(half), s * x, s * y, s * z)
 
 
-def quaternion_product(a: Any, b: Any) -> tuple:
+def quaternion_product(a: Sequence[Number], b: Sequence[Number]) -> tuple:
     """Hamilton product of two quaternions (w, x, y, z)."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
@@ -169,7 +194,7 @@ def quaternion_product(a: Any, b: Any) -> tuple:
     )
 
 
-def rotate_by_unit_quaternion(q: Any, v: Any) -> tuple:
+def rotate_by_unit_quaternion(q: Sequence[Number], v: Sequence[Number]) -> tuple:
     """Vector `v` turned by the unit quaternion (w, x, y, z)."""
     w, x, y, z = q
     vx, vy, vz = v

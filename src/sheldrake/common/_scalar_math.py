@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalars import home_of, is_symbolic
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 def sqrt(x: Any) -> Any:
@@ -65,7 +68,7 @@ def select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any
     return if_then_else(condition, a, b)
 
 
-def all_of(conditions: Any) -> Any:
+def all_of(conditions: Iterable[Any]) -> Any:
     """Conjunction of comparisons; a formula where they are formulas."""
     result: Any = True
     for condition in conditions:
@@ -105,12 +108,12 @@ def as_condition(value: Any, T: type) -> Any:
     return value
 
 
-def at_most(value: Any, bound: float, T: type) -> Any:
+def at_most(value: Scalar, bound: Any, T: type) -> Any:
     """`value <= bound`, as a bool or a Formula."""
     return as_condition(value <= bound, T)
 
 
-def smaller(a: Any, b: Any, T: type) -> Any:
+def smaller(a: Scalar, b: Scalar, T: type) -> Scalar:
     """The smaller of two numbers."""
     return home_of("Expression").min(a, b) if is_symbolic(T) else min(a, b)
 

@@ -12,7 +12,7 @@ import importlib
 import sys
 import types
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -22,11 +22,16 @@ from sheldrake.common.cpp_param import get_param_canonical
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
 
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from typing_extensions import Self
+
 _HOMES = {"AutoDiffXd": "sheldrake.autodiffutils", "Expression": "sheldrake.symbolic"}
 
 
 @functools.cache
-def home_of(name: str) -> Any:
+def home_of(name: str) -> ModuleType:
     """The module of a scalar class."""
     return importlib.import_module(_HOMES[name])
 
@@ -75,7 +80,7 @@ def as_scalar(T: type, value: Any) -> Any:
         raise Mismatch from None
 
 
-def as_array(T: type, value: Any, shape: tuple[int, ...]) -> np.ndarray:
+def as_array(T: type, value: object, shape: tuple[int, ...]) -> np.ndarray:
     """A new read-only array of numbers of type `T`; a vector may be given as a column.
 
     Raises:
@@ -90,7 +95,7 @@ def as_array(T: type, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     return array
 
 
-def any_array(T: type, value: Any) -> np.ndarray:
+def any_array(T: type, value: object) -> np.ndarray:
     """A new array of numbers of type `T`, of whatever shape `value` has.
 
     Raises:
@@ -132,7 +137,7 @@ def frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def new_array(T: type, nested: Any) -> np.ndarray:
+def new_array(T: type, nested: object) -> np.ndarray:
     """A read-only array of numbers already of type `T`."""
     array = np.array(nested, dtype=np.float64 if T is float else object)
     array.setflags(write=False)
@@ -155,7 +160,7 @@ def zeros(T: type, n: int) -> np.ndarray:
     return as_array(T, np.zeros(n), (n,))
 
 
-def plain(array: np.ndarray) -> Any:
+def plain(array: np.ndarray) -> list[Any]:
     """The numbers of an array as nested lists of Python floats (or of the array's objects)."""
     return array.tolist()
 
@@ -164,7 +169,7 @@ def plain(array: np.ndarray) -> Any:
 
 
 class _BoundCast:
-    def __init__(self, obj: Any):
+    def __init__(self, obj: ScalarBase):
         self._obj = obj
 
     def __getitem__(self, T: Any) -> Callable[[], Any]:
@@ -183,10 +188,10 @@ class _BoundCast:
 class _Cast:
     """`obj.cast[T]()`: the same value in another scalar type; only float can become another type."""
 
-    def __get__(self, obj: Any, objtype: type | None = None) -> Any:
+    def __get__(self, obj: ScalarBase | None, objtype: type | None = None) -> Any:
         return self if obj is None else _BoundCast(obj)
 
-    def __set__(self, obj: Any, value: Any) -> None:
+    def __set__(self, obj: object, value: object) -> None:
         raise RuntimeError("Read-only property")
 
 
@@ -210,7 +215,7 @@ class ScalarBase:
     cast = _Cast()
 
     def _cast_to(self, cls: type) -> Any:
-        new: Any = object.__new__(cls)
+        new: ScalarBase = object.__new__(cls)
         for name in self._FIELDS:
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
@@ -222,7 +227,7 @@ class ScalarBase:
             setattr(new, name, value)
         return new
 
-    def _assign_from(self, other: Any) -> None:
+    def _assign_from(self, other: ScalarBase) -> None:
         """Take the value of `other`; what it shares is never written."""
         for name in self._FIELDS:
             value = getattr(other, name)
@@ -231,25 +236,25 @@ class ScalarBase:
             else:
                 setattr(self, name, value)
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         new = object.__new__(type(self))
         for name in self._FIELDS:
             value = getattr(self, name)
             setattr(new, name, value.__copy__() if isinstance(value, ScalarBase) else value)
         return new
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.__copy__()
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> object:
         return {name: getattr(self, name) for name in self._FIELDS}
 
-    def __setstate__(self, state: dict) -> None:
+    def __setstate__(self, state: Any) -> None:
         for name, value in state.items():
             setattr(self, name, frozen(value) if isinstance(value, np.ndarray) else value)
 
     @classmethod
-    def _sibling(cls, template: Any) -> Any:
+    def _sibling(cls, template: ScalarTemplate) -> type:
         """The class of the same scalar type in another family."""
         return template[cls._T]
 
@@ -258,19 +263,20 @@ class ScalarBase:
         """The class itself, also when asked on a user's subclass."""
         return cls._template[cls._T]
 
-    def _choose(self, call: str, args: tuple, kwargs: dict) -> Any:
+    def _choose(self, call: str, args: tuple, kwargs: dict) -> None:
         """Run the first way to make `call` that takes the arguments (see `_ways_<call>`)."""
-        cls = type(self)._plain_class()
-        key = (cls, call)
+        key = (type(self), call)
         ways = self._way_cache.get(key)
         if ways is None:
+            cls = type(self)._plain_class()
             ways = self._way_cache[key] = Ways(getattr(cls, f"_ways_{call}")(cls))
         found = ways.first(args, kwargs)
         if found is not None:
             way, values = found
             assert way.function is not None  # only `overloaded` takes ways without one
             return way.function(self, *values)
-        where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
+        name = pretty_class_name(type(self)._plain_class())
+        where = name if call == "init" else f"{name}.{call}"
         raise incompatible(where, [str(way) for way in ways], args, kwargs, constructor=call == "init")
 
     @classmethod
@@ -308,7 +314,7 @@ class ScalarTemplate(TemplateClass):
         float_class.__module__ = scope
         self._adopt(float, float_class, skip_rename=True)
 
-    def _adopt(self, T: type, cls: Any, skip_rename: bool) -> None:
+    def _adopt(self, T: type, cls: type[ScalarBase], skip_rename: bool) -> None:
         cls._T, cls._template = T, self
         self.add_instantiation(T, cls, skip_rename)
         if self._value_type:
@@ -321,7 +327,7 @@ class ScalarTemplate(TemplateClass):
             self._adopt(T, cls, skip_rename=False)
 
     @staticmethod
-    def _base_for(base: Any, T: type) -> type:
+    def _base_for(base: type, T: type) -> type:
         template = base.__dict__.get("_template")
         return base if template is None else template[T]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,10 @@ from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalar_math import sqrt
 from sheldrake.common._scalars import Mismatch, any_array, as_array, is_symbolic
+
+if TYPE_CHECKING:
+    from sheldrake.common._scalars import ScalarBase
+    from sheldrake.common._types import Scalars
 
 TOLERANCE = 1e-5  # how far from a unit quaternion, unit axis or rotation an argument may be, as in pydrake
 
@@ -42,7 +46,7 @@ def check_rotation(T: type, R: np.ndarray) -> None:
         raise RuntimeError(f"Rotation matrix violates right-hand rule: {R.tolist()} is a reflection.")
 
 
-def turn(obj: Any, call: str, name: str, value: Any, one: Any) -> np.ndarray:
+def turn(obj: ScalarBase, call: str, name: str, value: Scalars, one: Any) -> np.ndarray:
     """Apply `one` to a vector (3,) or to each column of (3, n), keeping the shape of the input."""
     T = obj._T
     try:
@@ -63,7 +67,7 @@ def turn(obj: Any, call: str, name: str, value: Any, one: Any) -> np.ndarray:
     return np.array(columns, dtype=array.dtype).reshape(-1, 3).T.copy()
 
 
-def only_argument(obj: Any, call: str, names: tuple[str, ...], args: tuple, kwargs: dict) -> Any:
+def only_argument(obj: ScalarBase, call: str, names: tuple[str, ...], args: tuple, kwargs: dict) -> Any:
     """The argument of a call that takes one, under one of some names.
 
     Raises:

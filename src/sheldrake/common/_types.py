@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -12,8 +12,12 @@ if TYPE_CHECKING:
     from sheldrake.autodiffutils import AutoDiffXd
     from sheldrake.symbolic import Expression, Variable
 
+    Number = TypeVar("Number", float, AutoDiffXd, Expression)
+    """One scalar type, in signatures whose numbers are all of it."""
+
 Scalar: TypeAlias = "float | AutoDiffXd | Expression"  # what a quantity of a model is: a number, or what stands for one
 Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Sequence[Scalar]]"  # arrays of these
 Symbolic: TypeAlias = "float | Expression | Variable"  # what symbolic calls take for an expression
 Symbolics: TypeAlias = "ArrayLike | Sequence[Symbolic]"  # arrays of these
 Vector: TypeAlias = "Sequence[Scalar] | np.ndarray"  # a vector of these, whose items can be walked
+KernelArgument: TypeAlias = "float | np.ndarray | Sequence[Any]"  # what kernels take: numbers, arrays, their tuples

@@ -8,7 +8,7 @@ from __future__ import annotations
 import collections.abc
 import typing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -25,6 +25,9 @@ from sheldrake.common._yaml_schema import (
     optional_of,
     tag_of,
 )
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 _TAG = "_tag"
 _EXPLICIT = "tag:sheldrake,explicit:"
@@ -43,19 +46,19 @@ class _Dumper(yaml.SafeDumper):
     DEFAULT_TAG_PREFIXES = {**yaml.SafeDumper.DEFAULT_TAG_PREFIXES, _EXPLICIT: "!!"}
 
 
-def _represent_dict(dumper: Any, data: dict) -> Any:
+def _represent_dict(dumper: yaml.Dumper, data: dict) -> yaml.Node:
     if _TAG not in data:
         return dumper.represent_dict(data)
     return dumper.represent_mapping(data[_TAG], {key: value for key, value in data.items() if key != _TAG})
 
 
-def _represent_explicit(dumper: Any, data: _ExplicitScalar) -> Any:
+def _represent_explicit(dumper: yaml.Dumper, data: _ExplicitScalar) -> yaml.Node:
     node = dumper.represent_data(data.value)
     node.tag = f"{_EXPLICIT}{data.schema.__name__}"
     return node
 
 
-def _represent_unknown(dumper: Any, data: Any) -> Any:
+def _represent_unknown(dumper: yaml.Dumper, data: object) -> yaml.Node:
     if type(data).__module__.startswith("sheldrake"):
         raise yaml.representer.RepresenterError(
             f"yaml_dump writes plain data only, not a {type(data).__name__}; use yaml_dump_typed", data
@@ -77,7 +80,7 @@ class _BlockDumper(_Dumper):
         super().serialize_node(node, parent, index)
 
 
-def _write(document: Any, filename: Any, dumper: type, **options: Any) -> str | None:
+def _write(document: object, filename: str | PathLike[str] | None, dumper: type, **options: Any) -> str | None:
     text = yaml.dump(document, Dumper=dumper, default_flow_style=None, **options)
     if filename is None:
         return text
@@ -86,7 +89,7 @@ def _write(document: Any, filename: Any, dumper: type, **options: Any) -> str | 
     return None
 
 
-def yaml_dump(data: Any, *, filename: Any = None) -> str | None:
+def yaml_dump(data: object, *, filename: str | PathLike[str] | None = None) -> str | None:
     """Plain data as YAML, the reverse of `yaml_load(..., private=True)`.
 
     Args:
@@ -97,7 +100,12 @@ def yaml_dump(data: Any, *, filename: Any = None) -> str | None:
 
 
 def yaml_dump_typed(
-    data: Any, *, filename: Any = None, schema: Any = None, child_name: Any = None, defaults: Any = None
+    data: object,
+    *,
+    filename: str | PathLike[str] | None = None,
+    schema: type | None = None,
+    child_name: str | None = None,
+    defaults: object = None,
 ) -> str | None:
     """An object as YAML, the reverse of `yaml_load_typed`.
 

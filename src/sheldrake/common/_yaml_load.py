@@ -9,7 +9,7 @@ import collections.abc
 import copy
 import typing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -26,6 +26,10 @@ from sheldrake.common._yaml_schema import (
     tag_of,
 )
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from os import PathLike
+
 _TAG = "_tag"
 
 
@@ -40,7 +44,7 @@ def _tagged_mapping(loader: Any, tag: str, node: Any) -> dict:
 _Loader.add_multi_constructor("", _tagged_mapping)
 
 
-def yaml_load_data(data: Any, *, private: bool = False) -> Any:
+def yaml_load_data(data: str | None, *, private: bool = False) -> Any:
     """The YAML document in `data`, a str or an open file, as plain dicts, lists and scalars.
 
     A tagged mapping, such as `!Gaussian {mean: 1}`, gets an extra item `_tag`.
@@ -56,12 +60,12 @@ def yaml_load_data(data: Any, *, private: bool = False) -> Any:
     return document
 
 
-def yaml_load_file(filename: Any, *, private: bool = False) -> Any:
+def yaml_load_file(filename: str | PathLike[str], *, private: bool = False) -> Any:
     """The YAML document in a file; see `yaml_load_data`."""
     return yaml_load_data(regular_bytes(filename).decode("utf-8"), private=private)
 
 
-def yaml_load(*, data: Any = None, filename: Any = None, private: bool = False) -> Any:
+def yaml_load(*, data: str | None = None, filename: str | PathLike[str] | None = None, private: bool = False) -> Any:
     """The YAML document in either `data` or the file `filename`; see `yaml_load_data`.
 
     Raises:
@@ -84,8 +88,8 @@ class _Options(NamedTuple):
 def yaml_load_typed(
     *,
     schema: Any = None,
-    data: Any = None,
-    filename: Any = None,
+    data: str | None = None,
+    filename: str | PathLike[str] | None = None,
     child_name: str | None = None,
     defaults: Any = None,
     allow_yaml_with_no_schema: bool = False,
@@ -126,7 +130,7 @@ def yaml_load_typed(
     return result
 
 
-def _load_fields(values: Any, schema: Any, target: Any, options: _Options) -> None:
+def _load_fields(values: Mapping[str, Any], schema: Any, target: object, options: _Options) -> None:
     """Set the fields of `target` from a mapping."""
     if not isinstance(values, collections.abc.Mapping):
         raise RuntimeError(f"Expected a mapping for {schema} but instead got yaml data of type {type(values)}")
@@ -144,7 +148,7 @@ def _load_fields(values: Any, schema: Any, target: Any, options: _Options) -> No
             set_field(target, name, None)  # a document that must give everything says None by leaving it out
 
 
-def _load(value: Any, schema: Any, default: Any, options: _Options, name: str) -> Any:
+def _load(value: Any, schema: Any, default: object, options: _Options, name: str) -> Any:
     """`value` as the schema wants it; `default` fills in what it leaves out."""
     if schema in SCALARS:
         return _load_scalar(value, schema, name)
@@ -220,7 +224,7 @@ def _load_mapping(value: Any, schema: Any, default: Any, options: _Options) -> d
     return result
 
 
-def _load_union(value: Any, members: tuple, default: Any, options: _Options, name: str) -> Any:
+def _load_union(value: Any, members: tuple, default: object, options: _Options, name: str) -> Any:
     if value is None or type(value) in SCALARS:
         return _load_scalar_of_union(value, members, name)
     if isinstance(value, dict) and _TAG in value:

@@ -43,7 +43,7 @@ def _resolved_hints(schema: type) -> dict[str, Any]:
         return {}
 
 
-def is_union(schema: Any) -> bool:
+def is_union(schema: object) -> bool:
     """Whether a type is a union, spelled either way."""
     return typing.get_origin(schema) in (typing.Union, types.UnionType)
 
@@ -57,18 +57,18 @@ def optional_of(schema: Any) -> Any:
     return None
 
 
-def tag_of(schema: Any) -> str:
+def tag_of(schema: type) -> str:
     """The YAML tag of a member of a union: the name of its class, without template parameters."""
     return pretty_class_name(schema).split("[", 1)[0]
 
 
-def get_field(obj: Any, name: str) -> Any:
+def get_field(obj: object, name: str) -> Any:
     """A field of an object; one whose attribute has another meaning offers `_yaml_get`."""
     getter = getattr(obj, "_yaml_get", None)
     return getattr(obj, name) if getter is None else getter(name)
 
 
-def set_field(obj: Any, name: str, value: Any) -> None:
+def set_field(obj: object, name: str, value: object) -> None:
     """Set a field of an object; see `get_field`."""
     setter = getattr(obj, "_yaml_set", None)
     if setter is None:

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import types
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native.binding import HERE, first_words
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
 
 Query = Callable[..., Any]
 
@@ -34,7 +37,7 @@ class Calls:
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
 
-    def stage(self, kernel: Kernel, *args: Any) -> int:
+    def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Adds a stage; stages run in the order in which they were added.
 
         It is compiled when a query first needs it: a program that asks for poses does not wait for velocities.
@@ -63,7 +66,7 @@ class Calls:
     def query(
         self,
         kernel: Kernel,
-        *args: Any,
+        *args: KernelArgument,
         given: tuple[str, ...] = (),
         needs: int = 0,
         answer: np.ndarray | None = None,

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
+    from typing_extensions import Self
 
 __all__ = ["EqualToDict", "NamedViewBase", "namedview"]
 
@@ -35,19 +39,19 @@ class EqualToDict(dict):
         for key, value in dict(*args, **kwargs).items():
             self[key] = value
 
-    def __setitem__(self, key: Any, value: Any) -> None:
+    def __setitem__(self, key: object, value: Any) -> None:
         super().__setitem__(_EqualToKey(key), value)
 
-    def __getitem__(self, key: Any) -> Any:
+    def __getitem__(self, key: object) -> Any:
         return super().__getitem__(_EqualToKey(key))
 
-    def __delitem__(self, key: Any) -> None:
+    def __delitem__(self, key: object) -> None:
         super().__delitem__(_EqualToKey(key))
 
     def __contains__(self, key: object) -> bool:
         return super().__contains__(_EqualToKey(key))
 
-    def get(self, key: Any, default: Any = None) -> Any:
+    def get(self, key: object, default: Any = None) -> Any:
         """The value for `key`, or `default`."""
         return super().get(_EqualToKey(key), default)
 
@@ -101,7 +105,7 @@ class NamedViewBase:
     def __iter__(self) -> Iterator:
         return iter(self._value)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
         array = np.asarray(self._value) if dtype is None else np.asarray(self._value, dtype=dtype)
         return array.copy() if copy else array
 
@@ -120,7 +124,7 @@ class NamedViewBase:
         return property(lambda self: self[i], lambda self, value: self.__setitem__(i, value))
 
     @classmethod
-    def Zero(cls) -> Any:
+    def Zero(cls) -> Self:
         """A view of as many zeros as there are fields."""
         return cls([0] * len(cls.get_fields()))
 

@@ -30,14 +30,14 @@ _CANONICAL: dict[Any, Any] = {
 }
 
 
-def _canonical(param: Any) -> Any:
+def _canonical(param: object) -> Any:
     try:
         return _CANONICAL.get(param, param)
     except TypeError:  # an unhashable literal stands for itself
         return param
 
 
-def _generic_name(param: Any, mangle: bool) -> str:
+def _generic_name(param: object, mangle: bool) -> str:
     origin = _name(typing.get_origin(param), mangle)
     args = [_name(arg, mangle) for arg in typing.get_args(param)]
     if origin == "typing.Union" and len(args) == 2 and args[1] == "NoneType":
@@ -46,7 +46,7 @@ def _generic_name(param: Any, mangle: bool) -> str:
     return _MangledName.mangle(name) if mangle else name
 
 
-def _name(param: Any, mangle: bool) -> str:
+def _name(param: object, mangle: bool) -> str:
     if typing.get_origin(param) is not None:
         return _generic_name(param, mangle)
     canonical = _canonical(param)

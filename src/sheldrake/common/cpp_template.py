@@ -5,12 +5,15 @@ from __future__ import annotations
 import sys
 import types
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common._names import _MangledName, pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_param import get_param_canonical, get_param_names
 from sheldrake.common.deprecation import _warn_deprecated
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 __all__ = ["TemplateBase", "TemplateClass", "TemplateFunction", "TemplateMethod", "get_or_init"]
 
@@ -20,7 +23,7 @@ def _calling_module(depth: int = 2) -> types.ModuleType:
     return sys.modules[sys._getframe(depth).f_globals["__name__"]]
 
 
-def get_or_init(scope: Any, name: str, template_cls: type, *args: Any, **kwargs: Any) -> TemplateBase:
+def get_or_init(scope: ModuleType | type, name: str, template_cls: type, *args: Any, **kwargs: Any) -> TemplateBase:
     """The template `scope.name`; made as `template_cls(name, ...)` and stored there if it is not there yet."""
     template = getattr(scope, name, None)
     if template is None:
@@ -46,7 +49,7 @@ class TemplateBase:
 
     _deferred = _Deferred()
 
-    def __init__(self, name: str, allow_default: bool = True, scope: Any = None):
+    def __init__(self, name: str, allow_default: bool = True, scope: ModuleType | type | None = None):
         """
         Args:
             name: Name of the template.
@@ -63,7 +66,7 @@ class TemplateBase:
         self._instantiation_func: Callable[[tuple], Any] | None = None
         self._notices: dict[tuple, _Notice] = {}
 
-    def __getitem__(self, param: Any) -> Any:
+    def __getitem__(self, param: object) -> Any:
         return self.get_instantiation(param)[0]
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
@@ -93,7 +96,7 @@ class TemplateBase:
             return self._scope.__name__
         raise RuntimeError(f"Unable to resolve `get_module_name` for a scope that is not a module: {self._scope}")
 
-    def get_instantiation(self, param: Any = None, throw_error: bool = True) -> tuple[Any, tuple]:
+    def get_instantiation(self, param: object = None, throw_error: bool = True) -> tuple[Any, tuple]:
         """The instantiation for `param`, and `param` in canonical spelling.
 
         Args:
@@ -115,7 +118,7 @@ class TemplateBase:
             _warn_deprecated(notice.message, date=notice.date, stacklevel=4)
         return instantiation, param
 
-    def add_instantiation(self, param: Any, instantiation: Any, skip_rename: bool = False) -> tuple:
+    def add_instantiation(self, param: object, instantiation: object, skip_rename: bool = False) -> tuple:
         """Add the instantiation for `param`; gives `param` in canonical spelling.
 
         Raises:
@@ -131,7 +134,7 @@ class TemplateBase:
     def _note_param(self, param: tuple) -> None:
         self.param_list.append(param)
 
-    def _store(self, param: tuple, instantiation: Any, skip_rename: bool) -> Any:
+    def _store(self, param: tuple, instantiation: object, skip_rename: bool) -> Any:
         assert instantiation is not None, f"{self._instantiation_name(param)} must not be None"
         if instantiation is not TemplateBase._deferred:
             original = instantiation
@@ -154,7 +157,7 @@ class TemplateBase:
         for param in param_list:
             self.add_instantiation(param, TemplateBase._deferred)
 
-    def deprecate_instantiation(self, param: Any, message: str, *, date: str | None = None) -> tuple[Any, tuple]:
+    def deprecate_instantiation(self, param: object, message: str, *, date: str | None = None) -> tuple[Any, tuple]:
         """Warn with `message` whenever the instantiation for `param` is asked for.
 
         Raises:
@@ -167,16 +170,16 @@ class TemplateBase:
         self._notices[param] = _Notice(message, date)
         return instantiation, param
 
-    def get_param_set(self, instantiation: Any) -> set[tuple]:
+    def get_param_set(self, instantiation: object) -> set[tuple]:
         """All parameter sets that lead to `instantiation`."""
         return {param for param, known in self._instantiation_map.items() if known == instantiation}
 
-    def is_instantiation(self, obj: Any) -> bool:
+    def is_instantiation(self, obj: object) -> bool:
         """Whether `obj` is an instantiation of this template."""
         obj = self._renamed.get(obj, obj)
         return any(self.get_instantiation(param)[0] is obj for param in self.param_list)
 
-    def _param_resolve(self, param: Any) -> tuple:
+    def _param_resolve(self, param: object) -> tuple:
         if param is None:
             assert self._allow_default and self.param_list, f"{self.name} has no default instantiation"
             param = self.param_list[0]
@@ -186,7 +189,7 @@ class TemplateBase:
             param = (param,)
         return get_param_canonical(param)
 
-    def _instantiation_name(self, param: Any, *, mangle: bool = False) -> str:
+    def _instantiation_name(self, param: object, *, mangle: bool = False) -> str:
         names = get_param_names(self._param_resolve(param), mangle=mangle)
         name = f"{self.name}[{','.join(names)}]"
         return _MangledName.mangle(name) if mangle else name
@@ -218,7 +221,7 @@ class TemplateBase:
         """
         template = cls(name, *args, scope=_calling_module() if scope is None else scope, **kwargs)  # type: ignore[misc]
 
-        def decorate(instantiation_func: Callable[[tuple], Any]) -> Any:
+        def decorate(instantiation_func: Callable[[tuple], Any]) -> TemplateBase:
             template.add_instantiations(instantiation_func, param_list)
             return template
 
@@ -228,10 +231,10 @@ class TemplateBase:
 class TemplateClass(TemplateBase):
     """A family of classes."""
 
-    def __init__(self, name: str, *, scope: Any = None, **kwargs: Any):
+    def __init__(self, name: str, *, scope: ModuleType | type | None = None, **kwargs: Any):
         super().__init__(name, scope=_calling_module() if scope is None else scope, **kwargs)
 
-    def _on_add(self, param: tuple, instantiation: type, skip_rename: bool) -> type:
+    def _on_add(self, param: tuple, instantiation: Any, skip_rename: bool) -> type:
         if not skip_rename:
             cls: Any = instantiation
             cls._original_name = cls.__name__
@@ -253,7 +256,7 @@ class TemplateClass(TemplateBase):
 _BUILTIN_CALLABLES = (types.MethodType, types.BuiltinMethodType, types.BuiltinFunctionType)
 
 
-def _rename_callable(function: Any, scope: Any, name: str, cls: type | None = None) -> Any:
+def _rename_callable(function: Any, scope: ModuleType | type, name: str, cls: type | None = None) -> Any:
     """`function` named as a member of the module or class; a builtin, whose name is fixed, gets a wrapper."""
     module = scope.__module__ if isinstance(scope, type) else scope.__name__
     if (function.__module__, function.__name__) == (module, name):
@@ -285,7 +288,7 @@ class TemplateFunction(TemplateBase):
 class TemplateMethod(TemplateBase):
     """A family of methods of one class; `obj.method[T](...)`."""
 
-    def __init__(self, name: str, cls: type, scope: Any = None, **kwargs: Any):
+    def __init__(self, name: str, cls: type, scope: ModuleType | type | None = None, **kwargs: Any):
         super().__init__(name, scope=_calling_module() if scope is None else scope, **kwargs)
         self._cls = cls
 
@@ -296,10 +299,10 @@ class TemplateMethod(TemplateBase):
         setattr(self._cls, function.__name__, function)
         return function
 
-    def __get__(self, obj: Any, objtype: type | None = None) -> Any:
+    def __get__(self, obj: object, objtype: type | None = None) -> TemplateMethod | TemplateMethod._Bound:
         return self if obj is None else TemplateMethod._Bound(self, obj)
 
-    def __set__(self, obj: Any, value: Any) -> None:
+    def __set__(self, obj: object, value: object) -> None:
         raise RuntimeError("Read-only property")
 
     def __str__(self) -> str:

@@ -68,7 +68,7 @@ class ModuleShim:
         setattr(module, name, value)
         return value
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         setattr(self._orig_module, name, value)
 
     def __delattr__(self, name: str) -> None:
@@ -102,15 +102,15 @@ class _DeprecatedDescriptor:
     def _warn(self) -> None:
         _warn_deprecated(self._message, date=self._date, stacklevel=4)
 
-    def __get__(self, obj: Any, objtype: type | None = None) -> Any:
+    def __get__(self, obj: object, objtype: type | None = None) -> Any:
         self._warn()
         return self._original.__get__(obj, objtype)
 
-    def __set__(self, obj: Any, value: Any) -> None:
+    def __set__(self, obj: object, value: object) -> None:
         self._warn()
         self._original.__set__(obj, value)
 
-    def __delete__(self, obj: Any) -> None:
+    def __delete__(self, obj: object) -> None:
         self._warn()
         self._original.__delete__(obj)
 
@@ -137,7 +137,7 @@ def deprecated_callable(message: str, *, date: str | None = None) -> Callable[[C
         date: Removal date, YYYY-MM-DD; needed unless the message has one.
     """
 
-    def decorate(original: Callable) -> Callable:
+    def decorate(original: Any) -> Callable:
         def wrapped(*args: Any, **kwargs: Any) -> Any:
             _warn_deprecated(message, date=date, stacklevel=3)
             return original(*args, **kwargs)

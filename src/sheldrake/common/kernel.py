@@ -212,7 +212,7 @@ class Bound(functools.partial):
         where[at] = value
 
 
-def _parameter(owner: Kernel, name: str, hint: Any) -> Parameter:
+def _parameter(owner: Kernel, name: str, hint: object) -> Parameter:
     absolute = name == "model" or name.endswith("_model")
     if hint is float:
         return Parameter(name, "t" if name == "t" and owner.names[0] == "t" else "float", (), None)
@@ -237,7 +237,7 @@ def _parameter(owner: Kernel, name: str, hint: Any) -> Parameter:
     )
 
 
-def _is_record(hint: Any) -> bool:
+def _is_record(hint: object) -> bool:
     return isinstance(hint, type) and issubclass(hint, Record)
 
 

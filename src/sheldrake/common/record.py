@@ -33,9 +33,12 @@ from __future__ import annotations
 import collections
 import functools
 import typing
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, SupportsIndex
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 Layout = typing.Union[int, "tuple[Layout, ...]"]
 """What a tuple looks like: 3 is (x, y, z), (3, 3) is ((a, b, c), (d, e, f)), (1, 3) is (a, (b, c, d))."""
@@ -87,38 +90,38 @@ def _size(layout: Layout) -> int:
     return layout if isinstance(layout, int) else sum(map(_size, layout))
 
 
-def _name_of(dtype: Any) -> str:
+def _name_of(dtype: type) -> str:
     return {float: "float64", int: "int64"}[dtype]
 
 
-def number(about: str, unit: str = "", same_as: Any = None) -> Any:
+def number(about: str, unit: str = "", same_as: Field | None = None) -> Any:
     """A float; `same_as` an earlier field: another name and meaning of the same memory."""
     return Field(None, (), about, unit, "float64", same_as)
 
 
-def integer(about: str, same_as: Any = None) -> Any:
+def integer(about: str, same_as: Field | None = None) -> Any:
     """An integer."""
     return Field(None, (), about, "", "int64", same_as)
 
 
-def numbers(layout: Layout, about: str, unit: str = "", same_as: Any = None) -> Any:
+def numbers(layout: Layout, about: str, unit: str = "", same_as: Field | None = None) -> Any:
     """A tuple of floats: `layout` is how many, or a tuple of how many each item has (1: a number)."""
     return Field(layout, (), about, unit, "float64", same_as)
 
 
-def integers(layout: Layout, about: str, same_as: Any = None) -> Any:
+def integers(layout: Layout, about: str, same_as: Field | None = None) -> Any:
     """A tuple of integers."""
     return Field(layout, (), about, "", "int64", same_as)
 
 
-def array(shape: Any, about: str, unit: str = "", dtype: type = float, same_as: Any = None) -> Any:
+def array(shape: Any, about: str, unit: str = "", dtype: type = float, same_as: Field | None = None) -> Any:
     """An array in the record, of one or two axes; `...` for the rest of the row."""
     if shape is ...:
         return Field(0, (), about, unit, _name_of(dtype), same_as)
     return Field(None, (shape,) if isinstance(shape, int) else shape, about, unit, _name_of(dtype), same_as)
 
 
-def vector(about: str, unit: str = "", dtype: type = float, same_as: Any = None) -> Any:
+def vector(about: str, unit: str = "", dtype: type = float, same_as: Field | None = None) -> Any:
     """A row of a `Stack`."""
     return Field(None, (), about, unit, _name_of(dtype), same_as)
 
@@ -127,7 +130,7 @@ class _Meta(type):
     FIELDS: tuple[Field, ...]
     SIZE: int
 
-    def __new__(mcs, name: str, bases: tuple, body: dict) -> Any:
+    def __new__(mcs, name: str, bases: tuple, body: dict) -> _Meta:
         cls = super().__new__(mcs, name, bases, body)
         at, fields = 0, [v for v in body.values() if isinstance(v, Field)]
         for f in fields:
@@ -150,7 +153,7 @@ class Record(metaclass=_Meta):
         return view_of(cls)(vector)
 
     @classmethod
-    def of(cls, **values: Any) -> np.ndarray:
+    def of(cls, **values: float) -> np.ndarray:
         """A vector of these values, by name.
 
         Raises:
@@ -199,7 +202,7 @@ class Part(typing.NamedTuple):
         return None
 
     @property
-    def single(self) -> Any:
+    def single(self) -> type[Record] | None:
         """What the table itself has of it: a Record of a vector, a Stack of a matrix, or None."""
         for what in self.seen:
             if isinstance(what, type) and (issubclass(what, Stack) or (self.ndim == 1 and _is_record(what))):
@@ -219,12 +222,12 @@ def _numbers_of(f: Field, value: Any) -> np.ndarray:
     return numbers
 
 
-def _dtype_of(record: Any) -> str:
+def _dtype_of(record: type[Record]) -> str:
     return "int64" if all(f.dtype == "int64" for f in record.FIELDS) else "float64"
 
 
 @functools.cache
-def view_of(record: Any) -> Any:
+def view_of(record: type[Record]) -> Any:
     """A table of one vector that is a record: what the parameter `law: ContactLaw` of a kernel is."""
     make: Any = collections.namedtuple
     cls = make(record.__name__, "_", rename=True)  # a name that no field has, and that is not told
@@ -234,7 +237,7 @@ def view_of(record: Any) -> Any:
     return table(cls)
 
 
-def _is_record(what: Any) -> bool:
+def _is_record(what: object) -> bool:
     return isinstance(what, type) and issubclass(what, Record)
 
 
@@ -245,7 +248,7 @@ def parts_of(cls: type) -> tuple[Part, ...]:
     return tuple(Part(name, m[0], m[1], tuple(m[2:])) for name, m in metas)
 
 
-def no_such_field(owner: str, name: str, names: Any) -> str:
+def no_such_field(owner: str, name: str, names: Iterable[str]) -> str:
     """What is said about a misspelt field."""
     return f"{owner} has no field {name!r}; it has {', '.join(names)}."
 
@@ -260,7 +263,7 @@ class Row:
     FIELDS: tuple = ()
     BLOCKS: tuple[str, ...] = ()
 
-    def __init__(self, table: Any, at: Any):
+    def __init__(self, table: tuple[Any, ...], at: SupportsIndex):
         self._table, self._at = table, at
 
     def __repr__(self) -> str:
@@ -283,7 +286,7 @@ def _lines(owner: Any, fields: tuple) -> list[str]:
     return [f"    {f.name} = {_shown(getattr(owner, f.name))} {f.unit}".rstrip() for f in fields]
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, tuple):
         return f"({', '.join(map(_shown, value))})"
     return str(value)
@@ -294,7 +297,7 @@ class _Rows:
 
     __slots__ = ("_row", "_table", "_where")
 
-    def __init__(self, table: Any, where: str, row: type):
+    def __init__(self, table: tuple[Any, ...], where: str, row: type):
         self._table, self._where, self._row = table, where, row
 
     def __getitem__(self, i: Any) -> Any:
@@ -374,7 +377,7 @@ def _in_stack(array: str, f: Field) -> property:
     return property(lambda table: getattr(table, array)[f.at], doc=f.about)
 
 
-def _items(array: str, record: Any) -> property:
+def _items(array: str, record: type[Record]) -> property:
     row = _row_class(record.__name__, [(array, f) for f in record.FIELDS], {})
     return property(lambda table: _Rows(table, array, row), doc=record.__doc__)
 
@@ -433,5 +436,5 @@ def table(cls: Any) -> Any:
     return cls
 
 
-def _refuse(owner: str, name: str, names: list[str]) -> Any:
+def _refuse(owner: str, name: str, names: list[str]) -> NoReturn:
     raise AttributeError(no_such_field(owner, name, names))

@@ -7,7 +7,7 @@ import importlib
 import math
 import typing
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -28,6 +28,13 @@ from sheldrake.common._distributions import (
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._random import RandomGenerator
 from sheldrake.common._scalars import as_array, as_scalar
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from sheldrake.common._types import Scalars
+    from sheldrake.math._rigid_transform import RigidTransform
+    from sheldrake.math._rotation_matrix import RotationMatrix
 
 __all__ = [
     "Deterministic",
@@ -64,7 +71,7 @@ _Number = typing.Union[float, Deterministic, Gaussian, Uniform, UniformDiscrete]
 _Vector3 = typing.Union[np.ndarray, DeterministicVector[3], GaussianVector[3], UniformVector[3]]  # type: ignore # noqa: UP007
 
 
-def _math() -> Any:
+def _math() -> ModuleType:
     """Rotations live one floor up; they are looked up when a schema turns into one."""
     return importlib.import_module("sheldrake.math")
 
@@ -73,7 +80,7 @@ for _cls in (Deterministic, Distribution, DistributionVector, Gaussian, Uniform,
     _cls.__module__ = __name__
 
 
-def ToDistribution(var: Any) -> Any:
+def ToDistribution(var: Any) -> Distribution:
     """`var`, a number or a Distribution, as a Distribution of its own."""
     if isinstance(var, Distribution):
         return copy.copy(var)
@@ -104,14 +111,14 @@ def _distribution(call: str, var: Any) -> Any:
         raise incompatible(call, ["(a number, a vector or a distribution)"], (var,), {}) from None
 
 
-def Sample(var: Any, generator: RandomGenerator) -> float:
+def Sample(var: Distribution | float, generator: RandomGenerator) -> float:
     """A random value of a number or Distribution."""
     if not isinstance(var, (Distribution, float, int, np.floating)):
         raise incompatible("Sample", ["(var: float or Distribution, generator)"], (var, generator), {})
     return ToDistribution(var).Sample(generator)
 
 
-def Mean(var: Any) -> float:
+def Mean(var: Distribution | float) -> float:
     """The expected value of a number or Distribution."""
     if not isinstance(var, (Distribution, float, int, np.floating)):
         raise incompatible("Mean", ["(var: float or Distribution)"], (var,), {})
@@ -181,7 +188,7 @@ class _Keywords(_Schema):
         for name, value in {} if other is not None else kwargs.items():
             setattr(self, name, value)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         if name not in self._KINDS:
             raise AttributeError(f"{type(self).__name__} has no field '{name}'; it has {', '.join(self._KINDS)}.")
         try:
@@ -242,7 +249,7 @@ class Rotation(_Schema):
         accepted = ["()", "(other)", "(RotationMatrix)", "(RollPitchYaw)", "(value=...)"]
         return incompatible("Rotation", accepted, args, kwargs, constructor=True)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         if name == "other":
             name = "value"
         if name != "value":
@@ -259,7 +266,7 @@ class Rotation(_Schema):
             return False
         return all(IsDeterministic(getattr(self.value, field.name)) for field in self.value.__fields__)
 
-    def GetDeterministicValue(self) -> Any:
+    def GetDeterministicValue(self) -> RotationMatrix:
         """The RotationMatrix, if only one is possible.
 
         Raises:
@@ -270,7 +277,7 @@ class Rotation(_Schema):
         parts = {field.name: GetDeterministicValue(getattr(self.value, field.name)) for field in self.value.__fields__}
         return self._matrix(float, parts)
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> RotationMatrix:
         """The rotation matrix as expressions of random variables."""
         Expression = importlib.import_module("sheldrake.symbolic").Expression
         parts = {}
@@ -297,7 +304,7 @@ class Rotation(_Schema):
         wxyz = [r * m.sin(a), r * m.cos(a), s * m.sin(b), s * m.cos(b)]
         return m.RotationMatrix_[T](geometry.Quaternion_[T](wxyz))
 
-    def _sample(self, generator: RandomGenerator) -> Any:
+    def _sample(self, generator: RandomGenerator) -> RotationMatrix:
         if isinstance(self.value, Rotation.Uniform):
             return _math().UniformlyRandomRotationMatrix(generator)
         parts = {
@@ -306,7 +313,7 @@ class Rotation(_Schema):
         }
         return self._matrix(float, parts)
 
-    def set_rpy_deg(self, rpy_deg: Any) -> None:
+    def set_rpy_deg(self, rpy_deg: Scalars) -> None:
         """Make this the rotation of roll, pitch and yaw [degrees], shape (3,)."""
         self.value = Rotation.Rpy(deg=rpy_deg)
 
@@ -316,13 +323,13 @@ _AnyRotation = typing.Union[_ROTATIONS]  # type: ignore # noqa: UP007
 Rotation.__fields__ = (SimpleNamespace(name="value", type=_AnyRotation),)
 
 
-def _as_name(value: Any) -> str | None:
+def _as_name(value: object) -> str | None:
     if not (value is None or isinstance(value, str)):
         raise Mismatch
     return value
 
 
-def _as_rotation(value: Any) -> Rotation:
+def _as_rotation(value: object) -> Rotation:
     if isinstance(value, _ROTATIONS):
         return Rotation(value=value)
     if not isinstance(value, Rotation):
@@ -358,7 +365,7 @@ class Transform(_Keywords):
     def _yaml_set(self, name: str, value: Any) -> None:
         setattr(self, name, Rotation(value=value) if name == "rotation" else value)
 
-    def set_rotation_rpy_deg(self, rpy_deg: Any) -> None:
+    def set_rotation_rpy_deg(self, rpy_deg: Scalars) -> None:
         """Make the rotation that of roll, pitch and yaw [degrees], shape (3,)."""
         self.rotation = Rotation(value=Rotation.Rpy(deg=rpy_deg))
 
@@ -366,7 +373,7 @@ class Transform(_Keywords):
         """Whether only one pose is possible."""
         return IsDeterministic(self.translation) and self.rotation.IsDeterministic()
 
-    def GetDeterministicValue(self) -> Any:
+    def GetDeterministicValue(self) -> RigidTransform:
         """The RigidTransform, if only one is possible.
 
         Raises:
@@ -376,13 +383,13 @@ class Transform(_Keywords):
             raise RuntimeError(f"Transform.GetDeterministicValue(): {self!r} is random.")
         return _math().RigidTransform(self.rotation.GetDeterministicValue(), GetDeterministicValue(self.translation))
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self) -> RigidTransform:
         """The pose as expressions of random variables."""
         Expression = importlib.import_module("sheldrake.symbolic").Expression
         p = ToDistributionVector(self.translation).ToSymbolic()
         return _math().RigidTransform_[Expression](self.rotation.ToSymbolic(), p)
 
-    def Mean(self) -> Any:
+    def Mean(self) -> RigidTransform:
         """The pose for the expected value of every random variable."""
         m = _math()
         p = ToDistributionVector(self.translation).Mean()
@@ -392,7 +399,7 @@ class Transform(_Keywords):
         numbers = [[x.Evaluate(means) for x in row] for row in R.tolist()]
         return m.RigidTransform(m.RotationMatrix(numbers), p)
 
-    def Sample(self, generator: RandomGenerator) -> Any:
+    def Sample(self, generator: RandomGenerator) -> RigidTransform:
         """A random pose."""
         p = ToDistributionVector(self.translation).Sample(generator)
         return _math().RigidTransform(self.rotation._sample(generator), p)

@@ -20,11 +20,11 @@ class AbstractValue:
     _type: ClassVar[Any] = None  # the class of the held object
     _held: Any
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("AbstractValue: No constructor defined! Use Value(x), Value[T](...) or AbstractValue.Make(x).")
 
     @staticmethod
-    def Make(value: Any) -> AbstractValue:
+    def Make(value: object) -> AbstractValue:
         """A value holding `value`, of the type `Value[type(value)]` if there is one, else `Value[object]`.
 
         A non-empty list is a `Value[List[T]]` where T, the type of its first item, has one.
@@ -69,7 +69,7 @@ class AbstractValue:
         """
         return self._held
 
-    def set_value(self, value: Any, /) -> None:
+    def set_value(self, value: object, /) -> None:
         """Replace the held value.
 
         Raises:
@@ -77,7 +77,7 @@ class AbstractValue:
         """
         self._assign(self._accept(value))
 
-    def _assign(self, value: Any) -> None:
+    def _assign(self, value: object) -> None:
         """Store `value`; a type with `_assign_from` is overwritten in place, so that references stay live."""
         assign_from = getattr(self._held, "_assign_from", None)
         if assign_from is not None and type(self._held) is type(value):
@@ -94,7 +94,7 @@ class AbstractValue:
         raise NotImplementedError
 
     @classmethod
-    def _reject(cls, value: Any) -> TypeError:
+    def _reject(cls, value: object) -> TypeError:
         return Mismatch(
             f"{pretty_class_name(cls)}.set_value(): incompatible function arguments: expected "
             f"{_type_name(cls._type)}, got {value!r} of type {pretty_class_name(type(value))}"
@@ -110,7 +110,7 @@ class AbstractValue:
         return f"{pretty_class_name(type(self))}({self._held!r})"
 
 
-def _type_name(kind: Any) -> str:
+def _type_name(kind: object) -> str:
     return pretty_class_name(kind) if isinstance(kind, type) and not hasattr(kind, "__origin__") else str(kind)
 
 
@@ -119,7 +119,7 @@ class _ObjectValue(AbstractValue):
 
     _type = object
 
-    def __init__(self, value: Any = None, /):
+    def __init__(self, value: object = None, /):
         self._held = value
 
     @classmethod
@@ -136,7 +136,7 @@ class _ScalarValue(AbstractValue):
 
     _sources: ClassVar[tuple[type, ...]] = ()
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         if len(args) == 1 and not kwargs and isinstance(args[0], bytes) and self._type is str:
             self._held = args[0].decode()
         else:
@@ -168,7 +168,7 @@ class _TypedValue(AbstractValue):
     _clone: ClassVar[Any] = staticmethod(copy.copy)
     _coerce: ClassVar[Any] = None
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         if len(args) == 1 and not kwargs and isinstance(args[0], self._type):
             self._held = self._clone(args[0])
         else:
@@ -184,7 +184,7 @@ class _TypedValue(AbstractValue):
             raise cls._reject(value)
         return cls._clone(value)
 
-    def set_value(self, value: Any, /) -> None:
+    def set_value(self, value: object, /) -> None:
         if self._coerce is not None and not isinstance(value, self._type):
             value = self._coerce(value)
         super().set_value(value)
@@ -213,7 +213,7 @@ class _ListValue(AbstractValue):
 class _ValueTemplate(TemplateClass):
     """`Value`: called, it chooses the class by the type of what it is given."""
 
-    def _call_internal(self, *args: Any, **kwargs: Any) -> AbstractValue:
+    def _call_internal(self, *args: object, **kwargs: object) -> AbstractValue:
         return AbstractValue.Make(*args, **kwargs)
 
 
@@ -221,7 +221,7 @@ Value = _ValueTemplate("Value")
 Value.__doc__ = "`Value[T]` holds a T; `Value(x)` holds x in the fitting class (see `AbstractValue.Make`)."
 
 
-def _new_value_class(base: type, kind: Any, **members: Any) -> type:
+def _new_value_class(base: type, kind: Any, **members: object) -> type:
     return type("Value", (base,), {"_type": kind, "__doc__": f"Holds a {_type_name(kind)}.", **members})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sheldrake.systems.framework import BasicVector, Context, Diagram, DiagramBu
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
 from ._named_vector import NamedVector
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 class AcrobotInput(NamedVector):
@@ -83,12 +86,12 @@ class AcrobotPlant(LeafSystem):
         """Coriolis, gravity and damping, shape (2,)."""
         return np.array(plants.acrobot_bias(self._numbers(context), *self.get_state(context)._v))
 
-    def DoCalcKineticEnergy(self, context: Context) -> Any:
+    def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""
         rates = self.get_state(context)._v[2:]
         return 0.5 * rates @ self.MassMatrix(context) @ rates
 
-    def DoCalcPotentialEnergy(self, context: Context) -> Any:
+    def DoCalcPotentialEnergy(self, context: Context) -> Scalar:
         """Potential energy [J], zero at the height of the shoulder."""
         p, x = self.get_parameters(context), self.get_state(context)
         c1, c12 = cos(x.theta1()), cos(x.theta1() + x.theta2())

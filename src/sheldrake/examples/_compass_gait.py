@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from sheldrake.systems.framework import (
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
 from ._named_vector import NamedVector
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 class CompassGaitContinuousState(NamedVector):
@@ -87,7 +90,7 @@ class CompassGait(LeafSystem):
         """The port of the state as of a floating body."""
         return self.get_output_port(1)
 
-    def DoCalcKineticEnergy(self, context: Context) -> Any:
+    def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""
         mh, m, l, b, *_ = context.get_numeric_parameter(0)._v
         stance, swing, v, w = context.get_continuous_state_vector()._v
@@ -95,7 +98,7 @@ class CompassGait(LeafSystem):
         hip, legs = 0.5 * mh * (l * v) ** 2, 0.5 * m * ((a * v) ** 2 + (l * v) ** 2 + (b * w) ** 2)
         return hip + legs - m * l * b * v * w * cos(swing - stance)
 
-    def DoCalcPotentialEnergy(self, context: Context) -> Any:
+    def DoCalcPotentialEnergy(self, context: Context) -> Scalar:
         """Potential energy [J], zero at the top of the slope."""
         mh, m, l, b, g, slope = context.get_numeric_parameter(0)._v
         stance, swing, *_ = context.get_continuous_state_vector()._v
@@ -121,7 +124,7 @@ class CompassGait(LeafSystem):
         output.SetFromVector([*q, *qdot])
 
     @staticmethod
-    def _height_of_swing_foot(context: Context) -> Any:
+    def _height_of_swing_foot(context: Context) -> Scalar:
         """Positive above the slope, and while the swing leg is behind: legs of one length scuff in passing."""
         x = CompassGaitContinuousState.of(context.get_continuous_state_vector())
         slope = CompassGaitParams.of(context.get_numeric_parameter(0)).slope()

@@ -21,6 +21,10 @@ from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.geometry._ids import FrameId
+    from sheldrake.geometry._shapes import Shape
     from sheldrake.systems.framework import Context
 
 
@@ -41,13 +45,13 @@ class ExampleGeometry(LeafSystem):
         self.DeclareVectorInputPort(*state)
         self.DeclareAbstractOutputPort("geometry_pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
-    def add_frame(self, name: str, parent: Any = None) -> Any:
+    def add_frame(self, name: str, parent: FrameId | None = None) -> FrameId:
         """Registers a frame, whose pose in its parent (default: the world) `poses` will tell."""
         where = (self._source,) if parent is None else (self._source, parent)
         self._frames.append(self._scene_graph.RegisterFrame(*where, GeometryFrame(name)))
         return self._frames[-1]
 
-    def draw(self, frame: Any, X_PG: RigidTransform, shape: Any, name: str, diffuse: Sequence[float]) -> None:
+    def draw(self, frame: Any, X_PG: RigidTransform, shape: Shape, name: str, diffuse: Sequence[float]) -> None:
         """Registers a shape in a frame, or in the world."""
         scene_graph, instance = self._scene_graph, GeometryInstance(X_PG, shape, name)
         if frame is None:
@@ -66,7 +70,7 @@ class ExampleGeometry(LeafSystem):
             vector.set_value(frame, X_PF)
         output.set_value(vector)
 
-    def _add(self, builder: DiagramBuilder, state_port: OutputPort, scene_graph: SceneGraph) -> Any:
+    def _add(self, builder: DiagramBuilder, state_port: OutputPort, scene_graph: SceneGraph) -> Self:
         builder.AddSystem(self)
         builder.Connect(state_port, self.get_input_port(0))
         builder.Connect(self.get_output_port(0), scene_graph.get_source_pose_port(self._source))

@@ -31,7 +31,7 @@ class NamedVector(BasicVector):
         """The same memory with the names of this class; contexts of other scalars have plain vectors."""
         return vector if isinstance(vector, cls) else cls()._on_memory(vector._v, vector._on_write)
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
+    def __init_subclass__(cls, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)
         for index, name in enumerate(cls.elements):
             _add_accessors(cls, index, name)

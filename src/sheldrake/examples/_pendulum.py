@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ._kernels import plants
 from ._named_vector import NamedVector
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
     from sheldrake.systems.framework import Context
 
 
@@ -56,15 +57,15 @@ class PendulumPlant(LeafSystem):
         self.DeclareStateOutputPort("state", self.DeclareContinuousState(PendulumState(), 1, 1, 0))
         self.DeclareTimeDerivatives(plants.pendulum)
 
-    def DoCalcKineticEnergy(self, context: Context) -> Any:
+    def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""
-        p, rate = self.get_parameters(context), self.get_state(context).thetadot()
-        return 0.5 * p.mass() * p.length() ** 2 * rate**2
+        mass, length, _, _ = context.get_numeric_parameter(0).value().tolist()
+        return 0.5 * mass * length**2 * context.get_continuous_state_vector()[1] ** 2
 
-    def DoCalcPotentialEnergy(self, context: Context) -> Any:
+    def DoCalcPotentialEnergy(self, context: Context) -> Scalar:
         """Potential energy [J], zero at the height of the pivot."""
-        p = self.get_parameters(context)
-        return -p.mass() * p.gravity() * p.length() * cos(self.get_state(context).theta())
+        mass, length, _, gravity = context.get_numeric_parameter(0).value().tolist()
+        return -mass * gravity * length * cos(context.get_continuous_state_vector()[0])
 
     def get_state_output_port(self) -> OutputPort:
         """The port of the state."""

@@ -9,14 +9,18 @@ import numpy as np
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw
-from sheldrake.systems.framework import Context, LeafSystem, OutputPort
+from sheldrake.systems.framework import LeafSystem, OutputPort
 
 from ._geometry import ExampleGeometry
 from ._kernels import plants
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.geometry import SceneGraph
+    from sheldrake.geometry._ids import FrameId
     from sheldrake.systems.framework import DiagramBuilder
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class QuadrotorPlant(LeafSystem):
@@ -37,7 +41,12 @@ class QuadrotorPlant(LeafSystem):
     _complex_rows = True
 
     def __init__(
-        self, m_arg: float = 0.775, L_arg: float = 0.15, I_arg: Any = None, kF_arg: float = 1.0, kM_arg: float = 0.0245
+        self,
+        m_arg: float = 0.775,
+        L_arg: float = 0.15,
+        I_arg: ArrayLike | None = None,
+        kF_arg: float = 1.0,
+        kM_arg: float = 0.0245,
     ):
         super().__init__()
         inertia = np.diag([0.0015, 0.0025, 0.0035]) if I_arg is None else np.array(I_arg, float)
@@ -50,7 +59,7 @@ class QuadrotorPlant(LeafSystem):
         self.DeclareStateOutputPort("state", self.DeclareContinuousState(12))
         self.DeclareTimeDerivatives(plants.quadrotor)
 
-    def _kernel_models(self, root: Context) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"inertia_model": self._inertia, "model": self._numbers}
 
     def m(self) -> float:
@@ -78,7 +87,7 @@ class QuadrotorPlant(LeafSystem):
         return self._inertia[:3].copy()
 
 
-def StabilizingLQRController(quadrotor_plant: QuadrotorPlant, nominal_position: Any) -> Any:
+def StabilizingLQRController(quadrotor_plant: QuadrotorPlant, nominal_position: ArrayLike) -> Any:
     """A linear-quadratic regulator that hovers at a position [m], shape (3,); an AffineSystem from state to rotors."""
     from sheldrake.systems.controllers import LinearQuadraticRegulator
 
@@ -104,7 +113,7 @@ class QuadrotorGeometry(ExampleGeometry):
             color = [0.8, 0.2, 0.1, 0.7] if i == 0 else [0.3, 0.5, 0.8, 0.7]  # the first rotor shows the front
             self.draw(body, RigidTransform([x * arm, y * arm, 0.015]), Cylinder(0.07, 0.005), f"rotor{i}", color)
 
-    def get_frame_id(self) -> Any:
+    def get_frame_id(self) -> FrameId:
         """The frame of the body."""
         return self._frames[0]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from sheldrake.systems.framework import (
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._named_vector import NamedVector
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 class RimlessWheelContinuousState(NamedVector):
@@ -120,11 +123,11 @@ class RimlessWheel(LeafSystem):
         pitch = theta + toe * alpha / (l * sin(alpha))
         output.SetFromVector([*position, 0.0, pitch, 0.0, *velocity, 0.0, rate, 0.0])
 
-    def _forward_guard(self, context: Context) -> Any:
+    def _forward_guard(self, context: Context) -> Scalar:
         p = self._params(context)
         return p.slope() + self.calc_alpha(p) - self._state(context).theta()
 
-    def _backward_guard(self, context: Context) -> Any:
+    def _backward_guard(self, context: Context) -> Scalar:
         p = self._params(context)
         return self._state(context).theta() - p.slope() + self.calc_alpha(p)
 

@@ -8,7 +8,7 @@ import pathlib
 import re
 import tempfile
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._objects import require_compiler, write_objects, zig
 from sheldrake.systems.framework import OutputPort
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 
 class Board(NamedTuple):
@@ -49,7 +52,12 @@ BOARDS = {
 
 
 def SaveC(
-    simulator: Any, folder: Any, *, target: str = "x86_64-linux", name: str = "", outputs: Iterable[OutputPort] = ()
+    simulator: Any,
+    folder: str | PathLike[str],
+    *,
+    target: str = "x86_64-linux",
+    name: str = "",
+    outputs: Iterable[OutputPort] = (),
 ) -> None:
     """Writes a diagram as a C library: header, source, static library of its kernels, an example, a Makefile.
 

@@ -8,7 +8,7 @@ import pathlib
 import tempfile
 import zipfile
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._objects import require_compiler, zig
 from sheldrake.export._universal import universal_library
 from sheldrake.systems.framework import OutputPort
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 
 class Place(NamedTuple):
@@ -51,7 +54,7 @@ _SOURCE = pathlib.Path(__file__).with_name("fmu.c")
 
 def SaveFmu(
     diagram: Any,
-    path: Any,
+    path: str | PathLike[str],
     *,
     fmi_version: str = "3.0",
     platforms: Sequence[str] = tuple(PLACES),

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 
 from sheldrake import __version__
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
 
 _BASE_UNITS = {
     "1": {},
@@ -126,7 +129,7 @@ def model_description(
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _add_units(root: Any, variables: list[Variable]) -> None:
+def _add_units(root: Element, variables: list[Variable]) -> None:
     group = ElementTree.SubElement(root, "UnitDefinitions")
     for unit in sorted({v.unit for v in variables if v.unit}):
         added = ElementTree.SubElement(group, "Unit", name=unit)
@@ -153,18 +156,18 @@ def _value(variable: Variable) -> dict[str, str]:
     return {**unit, **({"start": _number(variable.start)} if variable.kind in "ips" else {})}
 
 
-def _add_variable2(group: Any, reference: int, variable: Variable) -> None:
+def _add_variable2(group: Element, reference: int, variable: Variable) -> None:
     head = {"name": variable.name, "valueReference": str(reference), "description": variable.about}
     added = ElementTree.SubElement(group, "ScalarVariable", {**head, **_role(variable)})
     ElementTree.SubElement(added, "Real", _value(variable))
 
 
-def _add_variable3(group: Any, reference: int, variable: Variable) -> None:
+def _add_variable3(group: Element, reference: int, variable: Variable) -> None:
     head = {"name": variable.name, "valueReference": str(reference), "description": variable.about}
     ElementTree.SubElement(group, "Float64", {**head, **_role(variable), **_value(variable)})
 
 
-def _add_structure(root: Any, variables: list[Variable], two: bool) -> None:
+def _add_structure(root: Element, variables: list[Variable], two: bool) -> None:
     structure = ElementTree.SubElement(root, "ModelStructure")
     outputs = [k for k, v in enumerate(variables) if v.kind == "o"]
     if not two:

@@ -12,9 +12,14 @@ import weakref
 import zipfile
 import zlib
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
 
 _NO_FMPY = "{} needs FMPy: pip install 'sheldrake[fmi]'."
 _LARGEST, _SMALL, _MOST_PACKED = 4 << 30, 64 << 20, 200
@@ -46,7 +51,7 @@ class FmuVariable(NamedTuple):
     getter: str
     size: int
 
-    def encoded(self, value: Any) -> list[Any]:
+    def encoded(self, value: ArrayLike) -> list[Any]:
         """Numbers as the FMU takes them."""
         numbers = np.ravel(np.asarray(value, float)).tolist()
         if self.getter in ("Real", "Float32", "Float64"):
@@ -67,7 +72,7 @@ class FmuFile:
         ValueError: it is damaged, unsafe, of another version or kind, or not for this platform.
     """
 
-    def __init__(self, path: Any, call: str):
+    def __init__(self, path: str | PathLike[str], call: str):
         try:
             import fmpy
         except ModuleNotFoundError as error:
@@ -212,7 +217,7 @@ class FmuFile:
             raise self._fault(f"{argument}: there is no variable {name!r} of numbers{choose(name, self._variables)}.")
         return self._variables[name][0]
 
-    def settable(self, name: str, value: Any) -> tuple[FmuVariable, np.ndarray]:
+    def settable(self, name: str, value: ArrayLike) -> tuple[FmuVariable, np.ndarray]:
         """A variable that may be set before the initialization, and its value.
 
         Raises:

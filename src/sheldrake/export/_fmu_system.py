@@ -5,14 +5,21 @@ from __future__ import annotations
 import contextlib
 import math
 import weakref
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common.value import Value
 from sheldrake.export._fmu_file import FmuFile, FmuVariable
 from sheldrake.systems.framework import EventStatus, LeafSystem
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._state import State
+    from sheldrake.systems.framework._vector import BasicVector
 
 _TERMINATED = 3
 """What FMI 2.0 calls the question whether a slave has ended."""
@@ -49,7 +56,7 @@ class FmuSystem(LeafSystem):
 
     def __init__(
         self,
-        path: Any,
+        path: str | PathLike[str],
         *,
         step: float | None = None,
         parameters: Mapping[str, Any] | None = None,
@@ -98,22 +105,22 @@ class FmuSystem(LeafSystem):
             )
         return found
 
-    def _output(self, k: int) -> Any:
-        def calc(context: Any, output: Any) -> None:
+    def _output(self, k: int) -> Callable[[Context, BasicVector], None]:
+        def calc(context: Context, output: BasicVector) -> None:
             output.SetFromVector(context.get_abstract_state(0).get_value().outputs[k])
 
         return calc
 
-    def _values(self, context: Any) -> list[tuple[FmuVariable, np.ndarray]]:
+    def _values(self, context: Context) -> list[tuple[FmuVariable, np.ndarray]]:
         """Values of the input ports that have one."""
         ports = (self.get_input_port(k) for k in range(len(self._inputs_of)))
         return [(v, port.Eval(context)) for v, port in zip(self._inputs_of, ports) if port.HasValue(context)]
 
-    def _begin(self, context: Any, state: Any) -> None:
+    def _begin(self, context: Context, state: State) -> None:
         slave = state.get_mutable_abstract_state(0).get_mutable_value()
         slave.start(context.get_time(), self._values(context))
 
-    def _advance(self, context: Any, state: Any) -> EventStatus:
+    def _advance(self, context: Context, state: State) -> EventStatus:
         slave = state.get_mutable_abstract_state(0).get_mutable_value()
         time, values = context.get_time(), self._values(context)
         if slave.time is None:
@@ -147,14 +154,14 @@ class _Slave:
         self.time = None
         return self
 
-    def __deepcopy__(self, memo: Any) -> _Slave:
+    def __deepcopy__(self, memo: dict) -> _Slave:
         new = object.__new__(_Slave)
         new.__dict__.update(self.__dict__)
         if self._instance is not None:
             self._instance.users.add(new)
         return new
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Any, ...]:
         raise TypeError(f"FmuSystem({self.file.path!r}): the state of an FMU can not be pickled.")
 
     def _leave(self) -> None:

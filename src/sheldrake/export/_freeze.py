@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,11 +24,16 @@ from sheldrake.systems.framework._kernels.integrate import IntegratorNumbers
 from sheldrake.systems.framework._kernels.program import NUM_SPECIAL, Log, RunWords, SideWords
 from sheldrake.systems.primitives._log_files import log_title
 
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis._simulator import Simulator
+    from sheldrake.systems.framework._engine.layout import Row
+    from sheldrake.systems.framework._system import System
+
 _LOG_ROOM = 256
 """Samples that a log holds before who runs the diagram must take them out."""
 
 
-def Freeze(simulator: Any, outputs: Iterable[OutputPort] = ()) -> FrozenDiagram:
+def Freeze(simulator: Simulator, outputs: Iterable[OutputPort] = ()) -> FrozenDiagram:
     """The diagram of a simulator and its context, as they are now, in a form that leaves Python.
 
     What systems of the library and a user's kernels do can leave: plants, controllers, blocks, vector logs.
@@ -54,7 +59,7 @@ class Freezer:
         image: The memory of the frozen diagram.
     """
 
-    def __init__(self, simulator: Any, outputs: Iterable[OutputPort] = ()):
+    def __init__(self, simulator: Simulator, outputs: Iterable[OutputPort] = ()):
         if not simulator.has_context():
             raise RuntimeError("Freeze(): the simulator has no context; give it one with reset_context().")
         self.span = simulator._ready_span("Freeze")
@@ -75,7 +80,7 @@ class Freezer:
 
     # What can leave.
 
-    def path(self, system: Any) -> str:
+    def path(self, system: System) -> str:
         """Names of the diagrams below the root that a system is in, and its own."""
         return self._paths.get(system._system_id) or plain_name(system.get_name())
 
@@ -129,7 +134,7 @@ class Freezer:
         system = self.store.systems[n]
         return f"'{self.path(system)}' ({type(system).__module__}.{type(system).__qualname__})"
 
-    def _what(self, row: Any) -> str:
+    def _what(self, row: Row) -> str:
         if row.output >= 0:
             return f"output port '{self.store.systems[row.node]._outputs[row.output].name}'"
         return KIND_NAMES[row.kind]
@@ -142,7 +147,7 @@ class Freezer:
     def _called(self) -> list[int]:
         """Rows that the event loop calls, and those of the outputs that are wanted."""
         program = self.layout.program
-        rows = {r for r in (*program.act.tolist(), *program.pre.tolist()) if r >= 0}
+        rows = {r for r in (*program.calls.tolist(), *program.prerequisites.tolist()) if r >= 0}
         for *_, row in self.outputs:
             rows.update(self.layout.pull_list(row) if row >= 0 else ())
         return sorted(rows)
@@ -212,8 +217,8 @@ class Freezer:
         drawn = {r for r in self._called() if not layout.rows[r].native and layout.rows[r].node >= 0}
         self.left_out = sorted({self.path(self.store.systems[layout.rows[r].node]) for r in drawn})
         acts = [
-            [r for r in program.act[a:b].tolist() if r not in drawn]
-            for a, b in zip(program.act_ptr[:-1], program.act_ptr[1:])
+            [r for r in program.calls[a:b].tolist() if r not in drawn]
+            for a, b in zip(program.calls_begin[:-1], program.calls_begin[1:])
         ]
         pres = [layout.prerequisites([r for r in rows if r < 0 or layout.rows[r].node >= 0]) for rows in acts]
         self.native = sorted(
@@ -223,7 +228,14 @@ class Freezer:
         words, at = self._row_words()
         ends = [np.cumsum([0, *map(len, lists)]).astype(np.int64) for lists in (acts, pres)]
         flat = [np.array([r for rows in lists for r in rows], np.int64) for lists in (acts, pres)]
-        changed = program._replace(words=words.words, at=at, act=flat[0], act_ptr=ends[0], pre=flat[1], pre_ptr=ends[1])
+        changed = program._replace(
+            words=words.words,
+            at=at,
+            calls=flat[0],
+            calls_begin=ends[0],
+            prerequisites=flat[1],
+            prerequisites_begin=ends[1],
+        )
         self.image.add_words(words, known_as=words.words)
         return changed
 
@@ -339,7 +351,7 @@ class Freezer:
         return found if len(found) == size else [f"y{i}" for i in range(size)]
 
     @staticmethod
-    def _state_names(system: Any, size: int) -> list[str]:
+    def _state_names(system: System, size: int) -> list[str]:
         names = list(system.GetStateNames()) if hasattr(system, "GetStateNames") else []
         return names if len(names) == size else [f"x{i}" for i in range(size)]
 
@@ -395,7 +407,7 @@ def plain_name(name: str) -> str:
     return re.sub(r"^(?:[\w.]+\.)?(\w+)(?:\[\w+\])?@[0-9a-f]{16}", r"\1", name)
 
 
-def _vector(name: str, at: int, elements: list[str], **more: Any) -> dict[str, Any]:
+def _vector(name: str, at: int, elements: list[str], **more: object) -> dict[str, Any]:
     """A vector in the slab, by its name and its elements'."""
     from sheldrake.systems.primitives._vector_log import quantity
 

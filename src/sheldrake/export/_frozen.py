@@ -5,9 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._files import regular_bytes, whole_file
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 VERSION = 1
 _MAGIC = b"sheldrake frozen diagram"
@@ -59,7 +62,7 @@ class FrozenDiagram:
         body = b"%d\n" % len(text) + text + self.image
         return b"%s %d\n%s\n" % (_MAGIC, VERSION, hashlib.sha256(body).hexdigest().encode()) + body
 
-    def Save(self, path: Any) -> None:
+    def Save(self, path: str | PathLike[str]) -> None:
         """Writes a file that `LoadFrozen` reads.
 
         Raises:
@@ -69,7 +72,7 @@ class FrozenDiagram:
             file.write(self.ToBytes())
 
 
-def LoadFrozen(path: Any) -> FrozenDiagram:
+def LoadFrozen(path: str | PathLike[str]) -> FrozenDiagram:
     """Reads a frozen diagram; the script that made it is not needed.
 
     Such a file is a program: run it only if you would run a program from where it comes.

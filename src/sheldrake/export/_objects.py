@@ -6,10 +6,13 @@ import importlib.util
 import pathlib
 import subprocess
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._native.store import code_of_text
 from sheldrake.common._native.target import Target
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 NO_COMPILER = "{} needs a compiler and a linker: pip install 'sheldrake[export]' (it brings llvmlite and ziglang)."
 
@@ -39,7 +42,7 @@ def write_objects(functions: list[dict[str, Any]], target: Target, folder: pathl
     return paths
 
 
-def zig(call: str, *options: Any) -> None:
+def zig(call: str, *options: str | PathLike[str]) -> None:
     """Runs zig, as the package ziglang brings it.
 
     Args:

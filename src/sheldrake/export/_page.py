@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._files import whole_file
 from sheldrake.export._freeze import Freezer
@@ -20,6 +20,11 @@ from sheldrake.export._wasm import wasm_module
 from sheldrake.report._replay import find_meshcat
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import System
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
 
 _SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5)
 _MOST_LINES = 12  # of a plot
@@ -47,7 +52,12 @@ class PageSlider:
 
 
 def SavePage(
-    simulator: Any, path: Any, *, title: str = "", sliders: Sequence[PageSlider] = (), meshcat: Any = None
+    simulator: Any,
+    path: str | PathLike[str],
+    *,
+    title: str = "",
+    sliders: Sequence[PageSlider] = (),
+    meshcat: Meshcat | None = None,
 ) -> None:
     """Writes one HTML file that simulates a diagram in any browser, from where the simulator stands.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.multibody.tree._kernels.queries import calc_generalized_forces
 from sheldrake.report._replay import all_systems, camera_of, drawn, numbers_of
 
+if TYPE_CHECKING:
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
+
 
 class Scene:
     """The drawn scene of a diagram.
@@ -23,7 +26,7 @@ class Scene:
         description: Frames by path, their plants and rows; camera.
     """
 
-    def __init__(self, freezer: Freezer, meshcat: Any):
+    def __init__(self, freezer: Freezer, meshcat: Meshcat | None):
         self.html = ""
         self.description: dict = {"plants": [], "frames": [], "camera": None}
         diagram = freezer.simulator.get_system()
@@ -60,7 +63,7 @@ def _owner(plants: list[Any], frame: Any, path: str) -> dict[str, Any]:
     raise ValueError(f"SavePage(): '{path}' is moved by no MultibodyPlant; only bodies of plants can move in a page.")
 
 
-def _plant(freezer: Freezer, plant: Any, k: int) -> dict[str, Any]:
+def _plant(freezer: Freezer, plant: MultibodyPlant, k: int) -> dict[str, Any]:
     """Has the frozen diagram compute the poses of a plant's bodies, and generalized forces of forces on them."""
     layout, store = freezer.layout, freezer.store
     place = layout.places[layout.node_of[plant._system_id]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common._native import store
 from sheldrake.common._native.binding import HERE
 from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.systems.framework._kernels.program import BREAK, DONE, ROOM, TERMINATED
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _BUDGET = 1 << 20
 """Steps until Python looks in."""
@@ -104,7 +107,7 @@ class FrozenSimulation:
     def _vector(self, about: dict[str, Any]) -> np.ndarray:
         return self._slab[about["at"] : about["at"] + len(about["elements"])]
 
-    def _write(self, kind: str, name: str, value: Any) -> None:
+    def _write(self, kind: str, name: str, value: ArrayLike) -> None:
         vector = self._vector(self._find(kind, name))
         given = np.asarray(value, float).reshape(-1)
         if given.shape != vector.shape:
@@ -121,7 +124,7 @@ class FrozenSimulation:
         """
         return self._vector(self._find("states", name)).copy()
 
-    def SetState(self, name: str, value: Any) -> None:
+    def SetState(self, name: str, value: ArrayLike) -> None:
         """Sets the state of a system.
 
         Raises:
@@ -129,7 +132,7 @@ class FrozenSimulation:
         """
         self._write("states", name, value)
 
-    def SetInput(self, name: str, value: Any) -> None:
+    def SetInput(self, name: str, value: ArrayLike) -> None:
         """Sets an input port.
 
         Raises:
@@ -137,7 +140,7 @@ class FrozenSimulation:
         """
         self._write("inputs", name, value)
 
-    def SetParameters(self, name: str, value: Any) -> None:
+    def SetParameters(self, name: str, value: ArrayLike) -> None:
         """Sets a group of parameters.
 
         Raises:

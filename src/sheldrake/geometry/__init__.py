@@ -19,7 +19,7 @@ from ._ids import FilterId, FrameId, GeometryId, SourceId
 from ._mass_properties import CalcVolume
 from ._meshcat.animation import MeshcatAnimation
 from ._meshcat.meshcat import Meshcat, StartMeshcat
-from ._meshcat.params import MeshcatParams, MeshcatVisualizerParams
+from ._meshcat.params import MeshcatParams, MeshcatVisualizerParams, MeshcatVisualizerSurfaceVelocityData
 from ._meshcat.point_cloud_visualizer import MeshcatPointCloudVisualizer
 from ._meshcat.visualizer import MeshcatVisualizer
 from ._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear, field_template
@@ -165,6 +165,7 @@ __all__ = [
     "MeshcatPointCloudVisualizer_",
     "MeshcatVisualizer",
     "MeshcatVisualizerParams",
+    "MeshcatVisualizerSurfaceVelocityData",
     "MeshcatVisualizer_",
     "NullTexture",
     "Obb",

@@ -6,7 +6,7 @@ What `CalcObb`, `CalcAabb` and their users see; the search for contacts has its 
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -135,7 +135,7 @@ class _Bounds:
 
     @staticmethod
     @overloaded(*_OVERLAPS)
-    def HasOverlap(a: Any, b: Any, X: RigidTransform) -> bool:
+    def HasOverlap(a: Aabb | Obb, b: Aabb | Obb, X: RigidTransform) -> bool:
         """True if a bounding box and another one, a HalfSpace or a Plane overlap.
 
         Called as `(a_G, b_H, X_GH)` for two boxes, `(bv_H, hs_C, X_CH)` for a half space, `(bv_H, plane_P, X_PH)`;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,10 @@ class CameraInfo:
     """
 
     def __init__(self, width: int, height: int, *args: Any, **kwargs: Any):
-        self._width, self._height = int(width), int(height)
+        for name, size in (("width", width), ("height", height)):
+            if not hasattr(size, "__index__"):
+                raise Mismatch(f"CameraInfo(): incompatible constructor arguments: {name} must be an int, not {size!r}")
+        self._width, self._height = operator.index(width), operator.index(height)
         names = ("focal_x", "focal_y", "center_x", "center_y")
         if len(args) == 4:
             kwargs.update(zip(names, args))
@@ -98,7 +102,7 @@ class CameraInfo:
         """[[focal_x, 0, center_x], [0, focal_y, center_y], [0, 0, 1]]."""
         return np.array([[self._focal[0], 0, self._center[0]], [0, self._focal[1], self._center[1]], [0, 0, 1.0]])
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Any, ...]:
         return CameraInfo, (self._width, self._height, *self._focal, *self._center)
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry._shapes import Shape
     from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._port import OutputPort
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
@@ -98,7 +99,13 @@ class DrakeVisualizer(LeafSystem):
 
     @classmethod
     @overloaded(*of_scene(lcm=(anything, None), params=(instance_of(DrakeVisualizerParams), None)))
-    def AddToBuilder(cls, builder: DiagramBuilder, source: Any, lcm: Any, params: Any) -> DrakeVisualizer:
+    def AddToBuilder(
+        cls,
+        builder: DiagramBuilder,
+        source: SceneGraph | OutputPort,
+        lcm: DrakeLcmInterface | None,
+        params: DrakeVisualizerParams,
+    ) -> DrakeVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:

@@ -34,7 +34,7 @@ class _KinematicsVector:
         """Number of identifiers with a value."""
         return len(self._values)
 
-    def has_id(self, id: Any) -> bool:
+    def has_id(self, id: FrameId | GeometryId) -> bool:
         """True if the identifier has a value."""
         return id in self._values
 
@@ -42,7 +42,7 @@ class _KinematicsVector:
         """The identifiers that have a value."""
         return list(self._values)
 
-    def value(self, id: Any) -> Any:
+    def value(self, id: FrameId | GeometryId) -> Any:
         """The value of an identifier.
 
         Raises:
@@ -53,7 +53,7 @@ class _KinematicsVector:
         except KeyError:
             raise RuntimeError(f"No such {self._kind.__name__}: {id.get_value()}.") from None
 
-    def _check(self, id: Any) -> None:
+    def _check(self, id: FrameId | GeometryId) -> None:
         if not isinstance(id, self._kind):
             raise TypeError(f"{self._name}.set_value(): expected a {self._kind.__name__}, got {id!r}.")
 

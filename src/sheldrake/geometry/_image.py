@@ -146,7 +146,7 @@ ImageLabel16I, ImageGrey8U = _make(PixelType.kLabel16I), _make(PixelType.kGrey8U
 TOO_FAR, SCALE = 65535, 1000.0  # 16-bit depth is in millimetres; nothing measured: too close (0) or too far
 
 
-def ConvertDepth32FTo16U(input: Any, output: Any) -> None:
+def ConvertDepth32FTo16U(input: _Image, output: _Image) -> None:
     """Depth in metres to whole millimetres; NaN and what is beyond 65.534 m count as too far."""
     output.resize(input.width(), input.height())
     with np.errstate(invalid="ignore", over="ignore"):
@@ -155,7 +155,7 @@ def ConvertDepth32FTo16U(input: Any, output: Any) -> None:
     output._data[...] = np.clip(near, 0, TOO_FAR).astype(np.uint16)
 
 
-def ConvertDepth16UTo32F(input: Any, output: Any) -> None:
+def ConvertDepth16UTo32F(input: _Image, output: _Image) -> None:
     """Depth in whole millimetres to metres; too far is infinity."""
     output.resize(input.width(), input.height())
     metres = input._data.astype(np.float32) / np.float32(SCALE)

@@ -6,17 +6,20 @@ A geometry has one set for each of its roles: proximity (contact materials), ill
 from __future__ import annotations
 
 import copy
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sheldrake.common._checked import checked
 from sheldrake.geometry._rgba import Rgba
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _Properties = TypeVar("_Properties", bound="GeometryProperties")
 _DEFAULT_GROUP = "__default__"
 _CPP_NAMES = {float: "double", str: "std::string", bool: "bool"}
 
 
-def _type_name(value: Any) -> str:
+def _type_name(value: object) -> str:
     return _CPP_NAMES.get(type(value), type(value).__name__)
 
 
@@ -64,7 +67,7 @@ class GeometryProperties:
         return {name: AbstractValue.Make(value) for name, value in self._groups[group_name].items()}
 
     @checked
-    def AddProperty(self, group_name: str, name: str, value: Any) -> None:
+    def AddProperty(self, group_name: str, name: str, value: object) -> None:
         """Adds a property.
 
         Raises:
@@ -78,7 +81,7 @@ class GeometryProperties:
         self._groups.setdefault(group_name, {})[name] = value
 
     @checked
-    def UpdateProperty(self, group_name: str, name: str, value: Any) -> None:
+    def UpdateProperty(self, group_name: str, name: str, value: object) -> None:
         """Changes a property, or adds it.
 
         Raises:
@@ -118,7 +121,7 @@ class GeometryProperties:
         return copy.copy(value) if isinstance(value, Rgba) else value
 
     @checked
-    def GetPropertyOrDefault(self, group_name: str, name: str, default_value: Any) -> Any:
+    def GetPropertyOrDefault(self, group_name: str, name: str, default_value: object) -> Any:
         """The value of a property, or `default_value` if there is none."""
         return self.GetProperty(group_name, name) if self.HasProperty(group_name, name) else default_value
 
@@ -158,7 +161,7 @@ class PerceptionProperties(GeometryProperties):
     """Properties of a geometry that simulated sensors see: colour, texture, label."""
 
 
-def MakePhongIllustrationProperties(diffuse: Any) -> IllustrationProperties:
+def MakePhongIllustrationProperties(diffuse: ArrayLike) -> IllustrationProperties:
     """Illustration properties with the colour `diffuse` (r, g, b, a), each in [0, 1], shape (4,)."""
     properties = IllustrationProperties()
     colour = Rgba()

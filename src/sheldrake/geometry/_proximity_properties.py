@@ -47,7 +47,10 @@ def AddContactMaterial(*args: Any, **kwargs: Any) -> None:
 
 
 def _add_contact_material_old_order(
-    dissipation: float | None, point_stiffness: float | None, friction: CoulombFriction | None, properties: Any
+    dissipation: float | None,
+    point_stiffness: float | None,
+    friction: CoulombFriction | None,
+    properties: ProximityProperties,
 ) -> None:
     _add_contact_material(properties, dissipation, point_stiffness, friction)
 

@@ -273,7 +273,7 @@ class SceneGraph(LeafSystem):
         """Registers a geometry that is fixed to the world."""
         return self.RegisterGeometry(source_id, WORLD_FRAME_ID, geometry)
 
-    def RegisterDeformableGeometry(self, *args: Any, **kwargs: Any) -> GeometryId:
+    def RegisterDeformableGeometry(self, *args: object, **kwargs: object) -> GeometryId:
         """Not available: all geometry is rigid."""
         raise NotImplementedError("SceneGraph.RegisterDeformableGeometry(): deformable geometry is not supported.")
 

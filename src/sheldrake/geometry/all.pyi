@@ -70,6 +70,7 @@ from sheldrake.geometry import (
     MeshcatPointCloudVisualizer_ as MeshcatPointCloudVisualizer_,
     MeshcatVisualizer as MeshcatVisualizer,
     MeshcatVisualizerParams as MeshcatVisualizerParams,
+    MeshcatVisualizerSurfaceVelocityData as MeshcatVisualizerSurfaceVelocityData,
     MeshcatVisualizer_ as MeshcatVisualizer_,
     NullTexture as NullTexture,
     Obb as Obb,

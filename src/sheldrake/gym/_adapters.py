@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import gymnasium
@@ -86,11 +86,11 @@ class _Steps:
         """Closes the vector environment."""
         self.env.close()
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
         """An attribute of the vector environment, once for each of these environments."""
         return [getattr(self.env, attr_name)] * len(self._numbers(indices))
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None) -> None:
         """Sets an attribute of the vector environment, for all of them.
 
         Raises:
@@ -100,15 +100,17 @@ class _Steps:
             raise ValueError(f"set_attr({attr_name!r}): the worlds of a batch have one environment; set it for all.")
         setattr(self.env, attr_name, value)
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+    def env_method(
+        self, method_name: str, *args: object, indices: int | Iterable[int] | None = None, **kwargs: object
+    ) -> list[Any]:
         """Calls a method of the vector environment once; its answer, for each of these environments."""
         return [getattr(self.env, method_name)(*args, **kwargs)] * len(self._numbers(indices))
 
-    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type, indices: int | Iterable[int] | None = None) -> list[bool]:
         """Whether each of these environments is inside of a wrapper: none is."""
         return [False] * len(self._numbers(indices))
 
-    def _numbers(self, indices: Any) -> Sequence[int]:
+    def _numbers(self, indices: int | Iterable[int] | None) -> Sequence[int]:
         if indices is None:
             return range(self.num_envs)
         return [indices] if isinstance(indices, int) else list(indices)
@@ -133,7 +135,7 @@ class OneEnv(gymnasium.Env):
 
     metadata = {"render_modes": []}
 
-    def __init__(self, task: Any, render_mode: Any = None, **options: Any):
+    def __init__(self, task: Any, render_mode: Any = None, **options: object):
         if render_mode is not None:
             raise ValueError(f"This task draws nothing: render_mode must be None, not {render_mode!r}.")
         self._env = task(1, **{**options, "autoreset_mode": AutoresetMode.DISABLED})

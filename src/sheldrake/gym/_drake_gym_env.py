@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -18,6 +18,10 @@ from sheldrake.systems.framework import (
     PortDataType,
 )
 from sheldrake.systems.sensors import ImageRgba8U
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._port import OutputPort
+    from sheldrake.systems.framework._system import System
 
 
 class DrakeGymEnv(gymnasium.Env):
@@ -48,9 +52,9 @@ class DrakeGymEnv(gymnasium.Env):
     """
 
     simulator: Any
-    action_port: Any
-    observation_port: Any
-    render_rgb_port: Any
+    action_port: InputPort
+    observation_port: OutputPort
+    render_rgb_port: OutputPort | None
     reward: Any
     info_handler: Any
     metadata = {"render_modes": ["human", "ascii", "ansi", "rgb_array"]}
@@ -113,7 +117,7 @@ class DrakeGymEnv(gymnasium.Env):
             if not isinstance(self.render_rgb_port.Allocate().get_value(), ImageRgba8U):
                 raise gymnasium.error.Error("DrakeGymEnv: render_rgb_port_id is not a port of ImageRgba8U.")
 
-    def _check_reward(self, system: Any) -> None:
+    def _check_reward(self, system: System) -> None:
         if callable(self._reward_given):
             self.reward = self._reward_given
             return
@@ -204,7 +208,7 @@ def _function_or_none(name: str, given: Any) -> Any:
     return given
 
 
-def _input_port(system: Any, wanted: Any) -> Any:
+def _input_port(system: System, wanted: Any) -> Any:
     if isinstance(wanted, InputPort):
         return wanted
     if wanted is None:
@@ -212,13 +216,13 @@ def _input_port(system: Any, wanted: Any) -> Any:
     return system.GetInputPort(wanted) if isinstance(wanted, str) else system.get_input_port(int(wanted))
 
 
-def _output_port(system: Any, wanted: Any) -> Any:
+def _output_port(system: System, wanted: Any) -> Any:
     if wanted is None:
         return system.get_output_port(0) if system.num_output_ports() else None
     return system.GetOutputPort(wanted) if isinstance(wanted, str) else system.get_output_port(int(wanted))
 
 
-def _all_vectors(name: str, port: Any) -> Any:
+def _all_vectors(name: str, port: InputPort | OutputPort) -> gymnasium.spaces.Box:
     if port.get_data_type() != PortDataType.kVectorValued:
         raise gymnasium.error.Error(f"DrakeGymEnv: the {name} port is not of vectors, so its space must be given.")
     size = (port.size(),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -14,6 +14,9 @@ from sheldrake.gym._drake_gym_env import _all_vectors, _input_port, _output_port
 from sheldrake.gym._streams import Streams
 from sheldrake.systems.analysis import BatchSimulator
 from sheldrake.systems.framework import InputPort, OutputPort, System
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 
 class DrakeVectorEnv(VectorEnv):
@@ -62,12 +65,12 @@ class DrakeVectorEnv(VectorEnv):
         terminated: Callable[[BatchSimulator], np.ndarray] | None = None,
         steps_per_action: int = 1,
         max_episode_steps: int | None = None,
-        action_space: Any = None,
-        observation_space: Any = None,
+        action_space: gymnasium.spaces.Space | None = None,
+        observation_space: gymnasium.spaces.Space | None = None,
         action_port_id: InputPort | int | str | None = None,
         observation_port_id: OutputPort | int | str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        context: Any = None,
+        context: Context | None = None,
         num_threads: int | None = None,
     ):
         if steps_per_action < 1 or (max_episode_steps is not None and max_episode_steps < 1):

@@ -8,10 +8,13 @@ import re
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch
+
+if TYPE_CHECKING:
+    from sheldrake.lcm._messages import Message
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
@@ -196,7 +199,7 @@ class Subscriber:
         message: The last one, decoded.
     """
 
-    def __init__(self, lcm: DrakeLcmInterface, channel: str, lcm_type: Any):
+    def __init__(self, lcm: DrakeLcmInterface, channel: str, lcm_type: type[Message]):
         self.lcm_type = lcm_type
         self.clear()
         lcm.Subscribe(channel=channel, handler=self._handler)

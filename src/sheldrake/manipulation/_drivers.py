@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,6 +36,13 @@ from sheldrake.systems.primitives import (
     SharedPointerSystem,
     StateInterpolatorWithDiscreteDerivative,
 )
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math._rigid_transform import RigidTransform
+    from sheldrake.multibody.tree._frame import Frame
+    from sheldrake.multibody.tree._index import ModelInstanceIndex
 
 _IIWA_KP = np.array([2000.0, 1500.0, 1500.0, 1500.0, 1500.0, 500.0, 500.0])
 
@@ -126,7 +133,7 @@ class SimIiwaDriver(Diagram):
     def AddToBuilder(
         builder: DiagramBuilder,
         plant: MultibodyPlant,
-        iiwa_instance: Any,
+        iiwa_instance: ModelInstanceIndex,
         driver_config: IiwaDriver,
         controller_plant: MultibodyPlant,
     ) -> SimIiwaDriver:
@@ -152,7 +159,7 @@ def BuildIiwaControl(
     builder: DiagramBuilder,
     lcm: DrakeLcmInterface,
     plant: MultibodyPlant,
-    iiwa_instance: Any,
+    iiwa_instance: ModelInstanceIndex,
     driver_config: IiwaDriver,
     controller_plant: MultibodyPlant,
 ) -> None:
@@ -197,7 +204,11 @@ def BuildIiwaControl(
 
 
 def BuildSchunkWsgControl(
-    plant: MultibodyPlant, wsg_instance: Any, lcm: DrakeLcmInterface, builder: DiagramBuilder, pid_gains: Any = None
+    plant: MultibodyPlant,
+    wsg_instance: ModelInstanceIndex,
+    lcm: DrakeLcmInterface,
+    builder: DiagramBuilder,
+    pid_gains: ArrayLike | None = None,
 ) -> None:
     """Not there yet: `SchunkWsgPositionController` holds a gripper without messages."""
     raise NotImplementedError(
@@ -221,13 +232,15 @@ def _controller_plant(sim_plant: MultibodyPlant, arm: Any, hand: Any, config: Ii
     return plant
 
 
-def _weld(sim_plant: MultibodyPlant, arm: Any, config: IiwaDriver) -> Any:
+def _weld(sim_plant: MultibodyPlant, arm: Any, config: IiwaDriver) -> RigidTransform:
     """Pose of the arm's welded frame in the world."""
     frame = sim_plant.GetFrameByName(config.arm_child_frame_name or arm.child_frame_name, arm.model_instance)
     return frame.CalcPoseInWorld(sim_plant.CreateDefaultContext())
 
 
-def _add_hand(plant: MultibodyPlant, arm: Any, sim_plant: MultibodyPlant, hand: Any, config: IiwaDriver) -> None:
+def _add_hand(
+    plant: MultibodyPlant, arm: ModelInstanceIndex, sim_plant: MultibodyPlant, hand: Any, config: IiwaDriver
+) -> None:
     """Adds a rigid body with the hand's mass to the arm's body that carries the hand."""
     context = sim_plant.CreateDefaultContext()
     wrist = _wrist(sim_plant, arm, config.gripper_parent_frame_name or hand.parent_frame_name)
@@ -237,7 +250,7 @@ def _add_hand(plant: MultibodyPlant, arm: Any, sim_plant: MultibodyPlant, hand: 
     plant.WeldFrames(carrier.body_frame(), body.body_frame(), wrist.GetFixedPoseInBodyFrame())
 
 
-def _wrist(sim_plant: MultibodyPlant, arm: Any, name: str) -> Any:
+def _wrist(sim_plant: MultibodyPlant, arm: Any, name: str) -> Frame:
     """The frame that carries the hand: of the arm, or another that is fixed to it."""
     unscoped = name.split("::")[-1]
     if sim_plant.HasFrameNamed(unscoped, arm.model_instance):

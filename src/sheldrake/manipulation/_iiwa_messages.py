@@ -13,7 +13,10 @@ from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._values import DiscreteValues
 
 kIiwaArmNumJoints = 7
 kIiwaLcmStatusPeriod = 0.005
@@ -92,7 +95,7 @@ class IiwaCommandReceiver(LeafSystem):
         port = self.get_position_measured_input_port()
         return port.Eval(context) if port.HasValue(context) else np.zeros(self._n)
 
-    def _hold(self, context: Context, values: Any) -> EventStatus:
+    def _hold(self, context: Context, values: DiscreteValues) -> EventStatus:
         if context.get_discrete_state(1)[0]:
             return EventStatus.DidNothing()
         values.set_value(0, self._measured(context))
@@ -117,7 +120,7 @@ class IiwaCommandReceiver(LeafSystem):
         torque = [] if message is None else message.joint_torque
         output.SetFromVector(self._sized("joint_torque", torque) if len(torque) else np.zeros(self._n))
 
-    def _sized(self, name: str, values: Any) -> list:
+    def _sized(self, name: str, values: Sequence[float]) -> list:
         if len(values) != self._n:
             raise RuntimeError(
                 f"{self._describe()}: {name} of the command has {len(values)} elements; the arm has {self._n} joints."
@@ -264,7 +267,7 @@ class IiwaStatusReceiver(LeafSystem):
     get_torque_external_output_port = output_port("torque_external")
 
 
-def _reader(field: str) -> Any:
+def _reader(field: str) -> Callable[[Context, BasicVector], None]:
     def calc(context: Context, output: BasicVector) -> None:
         values = getattr(context._system.get_input_port().Eval(context), field)
         output.SetFromVector(np.array(values) if len(values) else np.zeros(output.size()))

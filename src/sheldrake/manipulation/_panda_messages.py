@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -13,7 +13,10 @@ from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._values import DiscreteValues
 
 kPandaArmNumJoints = 7
 PandaControlMode = SimpleNamespace(kNone=0, kPosition=1, kVelocity=2, kTorque=4)
@@ -68,7 +71,7 @@ class PandaCommandReceiver(LeafSystem):
         context.SetDiscreteState(0, [1.0])
         context.SetDiscreteState(1, position)
 
-    def _latch(self, context: Context, values: Any) -> EventStatus:
+    def _latch(self, context: Context, values: DiscreteValues) -> EventStatus:
         if context.get_discrete_state(0)[0]:
             return EventStatus.DidNothing()
         values.set_value(0, [1.0])
@@ -213,9 +216,9 @@ class PandaStatusReceiver(LeafSystem):
         for name, field in _STATUS.items():
             self.DeclareVectorOutputPort(name, self._n, self._reader(field))
 
-    def _reader(self, field: str) -> Any:
+    def _reader(self, field: str) -> Callable[[Context, BasicVector], None]:
         def calc(context: Context, output: BasicVector) -> None:
-            system = context._system
+            system = cast("PandaStatusReceiver", context._system)
             message = system.get_input_port().Eval(context)
             if message.num_joints not in (0, system._n):
                 raise RuntimeError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._values import DiscreteValues
 
 PERIOD = 0.05
 """How often a new target is looked for [s]."""
@@ -83,7 +85,7 @@ class SchunkWsgTrajectoryGenerator(LeafSystem):
         self.DeclareDiscreteState(4)
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._look_for_target)
 
-    def _look_for_target(self, context: Context, values: Any) -> None:
+    def _look_for_target(self, context: Context, values: DiscreteValues) -> None:
         target = -self.get_desired_position_input_port().Eval(context)[0]
         force = self.get_force_limit_input_port().Eval(context)[0] if self._use_force_limit else np.nan
         state = context.get_discrete_state_vector().value()
@@ -195,7 +197,7 @@ class _ForceOfFingers(VectorSystem):
     def __init__(self) -> None:
         super().__init__(2, 1, True)
 
-    def DoCalcVectorOutput(self, context: Context, u: Any, x: Any, y: Any) -> None:
+    def DoCalcVectorOutput(self, context: Context, u: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
         y[0] = abs(u[0] - u[1])
 
 
@@ -219,7 +221,7 @@ class _PdController(LeafSystem):
         self.DeclareVectorOutputPort("generalized_force", 2, fingers.forces_on_fingers)
         self.DeclareVectorOutputPort("grip_force", 1, fingers.grip_force)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict[str, np.ndarray]:
         return {"spring_model": self._springs}
 
     def _is_generic(self) -> bool:

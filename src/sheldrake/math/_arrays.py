@@ -30,14 +30,14 @@ ge = _elementwise(operator.ge, ">=")
 gt = _elementwise(operator.gt, ">")
 
 
-def _as_matrix(value: Any) -> np.ndarray:
+def _as_matrix(value: ArrayLike) -> np.ndarray:
     array = np.asarray(value)
     if array.dtype != object:
         array = array.astype(float, copy=False)
     return array[:, None] if array.ndim == 1 else array
 
 
-def matmul(a: Any, b: ArrayLike) -> np.ndarray:
+def matmul(a: ArrayLike, b: ArrayLike) -> np.ndarray:
     """Matrix product of arrays of any scalars; a vector counts as a column.
 
     Raises:
@@ -49,7 +49,7 @@ def matmul(a: Any, b: ArrayLike) -> np.ndarray:
     return a.dot(b)
 
 
-def inv(a: Any) -> np.ndarray:
+def inv(a: ArrayLike) -> np.ndarray:
     """Inverse of a square matrix of any scalars.
 
     Raises:

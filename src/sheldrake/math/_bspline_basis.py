@@ -16,7 +16,6 @@ from sheldrake.common._scalars import ScalarBase, ScalarTemplate, any_array, as_
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.trajectories._base import Trajectory
 
 
 def _number(x: Scalar) -> float:
@@ -215,13 +214,13 @@ class BsplineBasis(ScalarBase):
             dtype=np.float64 if self._T is float else object,
         )
 
-    def __copy__(self) -> Trajectory:
+    def __copy__(self) -> BsplineBasis:
         return self._plain_class()(self)
 
     def __getstate__(self) -> tuple[Any, ...]:
         return (self._order, list(self._knots))
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
         self._order, self._knots = state[0], list(state[1])
 
 

@@ -65,7 +65,7 @@ def _symbolic(name: str, *args: Any) -> Any:
     return getattr(importlib.import_module("sheldrake.symbolic"), name)(*args)
 
 
-def _refuse(name: str, *args: Any) -> TypeError:
+def _refuse(name: str, *args: object) -> TypeError:
     return incompatible(name, ["(float)", "(AutoDiffXd)", "(Expression)"], args, {})
 
 

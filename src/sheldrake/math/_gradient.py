@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.math._matrices import float_vector
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["ComputeNumericalGradient", "NumericalGradientMethod", "NumericalGradientOption"]
 

@@ -13,6 +13,7 @@ from sheldrake.common._scalars import as_array, is_symbolic
 from sheldrake.common.eigen_geometry import Quaternion_
 
 if TYPE_CHECKING:
+    from sheldrake.common._quaternion import Quaternion
     from sheldrake.common._types import Scalars
 
 __all__ = [
@@ -35,28 +36,28 @@ def _scalar_of(call: str, quat: Any) -> type:
     return quat._T
 
 
-def _vector(call: str, T: type, value: Any, n: int) -> list:
+def _vector(call: str, T: type, value: object, n: int) -> list:
     try:
         return as_array(T, value, (n,)).tolist()
     except Mismatch:
         raise incompatible(call, [f"({T.__name__} array of shape ({n},))"], (value,), {}) from None
 
 
-def is_quaternion_in_canonical_form(quat: Any) -> Any:
+def is_quaternion_in_canonical_form(quat: Quaternion) -> bool:
     """Whether the scalar part is not negative."""
     T = _scalar_of("is_quaternion_in_canonical_form", quat)
     result = quat.w() >= 0.0
     return result if is_symbolic(T) else bool(result)
 
 
-def QuaternionToCanonicalForm(quat: Any) -> Any:
+def QuaternionToCanonicalForm(quat: Quaternion) -> Quaternion:
     """The one of q and -q (the same orientation) whose scalar part is not negative."""
     _scalar_of("QuaternionToCanonicalForm", quat)
     q = tuple(quat._wxyz.tolist())
     return quat._make(select(q[0] >= 0.0, lambda: q, lambda: tuple(-x for x in q)))
 
 
-def ClosestQuaternion(quat1: Any, quat2: Any) -> Any:
+def ClosestQuaternion(quat1: Quaternion, quat2: Quaternion) -> Quaternion:
     """The one of quat2 and -quat2 that is closer to quat1."""
     T = _scalar_of("ClosestQuaternion", quat1)
     if _scalar_of("ClosestQuaternion", quat2) is not T:
@@ -66,7 +67,7 @@ def ClosestQuaternion(quat1: Any, quat2: Any) -> Any:
     return quat1._make(select(closer, lambda: q, lambda: tuple(-x for x in q)))
 
 
-def AreQuaternionsEqualForOrientation(quat1: Scalars, quat2: Scalars, tolerance: float) -> Any:
+def AreQuaternionsEqualForOrientation(quat1: Quaternion, quat2: Quaternion, tolerance: float) -> bool:
     """Whether two quaternions, each in canonical form, differ by at most `tolerance` in every component."""
     T = _scalar_of("AreQuaternionsEqualForOrientation", quat1)
     a, b = QuaternionToCanonicalForm(quat1)._wxyz.tolist(), QuaternionToCanonicalForm(quat2)._wxyz.tolist()
@@ -74,14 +75,14 @@ def AreQuaternionsEqualForOrientation(quat1: Scalars, quat2: Scalars, tolerance:
     return result if is_symbolic(T) else bool(result)
 
 
-def IsQuaternionValid(quat: Any, tolerance: float) -> Any:
+def IsQuaternionValid(quat: Quaternion, tolerance: float) -> bool:
     """Whether the length is one to `tolerance`."""
     T = _scalar_of("IsQuaternionValid", quat)
     w, x, y, z = quat._wxyz.tolist()
     return at_most(abs(1.0 - sqrt(w * w + x * x + y * y + z * z)), tolerance, T)
 
 
-def CalculateQuaternionDtFromAngularVelocityExpressedInB(quat_AB: Any, w_AB_B: Any) -> np.ndarray:
+def CalculateQuaternionDtFromAngularVelocityExpressedInB(quat_AB: Quaternion, w_AB_B: Scalars) -> np.ndarray:
     """Time derivative of a quaternion [1/s], scalar part first, shape (4,).
 
     Args:
@@ -95,7 +96,7 @@ def CalculateQuaternionDtFromAngularVelocityExpressedInB(quat_AB: Any, w_AB_B: A
     return np.array(product, dtype=quat_AB._wxyz.dtype)
 
 
-def CalculateAngularVelocityExpressedInBFromQuaternionDt(quat_AB: Any, quatDt: Any) -> np.ndarray:
+def CalculateAngularVelocityExpressedInBFromQuaternionDt(quat_AB: Quaternion, quatDt: Scalars) -> np.ndarray:
     """Angular velocity of B in A, expressed in B [rad/s], shape (3,).
 
     Args:
@@ -109,7 +110,7 @@ def CalculateAngularVelocityExpressedInBFromQuaternionDt(quat_AB: Any, quatDt: A
     return np.array([2.0 * part for part in product[1:]], dtype=quat_AB._wxyz.dtype)
 
 
-def CalculateQuaternionDtConstraintViolation(quat: Any, quatDt: Any) -> Any:
+def CalculateQuaternionDtConstraintViolation(quat: Quaternion, quatDt: Scalars) -> float:
     """Rate at which the squared length of the quaternion changes [1/s]; zero for a rotation."""
     call = "CalculateQuaternionDtConstraintViolation"
     rates = _vector(call, _scalar_of(call, quat), quatDt, 4)
@@ -117,7 +118,7 @@ def CalculateQuaternionDtConstraintViolation(quat: Any, quatDt: Any) -> Any:
     return 2.0 * (w * rates[0] + x * rates[1] + y * rates[2] + z * rates[3])
 
 
-def IsBothQuaternionAndQuaternionDtOK(quat: Scalars, quatDt: Scalars, tolerance: float) -> Any:
+def IsBothQuaternionAndQuaternionDtOK(quat: Quaternion, quatDt: Scalars, tolerance: float) -> bool:
     """Whether the length is one and constant, both to `tolerance`."""
     T = _scalar_of("IsBothQuaternionAndQuaternionDtOK", quat)
     violation = CalculateQuaternionDtConstraintViolation(quat, quatDt)

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common._types import Scalars
-    from sheldrake.common.eigen_geometry import Isometry3
+    from sheldrake.common.eigen_geometry import AngleAxis, Isometry3, Quaternion
+    from sheldrake.math._roll_pitch_yaw import RollPitchYaw
 
 _new = object.__new__
 _ndarray = np.ndarray
@@ -52,6 +53,22 @@ class RigidTransform(ScalarBase):
     __slots__ = ("_R", "_p")
     _FIELDS = ("_R", "_p")  # the arrays are read-only and may be shared; the RotationMatrix is this pose's own
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, other: RigidTransform) -> None: ...
+    @typing_overload
+    def __init__(self, R: RotationMatrix, p: Scalars = ...) -> None: ...
+    @typing_overload
+    def __init__(self, rpy: RollPitchYaw, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, theta_lambda: AngleAxis, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, p: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, pose: Isometry3 | Scalars) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `RigidTransform()`, `RigidTransform(R, p)`, `RigidTransform(rpy, p)`, `RigidTransform(quaternion, p)`,
@@ -85,6 +102,9 @@ class RigidTransform(ScalarBase):
         def set_both(self: Any, orientation: Any, p: np.ndarray) -> None:
             self._R, self._p = R_(orientation), p
 
+        def from_rpy(self: Any, rpy: Any, p: np.ndarray) -> None:
+            self._R, self._p = rpy.ToRotationMatrix(), p
+
         def from_rotation(self: Any, R: ArrayLike) -> None:
             self._R, self._p = R_(R), zeros(T, 3)
 
@@ -95,7 +115,7 @@ class RigidTransform(ScalarBase):
         return [
             overload(copy_of, other=instance_of(cls)),
             overload(set_both, R=instance_of(R_), p=vector(T, 3)),
-            overload(set_both, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
+            overload(from_rpy, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
             overload(set_both, quaternion=instance_of(Quaternion_[T]), p=vector(T, 3)),
             overload(set_both, theta_lambda=instance_of(AngleAxis_[T]), p=vector(T, 3)),
             overload(from_rotation, R=instance_of(R_)),
@@ -114,7 +134,7 @@ class RigidTransform(ScalarBase):
         self._p = frozen(pose[:3, 3].copy())
 
     @classmethod
-    def _make(cls, M: np.ndarray, p: np.ndarray) -> Any:
+    def _make(cls, M: np.ndarray, p: np.ndarray) -> RigidTransform:
         """Unchecked, from arrays that nobody else will write."""
         T = cls._T
         if T is float:
@@ -218,7 +238,13 @@ class RigidTransform(ScalarBase):
         M = self._R._M.T
         return self._make(M.dot(other._R._M), M.dot(other._p - self._p))
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: RigidTransform) -> RigidTransform: ...
+    @typing_overload
+    def multiply(self, p_BoQ_B: ArrayLike) -> np.ndarray: ...
+    @typing_overload
+    def multiply(self, *, vec_B: ArrayLike) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> RigidTransform | np.ndarray:
         """X_AC from X_BC (`other`), p_AQ_A from p_BQ_B: one (3,) or several (3, n); or a 4-vector (v, 0) or (p, 1)."""
         if len(args) != 1 or kwargs:
             if len(args) + len(kwargs) != 1 or not kwargs.keys() <= {"other", "p_BoQ_B", "vec_B"}:
@@ -306,10 +332,10 @@ class RigidTransform(ScalarBase):
         other = self._argument(call, instance_of(self._plain_class()), other=other)
         return largest_magnitude(self._p - other._p, self._T)
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> np.ndarray:
         return self.GetAsMatrix34()
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: np.ndarray) -> None:
         state = as_array(self._T, state, (3, 4))
         self._R = RotationMatrix_[self._T]._make(state[:, :3].copy())
         self._p = frozen(state[:, 3].copy())
@@ -320,7 +346,7 @@ class RigidTransform(ScalarBase):
         return f"{pretty_class_name(type(self))}(\n  R={R},\n  p={p},\n)"
 
 
-def _array_of_numbers(T: type, value: Any) -> np.ndarray:
+def _array_of_numbers(T: type, value: object) -> np.ndarray:
     array = any_array(T, value)
     if array.ndim == 0:
         raise Mismatch

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -45,6 +46,18 @@ class RollPitchYaw(ScalarBase):
     __slots__ = ("_rpy",)
     _FIELDS = ("_rpy",)
 
+    @typing_overload
+    def __init__(self, other: RollPitchYaw) -> None: ...
+    @typing_overload
+    def __init__(self, rpy: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, roll: Scalar, pitch: Scalar, yaw: Scalar) -> None: ...
+    @typing_overload
+    def __init__(self, R: RotationMatrix) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def __init__(self, *, matrix: Scalars) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `RollPitchYaw(rpy)` with shape (3,), `RollPitchYaw(roll, pitch, yaw)`, `RollPitchYaw(R)`,
@@ -52,6 +65,13 @@ class RollPitchYaw(ScalarBase):
         """
         if len(args) == 1 and not kwargs and isinstance(args[0], RotationMatrix_[self._T]):  # the usual one
             self._set(args[0]._M, rotations.matrix_to_canonical_quaternion(args[0]._M))
+        elif (
+            len(args) == 3
+            and not kwargs
+            and self._T is float
+            and type(args[0]) is type(args[1]) is type(args[2]) is float
+        ):
+            self._rpy = new_array(float, [*args])
         else:
             self._choose("init", args, kwargs)
 
@@ -87,16 +107,23 @@ class RollPitchYaw(ScalarBase):
             overload(from_matrix, matrix=matrix(T, 3, 3)),
         ]
 
-    def _set(self, M: np.ndarray, wxyz: Sequence[Scalar] | np.ndarray) -> None:
+    def _set(self, M: np.ndarray, wxyz: Sequence[Any] | np.ndarray) -> None:
         """Angles accurate everywhere, gimbal lock included.
 
         Pitch comes from the matrix. Half the sum and half the difference of yaw and roll come from the quaternion
         (P. Mitiguy, as documented with Drake's RollPitchYaw); a pair that vanishes leaves its angle at zero.
         """
         (a, _, _), (b, _, _), (c, d, e) = M.tolist()
+        w, x, y, z = wxyz
+        plus: Scalar
+        minus: Scalar
+        if self._T is float:
+            pitch: Scalar = math.atan2(-c, math.sqrt((e * e + d * d + b * b + a * a) / 2.0))
+            plus, minus = _half(x + z, w - y), _half(z - x, w + y)
+            self._rpy = new_array(float, [_turned(plus - minus), pitch, _turned(plus + minus)])
+            return
         cos_pitch = sqrt((e * e + d * d + b * b + a * a) / 2.0)
         pitch = atan2(-c, cos_pitch)
-        w, x, y, z = wxyz
 
         def half(sine: Scalar, cosine: Scalar) -> Scalar:
             vanishes = all_of((abs(sine) <= _EPSILON, abs(cosine) <= _EPSILON))
@@ -151,6 +178,8 @@ class RollPitchYaw(ScalarBase):
         )
 
     def _sines(self) -> list[tuple]:
+        if self._T is float:
+            return [(math.sin(q), math.cos(q)) for q in self._rpy.tolist()]
         return [(sin(q), cos(q)) for q in self._rpy.tolist()]
 
     def _rates(self, call: str, **rates: Any) -> list:
@@ -304,6 +333,17 @@ class RollPitchYaw(ScalarBase):
     def __repr__(self) -> str:
         roll, pitch, yaw = self._rpy.tolist()
         return f"{pretty_class_name(type(self))}(roll={roll!r}, pitch={pitch!r}, yaw={yaw!r})"
+
+
+def _half(sine: float, cosine: float) -> float:
+    """The angle of a pair of plain numbers; zero where both vanish."""
+    return 0.0 * sine if abs(sine) <= _EPSILON and abs(cosine) <= _EPSILON else math.atan2(sine, cosine)
+
+
+def _turned(angle: float) -> float:
+    """`_wrapped` of a plain number."""
+    lower = angle - 2.0 * math.pi if angle > math.pi else angle
+    return lower + 2.0 * math.pi if lower < -math.pi else lower
 
 
 def _wrapped(angle: Scalar) -> Scalar:

@@ -5,6 +5,7 @@ On floats, AutoDiffXd and Expression alike; with Drake's numbers, bit by bit whe
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -29,6 +30,8 @@ from sheldrake.common._scalars import (
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
     from sheldrake.common import eigen_geometry
@@ -62,6 +65,8 @@ def _checked(T: type, M: np.ndarray) -> np.ndarray:
     """`M`, which has to be a rotation matrix but for rounding."""
     if not is_symbolic(T):
         values = numeric(M)
+        if _is_rotation(values):
+            return M
         error = np.abs(values.dot(values.T) - identity(float, 3)).max()
         if not error < _MISTAKE:
             raise RuntimeError(
@@ -76,6 +81,14 @@ def _checked(T: type, M: np.ndarray) -> np.ndarray:
     return M
 
 
+def _is_rotation(M: np.ndarray) -> bool:
+    """Whether the sum of what may be wrong is small: then it is no mistake; written out, as it is done often."""
+    (a, b, c), (d, e, f), (g, h, i) = M.tolist()
+    lengths = abs(a * a + b * b + c * c - 1.0) + abs(d * d + e * e + f * f - 1.0) + abs(g * g + h * h + i * i - 1.0)
+    angles = abs(a * d + b * e + c * f) + abs(a * g + b * h + c * i) + abs(d * g + e * h + f * i)
+    return bool(lengths + angles < _MISTAKE and a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0)
+
+
 class RotationMatrix(ScalarBase):
     """The rotation matrix R_AB: the orientation of frame B in frame A; its columns are B's axes expressed in A.
 
@@ -85,6 +98,18 @@ class RotationMatrix(ScalarBase):
     __slots__ = ("_M",)
     _FIELDS = ("_M",)  # the array is read-only and may be shared
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, other: RotationMatrix) -> None: ...
+    @typing_overload
+    def __init__(self, R: Scalars) -> None: ...
+    @typing_overload
+    def __init__(self, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def __init__(self, theta_lambda: AngleAxis) -> None: ...
+    @typing_overload
+    def __init__(self, rpy: RollPitchYaw) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `RotationMatrix()`, `RotationMatrix(R)` with an array of shape (3, 3), `RotationMatrix(quaternion)`,
@@ -99,22 +124,22 @@ class RotationMatrix(ScalarBase):
             self._M = identity(self._T, 3)
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[RotationMatrix]) -> list[Overload]:
         T = cls._T
 
-        def copy_of(self: Any, other: Any) -> None:
+        def copy_of(self: RotationMatrix, other: RotationMatrix) -> None:
             self._M = other._M
 
-        def from_quaternion(self: Any, quaternion: Quaternion) -> None:
+        def from_quaternion(self: RotationMatrix, quaternion: Quaternion) -> None:
             self._M = _checked(T, rotations.quaternion_to_matrix(T, quaternion._wxyz))
 
-        def from_angle_axis(self: Any, theta_lambda: AngleAxis) -> None:
+        def from_angle_axis(self: RotationMatrix, theta_lambda: AngleAxis) -> None:
             axis = theta_lambda._axis.tolist()
             length = sqrt(sum(x * x for x in axis))
             unit = [x / length for x in axis]
             self._M = _checked(T, rotations.angle_axis_to_matrix(T, theta_lambda._angle, unit))
 
-        def from_rpy(self: Any, rpy: RollPitchYaw) -> None:
+        def from_rpy(self: RotationMatrix, rpy: RollPitchYaw) -> None:
             self._M = rpy._to_matrix()
 
         return [
@@ -126,7 +151,7 @@ class RotationMatrix(ScalarBase):
         ]
 
     @classmethod
-    def _make(cls, M: np.ndarray) -> Any:
+    def _make(cls, M: np.ndarray) -> RotationMatrix:
         """Unchecked, from an array that nobody else will write."""
         new = _new(cls._template[cls._T] if cls._T is not float else RotationMatrix)
         M.setflags(write=False)
@@ -159,7 +184,9 @@ class RotationMatrix(ScalarBase):
         return cls._make_axis("MakeZRotation", theta, lambda s, c: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
     @classmethod
-    def _make_axis(cls, call: str, theta: Scalar, rows: Any) -> Any:
+    def _make_axis(cls, call: str, theta: Scalar, rows: Callable[[Any, Any], list[list[Any]]]) -> RotationMatrix:
+        if type(theta) is float and cls._T is float:
+            return cls._make(np.array(rows(math.sin(theta), math.cos(theta))))
         theta = cls._argument(call, scalar(cls._T), theta=theta)
         return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
 
@@ -189,7 +216,7 @@ class RotationMatrix(ScalarBase):
         return cls._from_unit_vector([x / length for x in b], axis_index)
 
     @classmethod
-    def _from_unit_vector(cls, u: list, axis_index: int) -> Any:
+    def _from_unit_vector(cls, u: list, axis_index: int) -> RotationMatrix:
         i = int(np.argmin(np.abs(numeric(np.array(u)))))
         j, k = (i + 1) % 3, (i + 2) % 3
         length = sqrt(1.0 - u[i] * u[i])
@@ -257,12 +284,16 @@ class RotationMatrix(ScalarBase):
         """R_BA of this R_AB, the same as `inverse`."""
         return self._make(self._M.T.copy())
 
-    def InvertAndCompose(self, other: Any) -> RotationMatrix:
+    def InvertAndCompose(self, other: RotationMatrix) -> RotationMatrix:
         """R_BC of this R_AB and another R_AC."""
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         return self._make(self._M.T.dot(other._M))
 
-    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+    @typing_overload
+    def multiply(self, other: RotationMatrix) -> RotationMatrix: ...
+    @typing_overload
+    def multiply(self, v_B: ArrayLike) -> np.ndarray: ...
+    def multiply(self, *args: Any, **kwargs: Any) -> RotationMatrix | np.ndarray:
         """R_AC from R_BC (`other`), or v_A from v_B: one vector (3,) or several (3, n)."""
         if len(args) != 1 or kwargs:
             if len(args) + len(kwargs) != 1 or not kwargs.keys() <= {"other", "v_B"}:
@@ -284,13 +315,13 @@ class RotationMatrix(ScalarBase):
             raise self._no_product(other)
         return self._M.dot(other)
 
-    def _vectors(self, value: Any) -> np.ndarray:
+    def _vectors(self, value: Scalars) -> np.ndarray:
         try:
             return any_array(self._T, value)
         except Mismatch:
             raise self._no_product(value) from None
 
-    def _no_product(self, value: Any) -> TypeError:
+    def _no_product(self, value: object) -> TypeError:
         name = pretty_class_name(self._plain_class())
         vectors = f"(v_B: {self._T.__name__} array of shape (3,) or (3, n))"
         return incompatible(f"{name}.multiply", [f"(other: {name})", vectors], (value,), {})
@@ -311,12 +342,12 @@ class RotationMatrix(ScalarBase):
         """Whether no number is further than `tolerance` from the unit matrix."""
         return at_most(largest_magnitude(self._M - identity(self._T, 3), self._T), tolerance, self._T)
 
-    def IsExactlyEqualTo(self, other: Any) -> bool:
+    def IsExactlyEqualTo(self, other: RotationMatrix) -> bool:
         """Whether all numbers are equal to those of `other`."""
         other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
         return all_equal(self._M, other._M, self._T)
 
-    def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
+    def IsNearlyEqualTo(self, other: RotationMatrix, tolerance: float) -> bool:
         """Whether no number is further than `tolerance` from that of `other`."""
         other = self._argument("IsNearlyEqualTo", instance_of(self._plain_class()), other=other)
         return at_most(largest_magnitude(self._M - other._M, self._T), tolerance, self._T)
@@ -338,7 +369,7 @@ class RotationMatrix(ScalarBase):
     def __getstate__(self) -> tuple[Any, ...]:
         return self._M.copy()
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: np.ndarray) -> None:
         self._M = as_array(self._T, state, (3, 3))
 
     def __repr__(self) -> str:
@@ -346,7 +377,7 @@ class RotationMatrix(ScalarBase):
         return f"{pretty_class_name(type(self))}([\n{rows}])"
 
 
-def _indented(value: Any) -> str:
+def _indented(value: object) -> str:
     return repr(value).replace("\n", "\n  ")
 
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry import Role
 
+if TYPE_CHECKING:
+    from os import PathLike
+    from xml.etree.ElementTree import Element
+
 GEOM_INERTIA_ROLE_ORDER_DEFAULT = [Role.kProximity, Role.kIllustration, Role.kPerception]
-_WATER = 1000.0  # [kg/m^3] of a body whose mass is impossible, too
+_MASS = 1.0  # [kg] of a body whose mass is impossible, too, as Drake takes it
 _MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
 _ROLES = {Role.kProximity: "proximity", Role.kIllustration: "illustration", Role.kPerception: "perception"}
 
@@ -30,8 +34,8 @@ class InertiaFixer:
     def __init__(
         self,
         *,
-        input_file: Any,
-        output_file: Any = None,
+        input_file: str | PathLike[str],
+        output_file: str | PathLike[str] | None = None,
         in_place: bool = False,
         geom_inertia_role_order: list[Role] = GEOM_INERTIA_ROLE_ORDER_DEFAULT,
     ):
@@ -97,7 +101,7 @@ def _edits(source: Any, body: Any, kind: str, roles: list[str]) -> list[Any]:
         return []
     volume, p, unit = found
     wrong_mass = not 0.0 < mass < np.inf
-    mass = _WATER * volume if wrong_mass else mass
+    mass = _MASS if wrong_mass else mass
     I = unit * (mass / volume)
     center = " ".join(f"{x:.9g}" for x in p + 0.0)
     if kind == ".urdf":
@@ -121,7 +125,7 @@ def _is_possible(mass: float, values: dict[str, float]) -> bool:
     return bool(finite) and find_problem(mass, moments, products) is None
 
 
-def _of_urdf(inertial: Any) -> tuple[float, bool]:
+def _of_urdf(inertial: Element) -> tuple[float, bool]:
     """Mass, and whether mass and inertia can be."""
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     values = {key: float((inertia.get(key) if inertia is not None else None) or 0.0) for key, _, _ in _MOMENTS}
@@ -129,7 +133,7 @@ def _of_urdf(inertial: Any) -> tuple[float, bool]:
     return number, _is_possible(number, values)
 
 
-def _of_sdf(inertial: Any) -> tuple[float, bool]:
+def _of_sdf(inertial: Element) -> tuple[float, bool]:
     def number(element: Any, tag: str, default: float) -> float:
         child = None if element is None else element.find(tag)
         return default if child is None else float(child.text)

@@ -5,10 +5,16 @@ from __future__ import annotations
 import logging
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
 
 _LOG = logging.getLogger("drake")
 _WATER = 1000.0  # [kg/m^3]
@@ -76,14 +82,14 @@ class MeshModelMaker:
     def __init__(
         self,
         *,
-        mesh_path: Any,
-        output_dir: Any = None,
+        mesh_path: str | PathLike[str],
+        output_dir: str | PathLike[str] | None = None,
         scale: float = 1.0,
         model_name: str | None = None,
         density: float = _WATER,
         mass: float | None = None,
         at_com: bool = False,
-        p_GoBo: Any = None,
+        p_GoBo: ArrayLike | None = None,
         encoded_package: str = "none",
     ):
         self._mesh_path = Path(mesh_path)
@@ -148,7 +154,7 @@ def _text(name: str, mass: float, p_BoBcm, I_BBcm, p_BoGo, uri: str, scale: floa
     return _MODEL.format(name=quoteattr(name), center=_words(p_BoBcm), mass=mass, moments=moments, shape=shape)
 
 
-def _words(values: Any) -> str:
+def _words(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 

@@ -12,7 +12,11 @@ from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.jupyter_widgets import listen_to_widgets
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._system import System
+    from sheldrake.systems.framework._vector import BasicVector
 
 __all__ = ["JointSliders", "MakeJointSlidersThatPublishOnCallback"]
 
@@ -32,10 +36,10 @@ class JointSliders(LeafSystem):
     def __init__(
         self,
         robot: MultibodyPlant,
-        lower_limit: Any = -10.0,
-        upper_limit: Any = 10.0,
-        resolution: Any = 0.01,
-        length: Any = 200,
+        lower_limit: ArrayLike = -10.0,
+        upper_limit: ArrayLike = 10.0,
+        resolution: ArrayLike = 0.01,
+        length: ArrayLike = 200,
         update_period_sec: float = 0.005,
     ):
         from IPython.display import display
@@ -49,7 +53,7 @@ class JointSliders(LeafSystem):
         for slider in self._sliders.values():
             display(slider)
 
-    def set_positions(self, q: Any) -> None:
+    def set_positions(self, q: ArrayLike) -> None:
         """Moves the sliders to positions of the plant, shape (nq,)."""
         q = np.asarray(q)
         for i, slider in self._sliders.items():
@@ -66,7 +70,7 @@ class JointSliders(LeafSystem):
         for slider, value in zip(self._sliders.values(), q):
             slider.value = value
 
-    def _give_positions(self, context: Context, output: Any) -> None:
+    def _give_positions(self, context: Context, output: BasicVector) -> None:
         q = self._default_position.copy()
         for i, slider in self._sliders.items():
             q[i] = slider.value
@@ -75,13 +79,13 @@ class JointSliders(LeafSystem):
 
 def MakeJointSlidersThatPublishOnCallback(
     plant: MultibodyPlant,
-    publishing_system: Any,
+    publishing_system: System,
     root_context: Context,
     my_callback: Callable[[Any], None] | None = None,
-    lower_limit: Any = -10.0,
-    upper_limit: Any = 10.0,
-    resolution: Any = 0.01,
-    length: Any = 200,
+    lower_limit: ArrayLike = -10.0,
+    upper_limit: ArrayLike = 10.0,
+    resolution: ArrayLike = 0.01,
+    length: ArrayLike = 200,
     continuous_update: bool = True,
 ) -> list:
     """Sliders that set the positions of a plant and publish, without a simulation.
@@ -130,8 +134,8 @@ def _joint_sliders(
     q0: np.ndarray,
     lower: Any,
     upper: Any,
-    resolution: Any,
-    length: Any,
+    resolution: ArrayLike,
+    length: ArrayLike,
     continuous_update: bool = True,
 ) -> dict[int, Any]:
     """A slider for each position of each joint, by the number of the position."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree._index import JointIndex
 
 
 class DistanceAndInterpolationProvider:
@@ -70,7 +71,13 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
         RuntimeError: there is another number of weights, or one is negative, or no finite number.
     """
 
-    def __init__(self, plant: MultibodyPlant, distance_weights: Any = None, *, joint_distance_weights: Any = None):
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        distance_weights: ArrayLike | None = None,
+        *,
+        joint_distance_weights: Mapping[JointIndex, float] | None = None,
+    ):
         given = distance_weights if joint_distance_weights is None else joint_distance_weights
         nq = plant.num_positions()
         joints = [plant.get_joint(i) for i in plant.GetJointIndices()]

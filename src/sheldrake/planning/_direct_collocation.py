@@ -17,6 +17,7 @@ from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.solvers._functions.bindings import BindingBase
     from sheldrake.systems.framework import Context, System
 
 _FIRST = InputPortSelection.kUseFirstInputIfItExists
@@ -112,7 +113,7 @@ class Defects:
         points = np.vstack((z[:, self._first], z[:, self._second], middle))
         bent = h / 8.0 * by_middle
         H0, H1, Hm = np.split(
-            self._dynamics.curvature_at_points(
+            self._dynamics.hessian_at_points(
                 points, np.vstack((bent - 0.25 * weights, -bent - 0.25 * weights, -weights))
             ),
             3,
@@ -152,7 +153,7 @@ class DirectCollocationConstraint(Constraint):
         self,
         system: System,
         context: Context,
-        input_port_index: Any = _FIRST,
+        input_port_index: InputPortSelection | int = _FIRST,
         assume_non_continuous_states_are_fixed: bool = False,
     ):
         _check_context(context, assume_non_continuous_states_are_fixed)
@@ -190,7 +191,7 @@ def AddDirectCollocationConstraint(
     input: np.ndarray,
     next_input: np.ndarray,
     prog: MathematicalProgram,
-) -> Any:
+) -> BindingBase[Constraint]:
     """Adds a collocation constraint to a program, its variables in the right order."""
     parts = (time_step, state, next_state, input, next_input)
     return prog.AddConstraint(constraint, np.concatenate([_arrays.variable_vector(p) for p in parts]))
@@ -215,12 +216,12 @@ class DirectCollocation(MultipleShooting):
 
     def __init__(
         self,
-        system: Any,
-        context: Any,
+        system: System,
+        context: Context,
         num_time_samples: int,
         minimum_time_step: float,
         maximum_time_step: float,
-        input_port_index: Any = _FIRST,
+        input_port_index: InputPortSelection | int = _FIRST,
         assume_non_continuous_states_are_fixed: bool = False,
         prog: MathematicalProgram | None = None,
     ):

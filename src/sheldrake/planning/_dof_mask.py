@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from sheldrake.common._overloads import overload, overloaded
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree._index import ModelInstanceIndex
 
 
 class DofMask:
@@ -32,7 +33,9 @@ class DofMask:
         self._selected = tuple(bool(v) for v in values)
 
     @staticmethod
-    def MakeFromModel(plant: MultibodyPlant, model_index: Any = None, *, model_name: str | None = None) -> DofMask:
+    def MakeFromModel(
+        plant: MultibodyPlant, model_index: ModelInstanceIndex | None = None, *, model_name: str | None = None
+    ) -> DofMask:
         """Returns a mask that selects the positions of a model instance, given by index or by name.
 
         Raises:

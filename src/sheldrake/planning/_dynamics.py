@@ -16,12 +16,13 @@ from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._port import InputPort
 
 _STEP = 1e-6  # Of differences of exact derivatives, relative to numbers above one.
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 
 
-def input_port_of(system: System, input_port_index: Any) -> Any:
+def input_port_of(system: System, input_port_index: InputPortSelection | int) -> InputPort | None:
     """The chosen input port, or None.
 
     Raises:
@@ -55,7 +56,7 @@ class Dynamics:
         discrete: Whether the state is discrete.
     """
 
-    def __init__(self, system: System, context: Context, input_port_index: Any, discrete: bool):
+    def __init__(self, system: System, context: Context, input_port_index: InputPortSelection | int, discrete: bool):
         port = input_port_of(system, input_port_index)
         self.num_inputs = port.size() if port is not None else 0
         self._place = None if port is None else int(port.get_index())
@@ -137,7 +138,7 @@ class Dynamics:
                 return found
         return self._one_by_one(z, with_slopes)
 
-    def curvature_at_points(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def hessian_at_points(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives of weights' f at many (x, u), shape (points, nx + nu, nx + nu).
 
         Args:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,8 +25,6 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike
 
     from sheldrake.geometry.optimization import GraphOfConvexSets
@@ -208,7 +206,9 @@ def energy_weights(call: str, n: int, weight: float) -> np.ndarray:
     return weights(call, n, 2.0 * float(weight) ** 2 if np.ndim(weight) == 0 else weight)
 
 
-def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> BindingBase[LinearConstraint]:
+def linear(
+    A: np.ndarray, lower: Any, upper: Any, vars: Sequence[Variable] | np.ndarray
+) -> BindingBase[LinearConstraint]:
     """lower <= A vars <= upper."""
     A = np.atleast_2d(A)
     m = len(A)
@@ -216,7 +216,7 @@ def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> BindingBase[Line
     return bind(LinearConstraint, c, np.asarray(vars, dtype=object))
 
 
-def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> BindingBase[LinearEqualityConstraint]:
+def zero(A: np.ndarray, b: ArrayLike, vars: Sequence[Variable] | np.ndarray) -> BindingBase[LinearEqualityConstraint]:
     """A vars = b."""
     c = LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
     return bind(LinearEqualityConstraint, c, np.asarray(vars, dtype=object))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -33,8 +33,6 @@ from sheldrake.solvers._kinds import number
 from sheldrake.trajectories import BezierCurve, CompositeTrajectory
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike
 
     from sheldrake.solvers import MathematicalProgramResult
@@ -113,7 +111,14 @@ class GcsTrajectoryOptimization:
         ),
     )
     def AddRegions(
-        self, regions: Any, pairs: Any, order: int, h_min: float, h_max: float, name: str, offsets: Any = None
+        self,
+        regions: Sequence[ConvexSet],
+        pairs: Any,
+        order: int,
+        h_min: float,
+        h_max: float,
+        name: str,
+        offsets: Any = None,
     ) -> Subgraph:
         """Adds regions and edges between those that meet, and returns them.
 

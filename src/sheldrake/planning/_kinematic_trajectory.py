@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.solvers import Binding, MathematicalProgramResult
+    from sheldrake.solvers._functions.constraints import LinearConstraint
     from sheldrake.systems.framework import Context
 
 
@@ -143,7 +144,9 @@ class KinematicTrajectoryOptimization:
         active = np.flatnonzero(weights)
         return active, weights[active]
 
-    def _add_linear(self, call: str, lb: ArrayLike, ub: ArrayLike, s: float, derivative: int, what: str) -> Any:
+    def _add_linear(
+        self, call: str, lb: ArrayLike, ub: ArrayLike, s: float, derivative: int, what: str
+    ) -> BindingBase[LinearConstraint]:
         lower, upper = self._sized(call, lb), self._sized(call, ub)
         active, weights = self._weights(call, s, derivative)
         A = np.kron(np.eye(self._nq), weights.reshape(1, -1))
@@ -152,7 +155,7 @@ class KinematicTrajectoryOptimization:
         binding.evaluator().set_description(f"path {what} constraint at s={s:g}")
         return binding
 
-    def _sized(self, call: str, value: Any) -> np.ndarray:
+    def _sized(self, call: str, value: ArrayLike) -> np.ndarray:
         v = np.atleast_1d(np.array(value, dtype=float)).ravel()
         if v.size != self._nq:
             raise RuntimeError(f"{call}(): expected {self._nq} values, got {v.size}.")

@@ -44,7 +44,7 @@ class MultipleShooting:
     that are added here they stand for the decision variables of each sample.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"pydrake.planning.{type(self).__name__}: No constructor defined!")
 
     def _set_up(

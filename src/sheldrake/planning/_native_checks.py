@@ -14,8 +14,7 @@ from sheldrake.geometry._kernels.contacts import place_geometries
 from sheldrake.geometry._kernels.model import BodyPoses, contact_table
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.spatial_hash import make_cells
-from sheldrake.geometry._query.query_object import explain_contact_status
-from sheldrake.geometry._query.scene import world_poses
+from sheldrake.geometry._query.scene import explain_contact_status, world_poses
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics
@@ -24,7 +23,9 @@ from sheldrake.planning._kernels.checks import first_collisions
 
 if TYPE_CHECKING:
     from sheldrake.geometry._query.scene import QueryScene
+    from sheldrake.geometry._state.state import GeometryState
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.plant._context.view import View
 
 _PARTS = 8
 """That each thread takes, so that the last one does not let the others wait."""
@@ -40,14 +41,14 @@ class NativeChecks:
         bodies: Of each geometry of the scene: its body of the plant.
     """
 
-    def __init__(self, scene: QueryScene, plant: MultibodyPlant, view: Any, bodies: list[int]):
+    def __init__(self, scene: QueryScene, plant: MultibodyPlant, view: View, bodies: list[int]):
         self.scene, self.view = scene, view
         self._bodies = np.array(bodies, np.int64)
         rows = parts_of(plant).kernel_models.rows_of_frames()
         self._places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
 
     @staticmethod
-    def can(scene: QueryScene, state: Any, plant: Any, view: Any) -> bool:
+    def can(scene: QueryScene, state: GeometryState, plant: MultibodyPlant, view: View) -> bool:
         """Whether kernels know all there is: the plant places all frames in the world, and pairs are listed."""
         rows: dict[FrameId, int] = parts_of(plant).kernel_models.rows_of_frames()
         of_plant = all(f in rows and state.frames[f].parent == WORLD_FRAME_ID for f in scene.moving)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class RobotDiagram(Diagram):
     """A diagram with one plant and one SceneGraph. Made by `RobotDiagramBuilder.Build`."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("pydrake.planning.RobotDiagram: No constructor defined!")
 
     @classmethod

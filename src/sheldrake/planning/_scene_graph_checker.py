@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from sheldrake.planning._native_checks import NativeChecks
 
 if TYPE_CHECKING:
     from sheldrake.geometry import GeometryId, SceneGraphInspector, Shape
+    from sheldrake.geometry._ids import FrameId
+    from sheldrake.geometry._query.results import SignedDistancePair
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.tree import RigidBody
 
@@ -126,7 +128,9 @@ class SceneGraphCollisionChecker(CollisionChecker):
             out.Append(BodyIndex(robot), BodyIndex(other), kind, left, J)
         return out
 
-    def _slope(self, context: CollisionCheckerContext, inspector: SceneGraphInspector, pair: Any) -> np.ndarray:
+    def _slope(
+        self, context: CollisionCheckerContext, inspector: SceneGraphInspector, pair: SignedDistancePair
+    ) -> np.ndarray:
         """Derivative of a signed distance by the configuration: its normal times the velocities of nearest points."""
         plant, plant_context = self._plant, context.plant_context()
         W, wrt = plant.world_frame(), JacobianWrtVariable.kQDot
@@ -140,7 +144,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
 
     # More shapes and other filters
 
-    def _frame_id(self, body: int) -> Any:
+    def _frame_id(self, body: int) -> FrameId:
         return self._plant.GetBodyFrameIdOrThrow(BodyIndex(body))
 
     def _filter_pair(self, i: int, j: int, filtered: bool) -> None:
@@ -151,7 +155,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
             manager = self._model.scene_graph().collision_filter_manager(context.scene_graph_context())
             manager.Apply(declaration)
 
-    def _add_shape(self, body: RigidBody, shape: Shape, X_BG: RigidTransform) -> Any:
+    def _add_shape(self, body: RigidBody, shape: Shape, X_BG: RigidTransform) -> GeometryId:
         scene_graph, source = self._model.scene_graph(), self._plant.get_source_id()
         index = int(body.index())
         instance = GeometryInstance(X_BG, shape, f"added to {body.name()}")
@@ -183,7 +187,7 @@ class UnimplementedCollisionChecker(CollisionChecker):
     def __init__(self, params: CollisionCheckerParams, supports_parallel_checking: bool):
         self._set_up(params, bool(supports_parallel_checking))
 
-    def _refuse(self, *args: Any) -> Any:
+    def _refuse(self, *args: object) -> NoReturn:
         raise RuntimeError(f"{type(self).__name__} does not implement this check.")
 
     _is_free = _clearance = _classify = _max_num_distances = _refuse  # type: ignore[assignment]

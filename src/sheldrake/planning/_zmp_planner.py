@@ -31,11 +31,11 @@ class ZmpPlanner:
     def Plan(
         self,
         zmp_d: PiecewisePolynomial,
-        x0: Any,
+        x0: ArrayLike,
         height: float,
         gravity: float = 9.81,
-        Qy: Any = ((1.0, 0.0), (0.0, 1.0)),
-        R: Any = ((0.1, 0.0), (0.0, 0.1)),
+        Qy: ArrayLike = ((1.0, 0.0), (0.0, 1.0)),
+        R: ArrayLike = ((0.1, 0.0), (0.0, 0.1)),
     ) -> None:
         """Plans the motion.
 

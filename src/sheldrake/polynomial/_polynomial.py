@@ -12,9 +12,10 @@ from sheldrake.common._scalars import any_array, as_scalar
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar
+    from sheldrake.symbolic._formula import Formula
 
 
-def evaluate(coefficients: np.ndarray, x: Any, order: int = 0) -> Any:
+def evaluate(coefficients: np.ndarray, x: Any, order: int = 0) -> np.ndarray:
     """Values of polynomials, or of their derivatives, by Horner's rule.
 
     Args:
@@ -88,7 +89,7 @@ class Polynomial:
         self._c = any_array(self._T, [0.0]) if c is None or c.size == 0 else c
 
     @classmethod
-    def _coefficients(cls, given: Any) -> np.ndarray | None:
+    def _coefficients(cls, given: object) -> np.ndarray | None:
         """The coefficients as an array of the scalar type; None for what cannot be coefficients."""
         try:
             c = any_array(cls._T, given)
@@ -101,7 +102,7 @@ class Polynomial:
         return c if c.ndim == 1 else None
 
     @classmethod
-    def _refuse(cls, given: Any) -> TypeError:
+    def _refuse(cls, given: object) -> TypeError:
         return Mismatch(
             f"{pretty_class_name(cls)}(): incompatible constructor arguments; expected nothing, a number or "
             f"coefficients of shape (n,), got {given!r}."
@@ -143,7 +144,7 @@ class Polynomial:
         """Returns the integral that has the given value at zero."""
         return self._of(integrate(self._c, self._scalar("Integral", integration_constant)))
 
-    def CoefficientsAlmostEqual(self, other: Any, tol: Any = 0.0, tol_type: Any = None) -> Any:
+    def CoefficientsAlmostEqual(self, other: Polynomial, tol: float = 0.0, tol_type: Any = None) -> bool | Formula:
         """Tells whether all coefficients agree.
 
         Args:
@@ -172,13 +173,13 @@ class Polynomial:
             return Formula(bool(result))
         return result if is_symbolic(self._T) else bool(result)
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
         a, b = _trimmed(self._c), _trimmed(other._c)
         return a.size == b.size and all(_same(x, y) for x, y in zip(a, b))
 
-    def _operand(self, other: Any) -> np.ndarray | None:
+    def _operand(self, other: object) -> np.ndarray | None:
         if isinstance(other, type(self)._template[self._T]):
             return other._c
         try:
@@ -186,31 +187,31 @@ class Polynomial:
         except Mismatch:
             return None
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Polynomial | Scalar) -> Polynomial:
         c = self._operand(other)
         if c is None:
             return NotImplemented
         n = max(self._c.size, c.size)
         return self._of(_trimmed(_padded(self._c, n) + _padded(c, n)))
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Polynomial | Scalar) -> Polynomial:
         c = self._operand(other)
         if c is None:
             return NotImplemented
         n = max(self._c.size, c.size)
         return self._of(_trimmed(_padded(self._c, n) - _padded(c, n)))
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Polynomial | Scalar) -> Polynomial:
         c = self._operand(other)
         return NotImplemented if c is None else self._of(product(self._c, c))
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Polynomial:
         if isinstance(other, Polynomial):
             return NotImplemented
         c = self._operand(other)
         return NotImplemented if c is None else self._of(self._c / c[0])
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Polynomial:
         return -self + other
 
     def __neg__(self) -> Polynomial:
@@ -257,11 +258,11 @@ def _padded(c: np.ndarray, n: int) -> np.ndarray:
     return np.concatenate([c, np.zeros(n - c.size, dtype=c.dtype) * c[0]])
 
 
-def _is_zero(x: Any) -> bool:
+def _is_zero(x: object) -> bool:
     return x.EqualTo(0.0) if hasattr(x, "EqualTo") else bool(x == 0.0)
 
 
-def _same(x: Any, y: Any) -> bool:
+def _same(x: object, y: object) -> bool:
     return x.EqualTo(y) if hasattr(x, "EqualTo") else bool(x == y)
 
 

@@ -10,6 +10,7 @@ from ._replay import StateLog
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.plant._contact.results import ContactResults
     from sheldrake.systems.framework import Context
 
 RATE = 1000.0  # [Hz] at which contact is looked at, at most
@@ -67,7 +68,7 @@ def _mean_rate(times: np.ndarray) -> float:
     return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else 0.0
 
 
-def _touches(plant: MultibodyPlant, logs: list[StateLog], root: Any, looks: np.ndarray) -> list[ContactEvent]:
+def _touches(plant: MultibodyPlant, logs: list[StateLog], root: Context, looks: np.ndarray) -> list[ContactEvent]:
     context = plant.GetMyMutableContextFromRoot(root)
     sampled = plant.is_discrete() and plant.has_sampled_output_ports()
     port = plant.get_contact_results_output_port()
@@ -96,11 +97,11 @@ def _touches(plant: MultibodyPlant, logs: list[StateLog], root: Any, looks: np.n
     return finished
 
 
-def _forces(plant: MultibodyPlant, results: Any) -> dict[tuple[str, str], float]:
+def _forces(plant: MultibodyPlant, results: ContactResults) -> dict[tuple[str, str], float]:
     """Sum of the normal forces between each two bodies that touch [N]."""
     found: dict[tuple[str, str], float] = {}
 
-    def add(a: Any, b: Any, force: Any, normal: Any) -> None:
+    def add(a: Any, b: Any, force: np.ndarray, normal: np.ndarray) -> None:
         first, second = sorted((plant.get_body(a).name(), plant.get_body(b).name()))
         found[first, second] = found.get((first, second), 0.0) + abs(float(np.dot(force, normal)))
 

@@ -7,9 +7,12 @@ import heapq
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _MOST_POINTS, _FEWEST_POINTS = 2000, 200  # of a line that is thinned
 _POINTS = 100_000  # of all lines together, about: 1 MB of a page
@@ -17,7 +20,7 @@ _EXACT = 1e-5  # of the height of a line: points that tell less are left out
 _MOST_LINES = 40  # of a plot
 
 
-def packed(values: Any) -> str:
+def packed(values: ArrayLike) -> str:
     """Numbers in single precision, as the script unpacks them."""
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")
 

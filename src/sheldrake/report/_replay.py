@@ -6,12 +6,17 @@ import contextlib
 import io
 import logging
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._diagram import Diagram
 
 RATE = 60.0  # [Hz] of poses, at most
 MOST = 3000  # poses in time, at most
@@ -39,11 +44,11 @@ class Replay:
 class StateLog:
     """A log of the state of a plant, or of one of its model instances."""
 
-    def __init__(self, plant: Any, instance: Any, log: Any):
+    def __init__(self, plant: MultibodyPlant, instance: Any, log: Any):
         self.plant, self.instance = plant, instance
         self.times, self.data = log.sample_times(), log.data()
 
-    def set_state(self, root: Any, t: float) -> None:
+    def set_state(self, root: Context, t: float) -> None:
         """Puts the plant in a root context where it was at a time [s]."""
         k = max(int(np.searchsorted(self.times, t + 1e-12)) - 1, 0)
         context = self.plant.GetMyMutableContextFromRoot(root)
@@ -51,7 +56,7 @@ class StateLog:
         self.plant.SetPositionsAndVelocities(*arguments, self.data[:, k])
 
 
-def find_state_logs(context: Any, sinks: dict[str, Any]) -> list[StateLog]:
+def find_state_logs(context: Context, sinks: dict[str, Any]) -> list[StateLog]:
     """The logs among `sinks` that tell the state of a plant; of each plant the whole state when it was logged."""
     found: list[StateLog] = []
     store = context._store
@@ -97,7 +102,9 @@ def poses_of_states(
     return numbers_of(X)
 
 
-def replay_of_states(diagram: Any, context: Any, logs: list[StateLog], meshcat: Any) -> Replay | None:
+def replay_of_states(
+    diagram: Diagram, context: Context, logs: list[StateLog], meshcat: Meshcat | None
+) -> Replay | None:
     """The replay of logged states; None when the diagram has no scene."""
     scene_graph = find_scene_graph(diagram)
     if scene_graph is None or not logs:
@@ -135,7 +142,7 @@ def numbers_of(X: np.ndarray) -> np.ndarray:
 
 
 @contextlib.contextmanager
-def drawn(diagram: Any, meshcat: Any, query: Any) -> Any:
+def drawn(diagram: Diagram, meshcat: Any, query: Any) -> Any:
     """A page with the scene of a QueryObject, its frames and their paths: the user's Meshcat's, or one of our own."""
     from sheldrake.geometry import Meshcat, MeshcatVisualizer
     from sheldrake.geometry._meshcat.export import static_html
@@ -189,13 +196,13 @@ def replay_of_recording(meshcat: Any) -> Replay | None:
     return Replay(static_html(page, None), paths, times, poses, camera_of(page, paths, poses))
 
 
-def find_meshcat(diagram: Any) -> Any:
+def find_meshcat(diagram: Diagram) -> Any:
     """The Meshcat that a diagram draws into, or None."""
     visualizers = [s for s in _all_systems(diagram) if type(s).__name__ == "MeshcatVisualizer"]
     return visualizers[0]._meshcat if visualizers else None
 
 
-def _all_systems(diagram: Any) -> list[Any]:
+def _all_systems(diagram: Diagram) -> list[Any]:
     found, waiting = [], [diagram]
     while waiting:
         system = waiting.pop(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._files import whole_file
 
@@ -12,10 +12,18 @@ from ._replay import all_systems, find_meshcat, find_state_logs, replay_of_recor
 from ._summary import facts_of_run, model_tables, run_table, versions_table
 from ._timing import timing_of_run
 
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.geometry._meshcat.meshcat import Meshcat
+    from sheldrake.systems.analysis._simulator import Simulator
+
 _MOST_BODIES = 100  # in a picture of bodies and joints
 
 
-def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = None) -> None:
+def SaveReport(
+    simulator: Simulator, path: str | PathLike[str], *, title: str = "", meshcat: Meshcat | None = None
+) -> None:
     """Writes a report of a run: one HTML file that opens in any browser, without a network.
 
     It replays the scene with a slider of time, beside plots of everything that was logged: pointing into a plot moves
@@ -68,7 +76,7 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
         file.write(text)
 
 
-def SaveLogReport(logs: Any, path: Any, *, title: str = "Logs") -> None:
+def SaveLogReport(logs: Any, path: str | PathLike[str], *, title: str = "Logs") -> None:
     """Writes the plots of logs as one HTML file, without a scene.
 
     Args:

@@ -10,8 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint
+    from sheldrake.multibody.tree._joint_actuator import JointActuator
+    from sheldrake.multibody.tree._rigid_body import RigidBody
     from sheldrake.systems.analysis import Simulator
 
 _PACKAGES = ("numpy", "scipy", "llvmlite", "viser", "trimesh", "matplotlib")
@@ -66,11 +70,11 @@ def _bodies(plant: MultibodyPlant) -> list[Any]:
     return [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
 
 
-def _numbers(values: Any) -> str:
+def _numbers(values: Iterable[float]) -> str:
     return ", ".join(f"{float(v):.4g}" for v in values)
 
 
-def _body_row(plant: MultibodyPlant, body: Any) -> list[str]:
+def _body_row(plant: MultibodyPlant, body: RigidBody) -> list[str]:
     M = body.default_spatial_inertia()
     mass, p = float(M.get_mass()), np.asarray(M.get_com())
     moments = np.zeros(3)
@@ -88,7 +92,7 @@ def _joint_row(plant: MultibodyPlant, joint: Joint) -> list[str]:
     return [joint.name(), joint.type_name(), *ends, "; ".join(texts), _numbers(damping) if damping.any() else ""]
 
 
-def _actuator_row(actuator: Any) -> list[str]:
+def _actuator_row(actuator: JointActuator) -> list[str]:
     limit = actuator.effort_limit()
     effort = f"{limit:.4g}" if np.isfinite(limit) else "none"
     return [actuator.name(), actuator.joint().name(), effort, f"{actuator.default_gear_ratio():.4g}"]

@@ -12,6 +12,7 @@ from ._replay import StateLog
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
+    from sheldrake.systems.framework._context.context import Context
 
 _LOOKS = 60  # states at which kernels are measured
 _MOST_ROWS = 25
@@ -39,7 +40,7 @@ def timing_of_run(simulator: Simulator, logs: list[StateLog], sinks: dict[str, A
     last = context.get_time()
     first = max((log.times[0] for log in logs), default=last)
 
-    def set_state(root: Any, t: float) -> None:
+    def set_state(root: Context, t: float) -> None:
         root.SetTime(t)
         for log in logs:
             log.set_state(root, t)

@@ -31,7 +31,7 @@ def is_sparse(A: ArrayLike) -> bool:
 
 
 @kind("array of Variable")
-def variable_vector(value: Any) -> np.ndarray:
+def variable_vector(value: object) -> np.ndarray:
     """Variables as a vector, column after column of a matrix.
 
     Raises:
@@ -82,12 +82,12 @@ def float_vector(value: Any) -> np.ndarray:
     return array
 
 
-def _is_object(value: Any) -> bool:
+def _is_object(value: object) -> bool:
     """Whether an array holds anything but plain numbers."""
     return isinstance(value, np.ndarray) and value.dtype == object and not all(map(_is_number, value.flat))
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, (float, int, np.floating, np.integer))
 
 
@@ -114,7 +114,7 @@ def float_matrix(value: Any) -> Matrix:
 
 
 @kind("float array of shape (1, n)")
-def float_row(value: Any) -> Matrix:
+def float_row(value: object) -> Matrix:
     """The coefficients of one row, shape `(1, n)`.
 
     Raises:
@@ -156,7 +156,7 @@ def expression_array(value: Any) -> np.ndarray:
     return out
 
 
-def kind_of(x: Any) -> tuple[np.ndarray, str]:
+def kind_of(x: object) -> tuple[np.ndarray, str]:
     """A vector, and which scalar it is made of.
 
     Raises:

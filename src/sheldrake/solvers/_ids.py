@@ -111,7 +111,7 @@ class SolverId:
         """Returns the name."""
         return self._name
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         return self._name == other._name if isinstance(other, SolverId) else NotImplemented
 
     def __hash__(self) -> int:
@@ -152,7 +152,7 @@ _COMMON = "Drake"  # The name under which options that all solvers understand ar
 
 
 @kind("float | int | str")
-def option_value(value: Any) -> Any:
+def option_value(value: Any) -> float | int | str:
     """Kind: a value of an option, as plain Python."""
     if isinstance(value, bool) or not isinstance(value, (float, int, str, np.integer, np.floating)):
         raise Mismatch
@@ -187,7 +187,7 @@ class SolverOptions:
             lambda self, *given: self._set_common(*given), key=instance_of(CommonSolverOption), value=option_value
         ),
     )
-    def SetOption(self, solver_id: SolverId, key: str, value: Any) -> None:
+    def SetOption(self, solver_id: SolverId, key: str, value: float | int | str) -> None:
         """Sets one option; called as `SetOption(solver_id, key, value)` or `SetOption(CommonSolverOption, value)`.
 
         Raises:
@@ -199,7 +199,7 @@ class SolverOptions:
         _check_common(key, value)
         self._put(_COMMON, key.name, value)
 
-    def _put(self, solver: str, key: str, value: Any) -> None:
+    def _put(self, solver: str, key: str, value: float | int | str) -> None:
         """Keeps one value; solvers and keys stay in alphabetical order."""
         values = dict(sorted({**self.options.get(solver, {}), key: value}.items()))
         self.options = dict(sorted({**self.options, solver: values}.items()))
@@ -219,7 +219,7 @@ class SolverOptions:
             out.options.setdefault(solver, {}).update(values)
         return out
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         return self.options == other.options if isinstance(other, SolverOptions) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
@@ -235,7 +235,7 @@ class SolverOptions:
         return f"SolverOptions(options={ordered})"
 
 
-def _check_common(option: CommonSolverOption, value: Any) -> None:
+def _check_common(option: CommonSolverOption, value: object) -> None:
     wrong = {
         CommonSolverOption.kPrintFileName: (not isinstance(value, str), "a string"),
         CommonSolverOption.kStandaloneReproductionFileName: (not isinstance(value, str), "a string"),

@@ -23,7 +23,7 @@ def function(value: Any) -> Any:
 
 
 @kind("Formula")
-def formula(value: Any) -> Formula:
+def formula(value: object) -> Formula:
     """Kind: a formula, or True or False."""
     if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):
         return Formula(bool(value))

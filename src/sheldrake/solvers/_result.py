@@ -5,7 +5,7 @@ Values by variable, cost, duals by constraint, and the solver's own details.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -20,10 +20,11 @@ from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike
 
+    from sheldrake.common._types import Symbolic
     from sheldrake.solvers import Binding
     from sheldrake.solvers._program.program import MathematicalProgram
 
@@ -129,7 +130,17 @@ class MathematicalProgramResult:
             raise ValueError(f"GetVariableValue: {var} is not captured by the variable_index map.")
         return place
 
-    def GetSolution(self, *args: Any) -> Any:
+    @overload
+    def GetSolution(self) -> np.ndarray: ...
+    @overload
+    def GetSolution(self, var: Variable, /) -> float: ...
+    @overload
+    def GetSolution(self, e: Expression, /) -> Expression: ...
+    @overload
+    def GetSolution(self, p: Polynomial, /) -> Polynomial: ...
+    @overload
+    def GetSolution(self, array: np.ndarray | Sequence[Symbolic], /) -> np.ndarray: ...
+    def GetSolution(self, *args: Any) -> float | np.ndarray | Expression | Polynomial:
         """Returns values at the solution.
 
         Called with nothing, a variable or an array of them it returns floats; with an expression, an array of
@@ -142,7 +153,9 @@ class MathematicalProgramResult:
             return self.get_x_val()
         return self._values(args[0], self._x, "GetSolution")
 
-    def _values(self, what: Expression | Callable[..., Any] | Binding, x: np.ndarray, call: str) -> Any:
+    def _values(
+        self, what: Expression | Callable[..., Any] | Binding, x: np.ndarray, call: str
+    ) -> float | np.ndarray | Expression | Polynomial:
         if isinstance(what, Variable):
             return float(x[self._place(what)])
         if isinstance(what, Polynomial):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from typing import TYPE_CHECKING, Any, SupportsFloat
+from typing import TYPE_CHECKING, SupportsFloat
 
 import numpy as np
 
@@ -64,7 +64,7 @@ def variable(v: Variable) -> Expression:
     return v._expression
 
 
-def as_expression(x: Any) -> Expression | None:
+def as_expression(x: object) -> Expression | None:
     """x as an expression, if it is an expression, a variable or a number; else None."""
     if x.__class__ is Expression:
         return x
@@ -77,7 +77,7 @@ def as_expression(x: Any) -> Expression | None:
     return None
 
 
-def expect(call: str, x: Any) -> Expression:
+def expect(call: str, x: object) -> Expression:
     """x as an expression.
 
     Raises:

@@ -71,6 +71,20 @@ def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] 
     return out
 
 
+def degree_of_product(e: Expression) -> int:
+    """The degree of a product of powers of variables and of sums `flat_terms` knows: nothing cancels; 0 of others."""
+    if e._kind != k.MUL or e._args[0] == 0.0:
+        return 0
+    total = 0
+    for base, exponent in e._args[1]:
+        terms = flat_terms(base) if exponent._kind == k.CONSTANT else None
+        n = exponent._args[0]
+        if not terms or not 1.0 <= n <= 1e9 or n != int(n):
+            return 0
+        total += int(n) * max(sum(degree for _, degree in powers) for _, powers in terms)
+    return total
+
+
 def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
     """Adds a term; one that cancels is taken out."""
     total = _build.add(out[m], c) if m in out else c

@@ -54,7 +54,7 @@ class Formula:
     _key: tuple
     _kind: K
 
-    def __new__(cls, value: Any = False, *, var: Any = None) -> Formula:
+    def __new__(cls, value: Any = False, *, var: Variable | None = None) -> Formula:
         value = value if var is None else var
         if isinstance(value, (bool, np.bool_)):
             return _TRUE if value else _FALSE
@@ -118,7 +118,7 @@ class Formula:
         """Returns the text of it."""
         return str(self)
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         return self._key == other._key if isinstance(other, Formula) else NotImplemented
 
     def __hash__(self) -> int:

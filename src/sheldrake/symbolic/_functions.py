@@ -120,7 +120,7 @@ def positive_semidefinite(m: Symbolics) -> Formula:
     return _formula.semidefinite(flat.reshape(array.shape))
 
 
-def inv(m: Any) -> np.ndarray:
+def inv(m: Symbolics) -> np.ndarray:
     """Returns the inverse of a matrix of expressions, shape `(n, n)` with n up to 4, by cofactors.
 
     Raises:
@@ -158,12 +158,12 @@ def _determinant(m: np.ndarray) -> Expression:
 # Taking apart
 
 
-def _reduce_add(*args: Any) -> Any:
+def _reduce_add(*args: Symbolic) -> Any:
     """Returns the sum of the arguments."""
     return functools.reduce(operator.add, args)
 
 
-def _reduce_mul(*args: Any) -> Any:
+def _reduce_mul(*args: Symbolic) -> Any:
     """Returns the product of the arguments."""
     return functools.reduce(operator.mul, args)
 

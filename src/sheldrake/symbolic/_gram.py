@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._decompose import add_to
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
-
-if TYPE_CHECKING:
-    pass
 
 
 def CalcPolynomialWLowerTriangularPart(monomial_basis: Any, gram_lower: Any) -> Polynomial:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._formula import Formula, negation
 from sheldrake.symbolic._kinds import FormulaKind as K
 from sheldrake.symbolic._variable import Variable
-
-if TYPE_CHECKING:
-    pass
 
 _SIGNS = {K.Eq: "=", K.Neq: r"\neq", K.Gt: ">", K.Geq: r"\ge", K.Lt: "<", K.Leq: r"\le"}
 _OPPOSITE = {K.Eq: K.Neq, K.Neq: K.Eq, K.Gt: K.Leq, K.Geq: K.Lt, K.Lt: K.Geq, K.Leq: K.Gt}

@@ -20,7 +20,8 @@ from sheldrake.symbolic._variable import Variable, Variables
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from sheldrake.common._types import Symbolics
+    from sheldrake.common._types import Symbolic, Symbolics
+    from sheldrake.symbolic._polynomial import Polynomial
 
 _polynomial: Any = None  # A module that needs the class below; the package binds it when all is loaded.
 
@@ -106,7 +107,7 @@ class Monomial:
         overload(env=by_variable),
         overload(lambda self, *many: self._evaluate_many(*many), vars=anything, vars_values=anything),
     )
-    def Evaluate(self, env: Mapping[Variable, float] | None) -> Any:
+    def Evaluate(self, env: Mapping[Variable, float] | None) -> float:
         """Returns the value for given values of its variables.
 
         Called as `Evaluate(env)`, or as `Evaluate(vars, vars_values)` for many: values as columns, shape
@@ -163,7 +164,7 @@ class Monomial:
             self._code = hash(tuple([(v._id, n) for v, n in self._powers.items()]))
         return self._code
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         if not isinstance(other, Monomial):
             return NotImplemented
         return self is other or (
@@ -182,7 +183,7 @@ class Monomial:
             powers[v] = powers.get(v, 0) + n
         return Monomial._of(powers)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Symbolic | Monomial | Polynomial) -> Any:
         if isinstance(other, Monomial):
             return self._times(other)
         if isinstance(other, _build._REAL):
@@ -192,25 +193,25 @@ class Monomial:
 
     __rmul__ = __mul__
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Symbolic | Monomial) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.add(self.ToExpression(), e)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Symbolic | Monomial) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.subtract(self.ToExpression(), e)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Symbolic | Monomial) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.subtract(e, self.ToExpression())
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Symbolic | Monomial) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(self.ToExpression(), e)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Symbolic | Monomial) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(e, self.ToExpression())
 

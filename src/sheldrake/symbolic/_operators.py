@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.symbolic import _kinds as _k
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sheldrake.common._types import Symbolic
+    from sheldrake.symbolic._expression import Expression
+    from sheldrake.symbolic._formula import Formula
 
 _build: Any = None  # Both are modules that need the class below; the package binds them when all is loaded.
 _formula: Any = None
@@ -15,93 +22,113 @@ class Operators:
 
     __slots__ = ()
 
-    def __add__(self, other: Any) -> Any:
+    if TYPE_CHECKING:  # bound below
+        log: Callable[[], Expression]
+        abs: Callable[[], Expression]
+        exp: Callable[[], Expression]
+        sqrt: Callable[[], Expression]
+        sin: Callable[[], Expression]
+        cos: Callable[[], Expression]
+        tan: Callable[[], Expression]
+        asin: Callable[[], Expression]
+        acos: Callable[[], Expression]
+        atan: Callable[[], Expression]
+        arcsin: Callable[[], Expression]
+        arccos: Callable[[], Expression]
+        arctan: Callable[[], Expression]
+        sinh: Callable[[], Expression]
+        cosh: Callable[[], Expression]
+        tanh: Callable[[], Expression]
+        ceil: Callable[[], Expression]
+        floor: Callable[[], Expression]
+
+    def __add__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.add(_build.as_expression(self), e)
 
-    def __radd__(self, other: Any) -> Any:
+    def __radd__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.add(e, _build.as_expression(self))
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.subtract(_build.as_expression(self), e)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.subtract(e, _build.as_expression(self))
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.multiply(_build.as_expression(self), e)
 
-    def __rmul__(self, other: Any) -> Any:
+    def __rmul__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.multiply(e, _build.as_expression(self))
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(_build.as_expression(self), e)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(e, _build.as_expression(self))
 
-    def __pow__(self, other: Any) -> Any:
+    def __pow__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.power(_build.as_expression(self), e)
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> Expression:
         return _build.negate(_build.as_expression(self))
 
-    def __pos__(self) -> Any:
+    def __pos__(self) -> Expression:
         return _build.as_expression(self)
 
-    def __abs__(self) -> Any:
+    def __abs__(self) -> Expression:
         return _build.unary(_k.ABS, _build.as_expression(self))
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> Formula:  # type: ignore[override]
         return _compare("==", self, other)
 
-    def __ne__(self, other: Any) -> Any:
+    def __ne__(self, other: object) -> Formula:  # type: ignore[override]
         return _compare("!=", self, other)
 
-    def __lt__(self, other: Any) -> Any:
+    def __lt__(self, other: Symbolic) -> Formula:
         return _compare("<", self, other)
 
-    def __le__(self, other: Any) -> Any:
+    def __le__(self, other: Symbolic) -> Formula:
         return _compare("<=", self, other)
 
-    def __gt__(self, other: Any) -> Any:
+    def __gt__(self, other: Symbolic) -> Formula:
         return _compare(">", self, other)
 
-    def __ge__(self, other: Any) -> Any:
+    def __ge__(self, other: Symbolic) -> Formula:
         return _compare(">=", self, other)
 
-    def pow(self, exponent: Any) -> Any:
+    def pow(self, exponent: Symbolic) -> Expression:
         """Returns this to the power `exponent`."""
         return _build.power(_build.as_expression(self), _build.expect("pow", exponent))
 
-    def atan2(self, x: Any) -> Any:
+    def atan2(self, x: Symbolic) -> Expression:
         """Returns the angle [rad] of the point (x, self)."""
         return _build.binary(_k.ATAN2, _build.as_expression(self), _build.expect("atan2", x))
 
-    def min(self, other: Any) -> Any:
+    def min(self, other: Symbolic) -> Expression:
         """Returns the smaller of the two."""
         return _build.binary(_k.MIN, _build.as_expression(self), _build.expect("min", other))
 
-    def max(self, other: Any) -> Any:
+    def max(self, other: Symbolic) -> Expression:
         """Returns the larger of the two."""
         return _build.binary(_k.MAX, _build.as_expression(self), _build.expect("max", other))
 
 
-def _compare(operator: str, a: Any, b: Any) -> Any:
+def _compare(operator: str, a: Operators, b: object) -> Formula:
     e = _build.as_expression(b)
     return NotImplemented if e is None else _formula.compare(operator, _build.as_expression(a), e)
 
 
-def _unary(kind: int, name: str) -> Any:
-    def method(self: Any) -> Any:
+def _unary(kind: int, name: str) -> Callable[[Operators], Expression]:
+    def method(self: Operators) -> Expression:
         return _build.unary(kind, _build.as_expression(self))
 
     method.__name__ = name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common._types import Symbolic, Symbolics
+    from sheldrake.symbolic._formula import Formula
 
 
 def _expressions_of(map: Mapping[Monomial, Any]) -> dict[Monomial, Expression]:
@@ -297,13 +299,13 @@ class Polynomial:
         """Tells whether coefficients differ by numbers of no more than this magnitude."""
         return all(c._kind == k.CONSTANT and abs(c._args[0]) <= tolerance for c in (self - p).Expand()._map.values())
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> Formula:  # type: ignore[override]
         if not isinstance(other, Polynomial):
             return NotImplemented
         conditions = [_formula.compare("==", c, _build.ZERO) for c in (other - self).Expand()._map.values()]
         return _functions.logical_and(_formula.truth(True), *conditions)
 
-    def __ne__(self, other: Any) -> Any:
+    def __ne__(self, other: object) -> Formula:  # type: ignore[override]
         return _formula.negation(self == other) if isinstance(other, Polynomial) else NotImplemented
 
     def __hash__(self) -> int:
@@ -311,7 +313,7 @@ class Polynomial:
 
     # Arithmetic
 
-    def _operand(self, other: Any) -> Polynomial | None:
+    def _operand(self, other: object) -> Polynomial | None:
         """Another polynomial from what may be added; None for an expression, which makes the sum an expression."""
         if isinstance(other, Polynomial):
             return other
@@ -329,7 +331,11 @@ class Polynomial:
             add_to(out, m, c)
         return Polynomial._of(out)
 
-    def __add__(self, other: Any) -> Any:
+    @typing_overload
+    def __add__(self, other: Polynomial | Monomial | Variable | float) -> Polynomial: ...
+    @typing_overload
+    def __add__(self, other: Expression) -> Expression: ...
+    def __add__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
             return self._combine(p._map.items())
@@ -337,16 +343,24 @@ class Polynomial:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    @typing_overload
+    def __sub__(self, other: Polynomial | Monomial | Variable | float) -> Polynomial: ...
+    @typing_overload
+    def __sub__(self, other: Expression) -> Expression: ...
+    def __sub__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
             return self._combine((m, _build.negate(c)) for m, c in p._map.items())
         return self.ToExpression() - other if isinstance(other, Expression) else NotImplemented
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Symbolic | Monomial) -> Polynomial | Expression:
         return -(self - other) if not isinstance(other, Expression) else other - self.ToExpression()
 
-    def __mul__(self, other: Any) -> Any:
+    @typing_overload
+    def __mul__(self, other: Polynomial | Monomial | Variable | float) -> Polynomial: ...
+    @typing_overload
+    def __mul__(self, other: Expression) -> Expression: ...
+    def __mul__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
             return Polynomial._of(_decompose.multiply(self._map, p._map))
@@ -354,14 +368,14 @@ class Polynomial:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Polynomial | Symbolic) -> Polynomial | Expression:
         if isinstance(other, _build._REAL):
             divisor = _build.constant(other)
             return Polynomial._of({m: _build.divide(c, divisor) for m, c in self._map.items()})
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(self.ToExpression(), e)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Symbolic) -> Expression:
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(e, self.ToExpression())
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common import _ieee as ieee
 from sheldrake.common._checked import checked
@@ -13,9 +13,12 @@ from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._variable import Variable, Variables
 
+if TYPE_CHECKING:
+    from sheldrake.symbolic._formula import Formula
+
 
 @kind("Polynomial")
-def _polynomial(value: Any) -> Polynomial:
+def _polynomial(value: object) -> Polynomial:
     p = _as_polynomial(value)
     if p is None:
         raise Mismatch
@@ -74,19 +77,19 @@ class RationalFunction:
         """Tells whether both have equal numerators and equal denominators."""
         return self._numerator.EqualTo(f._numerator) and self._denominator.EqualTo(f._denominator)
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> Formula:  # type: ignore[override]
         r = _as_rational(other)
         if r is None:
             return NotImplemented
         return self._numerator * r._denominator == self._denominator * r._numerator
 
-    def __ne__(self, other: Any) -> Any:
+    def __ne__(self, other: object) -> Formula:  # type: ignore[override]
         r = _as_rational(other)
         if r is None:
             return NotImplemented
         return self._numerator * r._denominator != self._denominator * r._numerator
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
@@ -97,14 +100,14 @@ class RationalFunction:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         return NotImplemented if r is None else self + (-r)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         return -self + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
@@ -112,7 +115,7 @@ class RationalFunction:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
@@ -120,7 +123,7 @@ class RationalFunction:
             raise RuntimeError("RationalFunction: operator/=: The divider is 0.")
         return RationalFunction(self._numerator * r._denominator, self._denominator * r._numerator)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         return NotImplemented if r is None else r / self
 
@@ -140,13 +143,13 @@ class RationalFunction:
         return f'<RationalFunction "{self}">'
 
 
-def _as_polynomial(p: Any) -> Polynomial | None:
+def _as_polynomial(p: object) -> Polynomial | None:
     if isinstance(p, Polynomial):
         return p
     return Polynomial(p) if isinstance(p, (Monomial, *_build._REAL)) else None
 
 
-def _as_rational(r: Any) -> RationalFunction | None:
+def _as_rational(r: object) -> RationalFunction | None:
     if isinstance(r, RationalFunction):
         return r
     p = _as_polynomial(r)

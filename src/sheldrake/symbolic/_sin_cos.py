@@ -46,7 +46,7 @@ class SinCos:
         self.type = type
 
 
-def substitute(target: Any, subs: dict[Variable, SinCos]) -> Any:
+def substitute(target: Any, subs: dict[Variable, SinCos]) -> np.ndarray | Expression:
     """An expression, or a matrix of them, with variables in the place of sines and cosines.
 
     Raises:
@@ -126,7 +126,7 @@ def _of_multiple(node: Expression, factor: float, pair: SinCos) -> Pair:
     return (negate(out[0]), out[1]) if factor < 0 else out
 
 
-def SubstituteStereographicProjection(e: Polynomial, sin_cos: list[SinCos], t: Any) -> RationalFunction:
+def SubstituteStereographicProjection(e: Polynomial, sin_cos: list[SinCos], t: Variable) -> RationalFunction:
     """Returns a polynomial in sines and cosines as a rational function of t = tan(angle / 2).
 
     Args:

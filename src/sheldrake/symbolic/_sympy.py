@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._formula import Formula
 from sheldrake.symbolic._kinds import FormulaKind as K
 from sheldrake.symbolic._variable import Variable
+
+if TYPE_CHECKING:
+    import sympy
 
 
 def to_sympy(x: Any, *, memo: dict | None = None) -> Any:
@@ -42,7 +45,7 @@ def to_sympy(x: Any, *, memo: dict | None = None) -> Any:
     raise NotImplementedError(f"Cannot create a SymPy object from the given object {x!r}")
 
 
-def _symbol(v: Variable, memo: dict) -> Any:
+def _symbol(v: Variable, memo: dict) -> sympy.Symbol:
     import sympy
 
     if v.get_id() not in memo:
@@ -85,7 +88,7 @@ def _to_sympy(e: Expression, done: dict[int, Any], memo: dict) -> Any:
     return function(*(done[a._serial] for a in args))
 
 
-def _exact(c: float) -> Any:
+def _exact(c: float) -> int | float:
     return int(c) if float(c).is_integer() else c
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
-
-if TYPE_CHECKING:
-    pass
 
 _ids = itertools.count(1)
 
@@ -180,7 +177,7 @@ class Variables:
     def __contains__(self, key: Variable | Variables | None) -> bool:
         return isinstance(key, Variable) and key._id in self._set
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         return self.EqualTo(other) if isinstance(other, Variables) else NotImplemented
 
     def __lt__(self, other: Variables) -> bool:
@@ -192,15 +189,15 @@ class Variables:
     def __hash__(self) -> int:
         return hash(("sheldrake.symbolic.Variables", *self._set))
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Variables | Variable) -> Variables:
         if isinstance(other, Variable):
             return Variables([*self, other])
         return Variables([*self, *other]) if isinstance(other, Variables) else NotImplemented
 
-    def __radd__(self, other: Any) -> Any:
+    def __radd__(self, other: Variables | Variable) -> Variables:
         return Variables([*self, other]) if isinstance(other, Variable) else NotImplemented
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Variables | Variable) -> Variables:
         if isinstance(other, Variable):
             return Variables([v for v in self if v is not other])
         return Variables([v for v in self if v not in other]) if isinstance(other, Variables) else NotImplemented

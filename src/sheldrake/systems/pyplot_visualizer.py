@@ -9,6 +9,8 @@ import numpy as np
 from sheldrake.systems.framework import LeafSystem, PublishEvent, TriggerType
 
 if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+
     from sheldrake.systems.framework import Context
 
 __all__ = ["PyPlotVisualizer"]
@@ -117,7 +119,7 @@ class PyPlotVisualizer(LeafSystem):
             values = log.vector_values(times)
         return self._animation(list(values.T), kwargs)
 
-    def _animation(self, frames: list, kwargs: dict) -> Any:
+    def _animation(self, frames: list, kwargs: dict) -> FuncAnimation:
         from matplotlib import animation
 
         return animation.FuncAnimation(

@@ -80,7 +80,7 @@ class TemplateSystem(TemplateClass):
     def __str__(self) -> str:
         return f"<TemplateSystem {self._full_name()}>"
 
-    def _on_add(self, param: tuple, instantiation: Any, skip_rename: bool) -> Any:
+    def _on_add(self, param: tuple, instantiation: Any, skip_rename: bool) -> type:
         (T,) = param
         if not issubclass(instantiation, LeafSystem_[T]):
             raise RuntimeError(f"{self.name}: the class for {T.__name__} must derive from LeafSystem_[{T.__name__}].")

@@ -14,7 +14,8 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Scalar
+    from sheldrake.common._scalars import ScalarTemplate
+    from sheldrake.common._types import Scalar, Scalars
 
 
 def _pure(name: str) -> RuntimeError:
@@ -153,7 +154,7 @@ class Trajectory:
         return f"{pretty_class_name(cls)}.{call}()" if call else f"{pretty_class_name(cls)}()"
 
     @classmethod
-    def _mismatch(cls, call: str, expected: str, given: Any) -> TypeError:
+    def _mismatch(cls, call: str, expected: str, given: object) -> TypeError:
         kind = "function" if call else "constructor"
         return TypeError(f"{cls._name(call)}: incompatible {kind} arguments; expected {expected}, got {given!r}.")
 
@@ -173,7 +174,7 @@ class Trajectory:
         return [cls._scalar(call, x) for x in t]
 
     @classmethod
-    def _matrix(cls, call: str, value: Any) -> np.ndarray:
+    def _matrix(cls, call: str, value: Scalars) -> np.ndarray:
         try:
             array = any_array(cls._T, value)
         except Mismatch:
@@ -189,12 +190,12 @@ class Trajectory:
         return any_array(cls._T, np.zeros(shape))
 
     @classmethod
-    def _sibling(cls, template: Any) -> Any:
+    def _sibling(cls, template: ScalarTemplate) -> Any:
         """The class of the same scalar type in another family."""
         return template[cls._T]
 
 
-def _copied(value: Any) -> Any:
+def _copied(value: object) -> Any:
     """A copy of what a trajectory keeps: arrays, lists and other trajectories are copied, all else is a value."""
     if isinstance(value, np.ndarray):
         return value.copy()
@@ -203,13 +204,13 @@ def _copied(value: Any) -> Any:
     return kept(value) if isinstance(value, Trajectory) else value
 
 
-def kept(trajectory: Any) -> Any:
+def kept(trajectory: Trajectory) -> Any:
     """A trajectory to keep: a copy of ours, which may be changed by its owner, and a user's own as it is."""
     module = getattr(type(trajectory), "__module__", "")
     return trajectory.Clone() if module.startswith("sheldrake.") else trajectory
 
 
-def holds(condition: Any) -> bool:
+def holds(condition: object) -> bool:
     """The truth of a comparison; of expressions, which must be numbers for that."""
     return condition.Evaluate() if hasattr(condition, "Evaluate") else bool(condition)
 

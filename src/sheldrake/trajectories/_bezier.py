@@ -11,7 +11,7 @@ from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Scalar
+    from sheldrake.common._types import Scalar, Scalars
 
 
 class BezierCurve(Trajectory):
@@ -26,7 +26,7 @@ class BezierCurve(Trajectory):
         RuntimeError: the end is before the start.
     """
 
-    def __init__(self, start_time: Any = 0.0, end_time: Any = 1.0, control_points: Any = None):
+    def __init__(self, start_time: Scalar = 0.0, end_time: Scalar = 1.0, control_points: Scalars | None = None):
         self._times = (self._scalar("", start_time), self._scalar("", end_time))
         self._points = self._zeros(0, 0) if control_points is None else self._matrix("", control_points)
         if not is_symbolic(self._T) and self._times[1] < self._times[0]:

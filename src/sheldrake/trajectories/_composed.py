@@ -14,6 +14,8 @@ from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sheldrake.common._types import Scalar
 
 
@@ -203,7 +205,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
         RuntimeError: times or shapes do not fit.
     """
 
-    def __init__(self, segments: Any):
+    def __init__(self, segments: Sequence[Trajectory]):
         parts = _expect_trajectories(self, segments)
         for a, b in itertools.pairwise(parts):
             if not is_symbolic(self._T) and b.start_time() != a.end_time():
@@ -219,7 +221,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
         PiecewiseTrajectory.__init__(self, [p.start_time() for p in parts] + [p.end_time() for p in parts[-1:]])
 
     @classmethod
-    def AlignAndConcatenate(cls, segments: Any) -> CompositeTrajectory:
+    def AlignAndConcatenate(cls, segments: Sequence[Trajectory]) -> CompositeTrajectory:
         """Returns the trajectories one after the other, each moved in time to begin when the one before ends.
 
         Raises:

@@ -52,7 +52,7 @@ class FunctionHandleTrajectory(Trajectory):
         """The function's value."""
         return self._checked("callback", self._func(t))
 
-    def _checked(self, what: str, value: Any) -> np.ndarray:
+    def _checked(self, what: str, value: Scalars) -> np.ndarray:
         matrix = self._matrix("value", value)
         if matrix.shape != self._shape:
             raise RuntimeError(

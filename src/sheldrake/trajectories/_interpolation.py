@@ -171,7 +171,7 @@ def lagrange(t: list, y: np.ndarray) -> np.ndarray:
 def reversed_in_time(c: np.ndarray, h: Scalar) -> np.ndarray:
     """Coefficients of p(h - x) from those of p(x), by Horner's rule on polynomials."""
     n = c.shape[-1]
-    out = c * 0.0
+    out: np.ndarray = c * 0.0
     out[..., 0] = c[..., n - 1]
     for i in range(n - 2, -1, -1):
         for power in range(n - 1, 0, -1):

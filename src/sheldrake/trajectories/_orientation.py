@@ -5,7 +5,7 @@ Quaternions between breaks on the shortest great circle, and poses made of one o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +20,6 @@ from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math import RigidTransform
@@ -207,7 +205,11 @@ class PiecewisePose(PiecewiseTrajectory):
         RuntimeError: the breaks differ, or the position is not a vector of three.
     """
 
-    def __init__(self, position_trajectory: Any = None, orientation_trajectory: Any = None):
+    def __init__(
+        self,
+        position_trajectory: Any = None,
+        orientation_trajectory: Any = None,
+    ):
         families = PiecewisePolynomial._template, PiecewiseQuaternionSlerp._template
         p, R = position_trajectory, orientation_trajectory
         if p is None and R is None:

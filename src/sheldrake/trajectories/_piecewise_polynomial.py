@@ -19,6 +19,7 @@ from sheldrake.trajectories._base import _order, holds
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 
 if TYPE_CHECKING:
+    from sheldrake.common._assert import ToleranceType
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.trajectories._base import Trajectory
 
@@ -333,7 +334,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         last = self._segment(first + num_segments - 1)
         return self._of([c.copy() for c in self._c[first : last + 1]], self._breaks[first : last + 2])
 
-    def isApprox(self, other: PiecewisePolynomial, tol: float, tol_type: Any = None) -> bool:
+    def isApprox(self, other: PiecewisePolynomial, tol: float, tol_type: ToleranceType | None = None) -> bool:
         """Tells whether all breaks and coefficients agree; see `Polynomial.CoefficientsAlmostEqual`."""
         expect("isApprox", other, self._template[self._T])
         if len(self._c) != len(other._c) or (self._c and self._shape("rows") != other._shape("rows")):
@@ -477,7 +478,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         *,
         periodic_end_condition: bool = False,
         periodic_end: bool = False,
-    ) -> Any:
+    ) -> PiecewisePolynomial:
         """Returns cubics whose first and second derivatives are continuous.
 
         Args:

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework import Diagram
 
 from ._layered_layout import Box, Wire
 from ._svg_boxes import EDGE, PAD, PortBox, Row, document, draw_boxes, text_width
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
+    from sheldrake.systems.framework._system import System
+
 _MADE_UP = re.compile(r"@[0-9a-f]{16}$")  # names that DiagramBuilder gives
 _MOST_PORTS = 8  # unconnected ports beyond these are only counted
 
 
 def DrawDiagram(
-    system: Any, path: str | os.PathLike | None = None, *, leave_out: Callable[[Any], bool] = lambda system: False
+    system: System, path: str | os.PathLike | None = None, *, leave_out: Callable[[Any], bool] = lambda system: False
 ) -> str:
     """Returns a picture of a diagram as SVG, made without other programs; notebooks show it by themselves.
 
@@ -38,7 +42,7 @@ def DrawDiagram(
     return text
 
 
-def _document(system: Any, leave_out: Callable[[Any], bool]) -> str:
+def _document(system: System, leave_out: Callable[[Any], bool]) -> str:
     levels: list[tuple[str, float, float]] = []
     _add_level(system, None, levels, leave_out)
     # What is inside may be larger: then it is made to fit, but the picture grows for it as far as it still looks well.
@@ -49,7 +53,7 @@ def _document(system: Any, leave_out: Callable[[Any], bool]) -> str:
 
 
 def _add_level(
-    system: Any, parent: Any, levels: list[tuple[str, float, float]], leave_out: Callable[[Any], bool]
+    system: System, parent: System | None, levels: list[tuple[str, float, float]], leave_out: Callable[[Any], bool]
 ) -> None:
     """Adds the picture of a system, then those of the diagrams inside, each with its size."""
     picture, width, height = _Level(system, parent, leave_out).draw()
@@ -69,23 +73,25 @@ def _add_level(
                 _add_level(inner, system, levels, leave_out)
 
 
-def _anchor(system: Any) -> str:
+def _anchor(system: System) -> str:
     return f"shd{system._system_id}"
 
 
-def _label(system: Any) -> tuple[str, str]:
+def _label(system: System) -> tuple[str, str]:
     """Returns a system's name, "" where nobody gave it one, and its class."""
     name = system.get_name()
     return "" if _MADE_UP.search(name) else name, type(system).__name__
 
 
-def _called(system: Any) -> str:
+def _called(system: System) -> str:
     """Returns a system's name, or its class where it has none."""
     name, kind = _label(system)
     return name or kind
 
 
-def _port_rows(declarations: Any, used: set[int]) -> tuple[list[Row], dict[int, int]]:
+def _port_rows(
+    declarations: Sequence[InputDeclaration] | Sequence[OutputDeclaration], used: set[int]
+) -> tuple[list[Row], dict[int, int]]:
     """Returns the rows of one side of a box, as (text, what pointing at it says, whether it leads anywhere).
 
     Where there are many ports, those that lead nowhere share a row. Also returns the row of each port.
@@ -103,7 +109,7 @@ def _port_rows(declarations: Any, used: set[int]) -> tuple[list[Row], dict[int, 
 class _SystemBox(PortBox):
     """A system, a click away from its inside when it is a diagram."""
 
-    def __init__(self, system: Any, used_in: set[int], used_out: set[int]):
+    def __init__(self, system: System, used_in: set[int], used_out: set[int]):
         left, self.row_of_input = _port_rows(system._inputs, used_in)
         right, self.row_of_output = _port_rows(system._outputs, used_out)
         name, kind = _label(system)
@@ -133,7 +139,7 @@ class _EndBox:
 class _Level:
     """The picture of one diagram's inside, or of one system."""
 
-    def __init__(self, system: Any, parent: Any, leave_out: Callable[[Any], bool]):
+    def __init__(self, system: System, parent: System | None, leave_out: Callable[[Any], bool]):
         self._system, self._parent = system, parent
         self._drawn: list[_SystemBox | _EndBox] = []
         self._wires: list[Wire] = []

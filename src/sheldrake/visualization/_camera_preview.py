@@ -19,6 +19,7 @@ from sheldrake.systems.sensors import CameraInfo, RgbdSensor
 if TYPE_CHECKING:
     from sheldrake.geometry import SceneGraph
     from sheldrake.systems.framework import DiagramBuilder
+    from sheldrake.systems.framework._context.context import Context
 
 _NAME = "camera_preview"
 _WIDTH, _HEIGHT = 480, 360
@@ -46,7 +47,7 @@ class CameraPreview:
         self._seen: tuple[bytes, int] | None = None
         self._picture: Any = None
 
-    def look(self, root: Any, change: int) -> bool:
+    def look(self, root: Context, change: int) -> bool:
         """Takes a new picture if a page's camera stands elsewhere or the scene changed; returns whether it did.
 
         Args:

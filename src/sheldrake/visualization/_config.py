@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._options import Options
 from sheldrake.geometry import (
@@ -22,6 +22,12 @@ from sheldrake.systems.lcm import LcmBuses
 
 from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
 from ._inertia_visualizer import InertiaVisualizer
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.lcm._interface import DrakeLcmInterface
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 log = logging.getLogger("drake")
 
@@ -62,7 +68,7 @@ class VisualizationConfig(Options):
     mouse_interaction_stiffness: float | None = None
 
 
-def _subsystem(builder: Any, given: Any, name: str) -> Any:
+def _subsystem(builder: DiagramBuilder, given: Any, name: str) -> Any:
     if given is not None:
         return given
     if not builder.HasSubsystemNamed(name):
@@ -77,12 +83,12 @@ def _subsystem(builder: Any, given: Any, name: str) -> Any:
 
 def ApplyVisualizationConfig(
     config: VisualizationConfig,
-    builder: Any,
-    lcm_buses: Any = None,
-    plant: Any = None,
-    scene_graph: Any = None,
+    builder: DiagramBuilder,
+    lcm_buses: LcmBuses | None = None,
+    plant: MultibodyPlant | None = None,
+    scene_graph: SceneGraph | None = None,
     meshcat: Meshcat | None = None,
-    lcm: Any = None,
+    lcm: DrakeLcmInterface | None = None,
 ) -> None:
     """Adds the visualizers that a configuration asks for to a diagram.
 
@@ -204,7 +210,7 @@ def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerPar
     return wanted
 
 
-def AddDefaultVisualization(builder: Any, meshcat: Meshcat | None = None) -> None:
+def AddDefaultVisualization(builder: DiagramBuilder, meshcat: Meshcat | None = None) -> None:
     """Shows the plant named "plant" of a diagram, with the default configuration.
 
     Args:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -85,7 +85,7 @@ class ColorizeDepthImage(LeafSystem):
             colors[valid, :3] = (255.0 - np.floor(grey))[:, None].astype(np.uint8)
             colors[valid, 3] = 255
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         connected = [port for port in map(self.get_input_port, range(2)) if port.HasValue(context)]
         if len(connected) != 1:
             raise RuntimeError(
@@ -135,7 +135,7 @@ class ColorizeLabelImage(LeafSystem):
         output.mutable_data[...] = _PALETTE[labels.astype(np.uint16) % len(_PALETTE)]
         output.mutable_data[labels > RenderLabel.kMaxUnreserved] = _bytes(self.background_color)
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         image = ImageRgba8U()
         self.Calc(self.get_input_port().Eval(context), image)
         output.set_value(image)
@@ -178,7 +178,7 @@ class ConcatenateImages(LeafSystem):
             )
         return super().get_input_port(row * self._cols + col)
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         images = {}
         heights, widths = np.zeros(self._rows, int), np.zeros(self._cols, int)
         for row in range(self._rows):

@@ -21,6 +21,8 @@ from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._ids import SourceId
+    from sheldrake.multibody.math._spatial_inertia import SpatialInertia
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.systems.framework import Context
 
@@ -30,7 +32,7 @@ _FLATTEST = 100.0  # no half axis is shorter than the longest by more than this 
 _NO_MASS_RADIUS = 1e-3  # [m]
 
 
-def ellipsoid_of(M_BBo_B: Any) -> tuple[Any, RigidTransform]:
+def ellipsoid_of(M_BBo_B: SpatialInertia) -> tuple[Any, RigidTransform]:
     """Returns an ellipsoid of water with a body's mass and with its inertia's proportions, and its pose in B.
 
     A body of no mass is a sphere of 1 mm. The ellipsoid is never flatter than 1:100.
@@ -88,11 +90,11 @@ class InertiaVisualizer(LeafSystem):
         builder.Connect(visualizer.get_output_port(0), scene_graph.get_source_pose_port(visualizer.source_id()))
         return visualizer
 
-    def source_id(self) -> Any:
+    def source_id(self) -> SourceId:
         """Returns the SceneGraph's number for this system."""
         return self._source_id
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         given = self.get_input_port(0).Eval(context)
         poses = FramePoseVector()
         for body_frame, frame, X_BE in self._items:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ._roll_pitch_yaw import with_roll_pitch_yaw
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework._port import OutputPort
 
 _MOST_LINES = 8  # of one plot
 _NOISE = 1e-9  # numbers below it are shown as zero: rounding errors fill no plot
@@ -106,7 +107,7 @@ class LivePlot(LeafSystem):
 
 def AddLivePlot(
     builder: DiagramBuilder,
-    port: Any,
+    port: OutputPort,
     meshcat: Meshcat,
     title: str | None = None,
     publish_period: float = 1 / 32.0,

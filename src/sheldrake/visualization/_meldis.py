@@ -9,7 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,6 +38,9 @@ from sheldrake.multibody.meshcat._hydroelastic_arrows import (
 )
 from sheldrake.multibody.meshcat._point_contact_arrows import _PointContactVisualizer, _PointContactVisualizerItem
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 CONTACTS, CLOUDS, FRAMES = "CONTACT_RESULTS", "DRAKE_POINT_CLOUD", "DRAKE_DRAW_FRAMES"
 """Channels; those of point clouds begin so."""
 
@@ -56,7 +59,7 @@ _KINDS = {
 }
 
 
-def pose_of(position: Any, quaternion: Any) -> RigidTransform:
+def pose_of(position: ArrayLike, quaternion: ArrayLike) -> RigidTransform:
     """The pose of a message, whose numbers are rounded: its quaternion is not quite of length one."""
     q = np.array(quaternion, dtype=float)
     return RigidTransform(Quaternion(q / np.linalg.norm(q)), np.array(position, dtype=float))

@@ -8,7 +8,7 @@ import time
 import warnings
 import webbrowser
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +28,11 @@ from ._config import ApplyVisualizationConfig, VisualizationConfig
 from ._playback import GROUND, PLAY_BUTTON, PLAY_KEY, RESET_BUTTON, Playback, add_ground
 from ._posture_sliders import PostureSliders
 from ._triad import AddFrameTriadIllustration
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 
 log = logging.getLogger("drake")
 
@@ -159,7 +164,7 @@ class ModelVisualizer:
         _hint("AddModelFromFile", "AddModels")
         self.AddModels(filename)
 
-    def Finalize(self, position: Any = None) -> None:
+    def Finalize(self, position: ArrayLike | None = None) -> None:
         """Ends adding models and shows them.
 
         Args:
@@ -176,7 +181,7 @@ class ModelVisualizer:
 
     # ---- then
 
-    def Run(self, position: Any = None, loop_once: bool = False) -> None:
+    def Run(self, position: ArrayLike | None = None, loop_once: bool = False) -> None:
         """Follows the page's sliders until "Stop Running" or Escape is pressed there; Finalizes first where needed.
 
         Args:
@@ -218,7 +223,7 @@ class ModelVisualizer:
                 if self._added is not None:
                     meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
 
-    def RunWithReload(self, position: Any = None, loop_once: bool = False) -> None:
+    def RunWithReload(self, position: ArrayLike | None = None, loop_once: bool = False) -> None:
         """The retired name of Run()."""
         _hint("RunWithReload", "Run")
         self.Run(position, loop_once)
@@ -315,7 +320,7 @@ class ModelVisualizer:
 
     # ---- how
 
-    def _finalize(self, plant: Any) -> None:
+    def _finalize(self, plant: MultibodyPlant) -> None:
         """Finalizes a plant, its free bodies welded to the world if that is wanted, else above ground."""
         held = {plant.get_joint(j).child_body().index() for j in plant.GetJointIndices()}
         floating = [i for i in map(BodyIndex, range(1, plant.num_bodies())) if i not in held]
@@ -348,7 +353,7 @@ class ModelVisualizer:
         parser.SetAutoRenaming(True)
         return builder, plant, scene_graph, parser
 
-    def _show(self, position: Any) -> None:
+    def _show(self, position: ArrayLike | None) -> None:
         """Draws the finalized plant in place of everything the page showed before."""
         meshcat = self.meshcat()
         meshcat.Delete()

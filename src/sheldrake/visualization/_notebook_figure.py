@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
@@ -15,7 +13,7 @@ class NotebookFigure(Figure):
     being its value, must not be among them; any other must, or `figure = PlotLog(log)` would show nothing.
     """
 
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict:
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict:
         """Hears that the figure is being shown; the picture is made by the formats the notebook is set to."""
         if "inline" in plt.get_backend():
             plt.close(self)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from sheldrake.systems.analysis import InitializeParams, Simulator
 from sheldrake.systems.framework import Diagram
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._query.query_object import QueryObject
     from sheldrake.systems.framework import Context
 
 PLAY_BUTTON, RESET_BUTTON = "Play / Pause", "Reset"
@@ -135,7 +136,7 @@ class Playback:
         if self._filter is not None:
             return
         context = self._scene_graph.GetMyMutableContextFromRoot(self._context)
-        query: Any = self._scene_graph.get_query_output_port().Eval(context)
+        query: QueryObject = self._scene_graph.get_query_output_port().Eval(context)
         inspector = query.inspector()
         declaration, found = CollisionFilterDeclaration(), False
         for pair in query.ComputePointPairPenetration():

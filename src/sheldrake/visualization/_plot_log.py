@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.primitives._log_set import LogSet, column_name
 from sheldrake.systems.primitives._vector_log import quantity, short_labels
 from sheldrake.visualization._roll_pitch_yaw import with_roll_pitch_yaw
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sheldrake.systems.primitives._vector_log import VectorLog
+    from sheldrake.systems.primitives._vector_log_sink import VectorLogSink
 
 _STILL = 1e-3  # of the height of a panel: what changes less is at rest
 _EARLY = 0.4  # of a run: what has ended by then is shown larger, with the rest in a strip
@@ -78,7 +84,7 @@ def _panels_of_set(logs: LogSet, rpy: bool, degrees: bool) -> dict:
     return panels
 
 
-def _names_of(log: Any, size: int) -> list[str]:
+def _names_of(log: VectorLogSink | VectorLog, size: int) -> list[str]:
     return list(log.names()) if hasattr(log, "names") else [f"y{i}" for i in range(size)]
 
 
@@ -95,7 +101,7 @@ def _panels(times: np.ndarray, data: np.ndarray, names: list[str], rpy: bool, de
     return panels
 
 
-def _plot(panels: dict, title: str | None) -> Any:
+def _plot(panels: dict, title: str | None) -> Figure:
     import matplotlib.pyplot as plt
 
     from sheldrake.visualization._notebook_figure import NotebookFigure

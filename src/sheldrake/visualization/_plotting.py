@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from sheldrake.symbolic._expression import Expression
+
 
 def plot_sublevelset_quadratic(
-    ax: Any, A: Any, b: Any = (0, 0), c: float = 0, vertices: int = 51, **kwargs: Any
+    ax: Axes, A: Any, b: Any = (0, 0), c: float = 0, vertices: int = 51, **kwargs: Any
 ) -> Any:
     """Fills the ellipse of all x with x'Ax + b'x + c <= 1 and returns what matplotlib's fill() returns.
 
@@ -39,7 +44,7 @@ def plot_sublevelset_quadratic(
     return ax.fill(points[0], points[1], **kwargs)
 
 
-def plot_sublevelset_expression(ax: Any, e: Any, vertices: int = 51, **kwargs: Any) -> Any:
+def plot_sublevelset_expression(ax: Axes, e: Expression, vertices: int = 51, **kwargs: Any) -> Any:
     """Fills the set of all points with e(x) <= 1 around the origin and returns what matplotlib's fill() returns.
 
     What is drawn is the part that is seen from the origin.

@@ -14,13 +14,16 @@ from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.framework import EventStatus, LeafSystem
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, DTypeLike
+
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._system import System
 
 _NAMES = ("roll", "pitch", "yaw", "x", "y", "z")
 _STOP_BUTTON = "Stop PoseSliders"
 
 
-def _six(name: str, value: Any, dtype: Any = float) -> np.ndarray:
+def _six(name: str, value: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:
     array = np.asarray(value, dtype=dtype)
     if array.shape not in ((6,), (6, 1)):
         raise TypeError(f"MeshcatPoseSliders(): {name} must have shape (6,), got {array.shape}.")
@@ -52,14 +55,14 @@ class MeshcatPoseSliders(LeafSystem):
     def __init__(
         self,
         meshcat: Meshcat,
-        initial_pose: Any = None,
-        lower_limit: Any = (-np.pi, -np.pi, -np.pi, -1.0, -1.0, -1.0),
-        upper_limit: Any = (np.pi, np.pi, np.pi, 1.0, 1.0, 1.0),
-        step: Any = (0.01,) * 6,
+        initial_pose: RigidTransform | None = None,
+        lower_limit: ArrayLike = (-np.pi, -np.pi, -np.pi, -1.0, -1.0, -1.0),
+        upper_limit: ArrayLike = (np.pi, np.pi, np.pi, 1.0, 1.0, 1.0),
+        step: ArrayLike = (0.01,) * 6,
         decrement_keycodes: Sequence[str] = ("KeyQ", "KeyS", "KeyA", "KeyJ", "KeyK", "KeyU"),
         increment_keycodes: Sequence[str] = ("KeyE", "KeyW", "KeyD", "KeyL", "KeyI", "KeyO"),
         prefix: str = "",
-        visible: Any = (True,) * 6,
+        visible: ArrayLike = (True,) * 6,
     ):
         super().__init__()
         lower, upper = _six("lower_limit", lower_limit), _six("upper_limit", upper_limit)
@@ -88,14 +91,14 @@ class MeshcatPoseSliders(LeafSystem):
             self._meshcat.DeleteSlider(name, strict=False)
         self._sliders.clear()
 
-    def SetPose(self, pose: Any) -> None:
+    def SetPose(self, pose: RigidTransform | ArrayLike) -> None:
         """Moves the sliders, and what remains after Delete(), to a pose."""
         self._initial = _numbers(pose)
         for i, name in self._sliders.items():
             self._meshcat.SetSliderValue(name, self._initial[i])
 
     def Run(
-        self, system: Any, context: Context, timeout: float | None = None, stop_button_keycode: str = "Escape"
+        self, system: System, context: Context, timeout: float | None = None, stop_button_keycode: str = "Escape"
     ) -> RigidTransform:
         """Publishes a system whenever a slider moves, until its stop button is pressed or time is over.
 
@@ -130,7 +133,7 @@ class MeshcatPoseSliders(LeafSystem):
             return EventStatus.Succeeded()
         return EventStatus.DidNothing()
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         values = self._values()
         output.set_value(RigidTransform(RollPitchYaw(values[:3]), values[3:]))
 

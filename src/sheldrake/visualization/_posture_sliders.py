@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,13 @@ from sheldrake.geometry import Meshcat
 from sheldrake.math import RollPitchYaw, RotationMatrix
 from sheldrake.multibody.meshcat._joint_sliders import slider_names
 from sheldrake.multibody.tree import QuaternionFloatingJoint
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.multibody.tree._rigid_body import RigidBody
+    from sheldrake.systems.framework._context.context import Context
 
 _STEP = 0.001  # [m or rad]
 _FARTHEST = 2.0  # where a slider of a place ends that has no limit [m]
@@ -54,7 +61,7 @@ class PostureSliders:
         RuntimeError: when a slider's name is taken.
     """
 
-    def __init__(self, meshcat: Meshcat, plant: Any, positions: Any = None):
+    def __init__(self, meshcat: Meshcat, plant: MultibodyPlant, positions: ArrayLike | None = None):
         if positions is None:
             positions = plant.GetPositions(plant.CreateDefaultContext())
         self._meshcat, self._nq = meshcat, plant.num_positions()
@@ -80,7 +87,7 @@ class PostureSliders:
         """Returns the sliders' names."""
         return {slider.name for slider in self._sliders}
 
-    def MoveJoints(self, plant: Any, context: Any, moved: set[str]) -> None:
+    def MoveJoints(self, plant: MultibodyPlant, context: Context, moved: set[str]) -> None:
         """Puts the joints, and what floats, of some sliders where these stand, at rest; the others go on.
 
         Args:
@@ -99,7 +106,7 @@ class PostureSliders:
             plant.SetPositions(context, q)
             plant.SetVelocities(context, v)
 
-    def SetPositions(self, q: Any) -> None:
+    def SetPositions(self, q: ArrayLike | None) -> None:
         """Moves the sliders to positions of the plant [m or rad], shape (nq,)."""
         self._move(self._values_of(q))
 
@@ -113,7 +120,7 @@ class PostureSliders:
         values = [new if s.part is None else old for s, new, old in zip(self._sliders, drawn, self._values())]
         self._move(values)
 
-    def Lift(self, body: Any, height: float) -> None:
+    def Lift(self, body: RigidBody, height: float) -> None:
         """Raises a floating body, and where it starts, by a height [m]."""
         z = next(
             n for n, s in enumerate(self._sliders) if s.position == body.floating_positions_start() and s.part == 2
@@ -128,7 +135,7 @@ class PostureSliders:
         for slider, value in zip(self._sliders, values):
             self._meshcat.SetSliderValue(slider.name, value)
 
-    def _values_of(self, q: Any) -> list[float]:
+    def _values_of(self, q: ArrayLike | None) -> list[float]:
         """The sliders' values for positions, shape (nq,)."""
         q, values = np.asarray(q, dtype=float), []
         for slider in self._sliders:
@@ -143,7 +150,7 @@ def _pose_of(q: np.ndarray) -> list[float]:
     return [*map(float, q[4:]), *map(float, RollPitchYaw(R).vector())]
 
 
-def _sliders_of(plant: Any) -> list[_Slider]:
+def _sliders_of(plant: MultibodyPlant) -> list[_Slider]:
     """One slider for each position of a joint and six for a body that floats, in the order of positions."""
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     names, sliders = slider_names(plant), []

@@ -14,6 +14,7 @@ from ._svg_boxes import EDGE, PortBox, document, draw_boxes
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint
+    from sheldrake.multibody.tree._rigid_body import RigidBody
 
 
 def DrawTopology(plant: MultibodyPlant, path: str | os.PathLike | None = None) -> str:
@@ -62,7 +63,7 @@ def DrawTopology(plant: MultibodyPlant, path: str | os.PathLike | None = None) -
     return text
 
 
-def _about(plant: MultibodyPlant, body: Any) -> str:
+def _about(plant: MultibodyPlant, body: RigidBody) -> str:
     """Returns the line below a body's name: its model and mass."""
     if body is plant.world_body():
         return ""

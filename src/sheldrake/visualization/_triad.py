@@ -29,7 +29,7 @@ def AddFrameTriadIllustration(
     length: float = 0.3,
     radius: float = 0.005,
     opacity: float = 0.9,
-    X_FT: Any = None,
+    X_FT: RigidTransform | None = None,
 ) -> list[Any]:
     """Draws a frame F as three axes, x in red, y in green and z in blue; darker when F is not a body's own frame.
 

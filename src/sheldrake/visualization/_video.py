@@ -25,6 +25,7 @@ from ._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateI
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework._port import OutputPort
 
 _BACKENDS = ("PIL", "cv2")
 _RENDERER = "video_writer"
@@ -115,7 +116,9 @@ class VideoWriter(LeafSystem):
         writer.ConnectRgbdSensor(builder=builder, sensor=sensor, kinds=kinds)
         return writer
 
-    def ConnectRgbdSensor(self, *, builder: DiagramBuilder, sensor: Any, kinds: Sequence[str] | None = None) -> None:
+    def ConnectRgbdSensor(
+        self, *, builder: DiagramBuilder, sensor: RgbdSensor, kinds: Sequence[str] | None = None
+    ) -> None:
         """Connects the images of a sensor, side by side when there are several kinds.
 
         Args:
@@ -165,7 +168,7 @@ class VideoWriter(LeafSystem):
         self._film.write(np.ascontiguousarray(pixels[..., 2::-1]))
 
 
-def _in_color(builder: DiagramBuilder, port: Any, kind: str) -> Any:
+def _in_color(builder: DiagramBuilder, port: OutputPort, kind: str) -> OutputPort:
     """Returns a port with a color image of a sensor's image of a kind."""
     if kind == "color":
         return port

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("pydrake")
+
+from newer_settings import newer_than
+
 pytestmark = pytest.mark.peer
 
 CLASSES = (
@@ -66,13 +69,6 @@ def behaviour(library, name):
     return said
 
 
-NEWER = {
-    "geometry.RenderEngineGlParams": ("cast_shadows", "shadow_map_size"),
-    "visualization.VisualizationConfig": ("mouse_interaction_stiffness",),
-}
-"""Settings that Drake has had since 1.52; they are left out of what is compared where the wheel lacks them."""
-
-
 def without(fields, said):
     """What was said, in tuples, lists and texts of Python and YAML, without some fields."""
     if isinstance(said, str):
@@ -84,8 +80,7 @@ def without(fields, said):
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_behaviour(name):
-    known = {f.name for f in found("pydrake", name).__fields__}
-    newer = [field for field in NEWER.get(name, ()) if field not in known]
+    newer = newer_than(found("pydrake", name), name)
     ours, theirs = behaviour("sheldrake", name), behaviour("pydrake", name)
     ours = {key: without(newer, value) for key, value in ours.items() if key[0] not in newer}
     assert list(ours) == list(theirs)

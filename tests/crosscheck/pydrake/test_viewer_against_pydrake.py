@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip("pydrake")
 
+from newer_settings import newer_than
 from pydrake_page import drawn
 
 pytestmark = pytest.mark.peer
@@ -95,7 +96,7 @@ def test_contact_arrows_have_drakes_paths_places_and_lengths(names):
 ])  # fmt: skip
 def test_options_have_drakes_names_and_defaults(module, name):
     theirs, mine = (getattr(of(library, module), name) for library in ("pydrake", "sheldrake"))
-    newer = {"mouse_interaction_stiffness"} - {f.name for f in theirs.__fields__}  # Drake has it since 1.56
+    newer = newer_than(theirs, f"{module}.{name}")
     assert [f.name for f in mine.__fields__ if f.name not in newer] == [f.name for f in theirs.__fields__]
     for field in theirs.__fields__:
         a, b = getattr(theirs(), field.name), getattr(mine(), field.name)

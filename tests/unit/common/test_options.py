@@ -136,3 +136,17 @@ def test_settings_are_what_is_annotated_public_and_has_a_value():
     ]  # fmt: skip
     assert repr(More(sizes={"a": [1]})) == "More(gain=3.0, names=['a'], sizes={'a': array([1.])})"
     assert Inner().gain == 2.0
+
+
+def test_types_of_all_settings_are_there_when_programs_run():
+    """A name that only a type checker imports would be missed when somebody sets a setting."""
+    import sheldrake.all  # noqa: F401
+
+    def below(cls):
+        return [one for sub in cls.__subclasses__() for one in (sub, *below(sub))]
+
+    found = [cls for cls in below(Options) if cls.__module__.startswith("sheldrake")]
+    assert len(found) > 60
+    for cls in found:
+        settings = cls()
+        cls(**{field.name: getattr(settings, field.name) for field in cls.__fields__})

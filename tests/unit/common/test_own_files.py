@@ -113,7 +113,7 @@ def test_what_is_no_regular_file_of_moderate_size_is_refused(tmp_path, monkeypat
         assert own_files.read(fifo) is None  # at once: nobody writes to it
     zero = path.with_name("zero.o")
     zero.symlink_to("/dev/zero")
-    with pytest.warns(UserWarning, match="no regular file"):
+    with pytest.warns(UserWarning, match="is a link"):
         assert own_files.read(zero) is None
     with open(path, "r+b") as file:
         file.truncate(own_files.MOST + 1)
@@ -213,3 +213,20 @@ def test_eight_threads_that_compile_make_the_objects_that_one_makes(tmp_path):
         found.append({p.name: p.read_bytes() for p in pathlib.Path(tmp_path, name).rglob("*.o")})
     assert len(found[0]) == 4
     assert found[0] == found[1]
+
+
+def test_a_folder_that_is_exchanged_after_the_look_at_it_is_refused(tmp_path, monkeypatch):
+    path = kept(tmp_path)
+    monkeypatch.setattr(own_files, "is_trusted", lambda folder: True)  # as it was when it was looked at
+    assert own_files.read(path) == b"code"
+    path.parent.chmod(0o777)
+    with pytest.warns(UserWarning, match="may be written by others"):
+        assert own_files.read(path) is None
+
+
+def test_a_link_to_code_elsewhere_is_not_followed(tmp_path):
+    path = kept(tmp_path)
+    path.rename(tmp_path / "other.o")
+    path.symlink_to(tmp_path / "other.o")
+    with pytest.warns(UserWarning, match="is a link"):
+        assert own_files.read(path) is None

@@ -13,10 +13,12 @@ from sheldrake.geometry import (
     Sphere,
 )
 from sheldrake.geometry._compiled.search import find_contacts
+from sheldrake.geometry._kernels import separation
 from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table, is_watched
+from sheldrake.geometry._kernels.separation import search as search_pair
 from sheldrake.math import RigidTransform, RollPitchYaw
 
-MEMORY = ("near_count", "remembered", "separating", "slot", "kept_vertex", "kept_link")
+MEMORY = ("near_count", "remembered", "separating", "slot", "kept_vertex", "kept_point", "kept_link")
 
 
 def points_of(table):
@@ -160,3 +162,28 @@ def test_a_list_of_near_pairs_that_is_wrong_hides_contacts():
     forget(table)
     search(scene.model, X_near, table)
     assert table.num_contacts == 10
+
+
+@pytest.mark.parametrize("other", [Cylinder(0.1, 0.3), Capsule(0.1, 0.3)], ids=["cores overlap", "cores are apart"])
+def test_curved_shapes_that_meet_are_not_searched_anew(other, monkeypatch):
+    """Of two shapes that turn about each other all steps but the first follow from the one before."""
+    scene = Scene([Cylinder(0.1, 0.4), other])
+    table, fresh = contact_table(scene.model), contact_table(scene.model)
+    searched = []
+    monkeypatch.setattr(separation, "search", lambda *args: searched.append(args) or search_pair(*args))
+    for step in range(6):
+        at = RigidTransform(RollPitchYaw(0.5 + 1e-3 * step, 0.0, 1e-3 * step), [0.18, 0.02, 0.05])
+        X_WB = np.array([row_of(X) for X in [RigidTransform(), RigidTransform(), at]])
+        assert find_contacts(scene.model, X_WB, table, False) == 0
+        assert len(searched) == 1
+        forget(fresh)
+        assert find_contacts(scene.model, X_WB, fresh, False) == 0
+        assert points_of(table) == points_of(fresh) and table.num_contacts > 0
+        searched[:] = searched[:1]
+
+
+def test_parallel_cylinders_touch_in_the_middle_of_where_they_lie_side_by_side():
+    scene = Scene([Cylinder(0.1, 0.4), Cylinder(0.2, 0.4)], "single_point")
+    at = RigidTransform(RollPitchYaw(0.0, 0.0, 0.3), [0.0, 0.29, 0.1])
+    ((_a, _b, *points),) = scene.contacts(RigidTransform(), at)
+    np.testing.assert_allclose(points, [0.0, 0.1, 0.05, 0.0, 0.09, 0.05, 0.0, -1.0, 0.0, 0.01], atol=1e-15)

@@ -9,9 +9,9 @@ from test_half_space_contacts import PointHull
 
 from sheldrake.geometry._compiled.hulls import lowest_in_cells
 from sheldrake.geometry._kernels.contacts import boxes_apart, half_extents
-from sheldrake.geometry._kernels.hull import cell_of, lowest_vertex, steepest_face
 from sheldrake.geometry._kernels.model import CELLS, BodyPoses
 from sheldrake.geometry._kernels.separation import separation
+from sheldrake.geometry._kernels.support import cell_of, lowest_vertex, steepest_face
 from sheldrake.geometry._kernels.table import place_geometry
 
 ON_SPHERE = np.random.default_rng(3).normal(size=(200, 3))

@@ -7,6 +7,8 @@ import pytest
 
 from sheldrake import geometry as g
 from sheldrake.common.value import Value
+from sheldrake.geometry._kernels.model import contact_table
+from sheldrake.geometry._query import scene
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
 
@@ -141,3 +143,12 @@ def test_poses_of_single_frames_and_geometries_follow_what_is_published():
     root.SetTime(5.0)
     with pytest.raises(RuntimeError, match="was not found in the provided kinematics data"):
         query.GetPoseInWorld(balls.frames[2])
+
+
+@pytest.mark.parametrize("ask", ["ComputePointPairPenetration", "ComputeSignedDistancePairwiseClosestPoints"])
+def test_a_search_that_finds_no_room_is_an_error(monkeypatch, ask):
+    balls = Balls()
+    query = balls.scene_graph.get_query_output_port().Eval(balls.context(0.0, 0.1, 0.2))
+    monkeypatch.setattr(scene, "contact_table", lambda model, capacity: contact_table(model, 1))
+    with pytest.raises(RuntimeError, match="More than 1 contact points among 3 pairs"):
+        getattr(query, ask)()

@@ -48,7 +48,7 @@ def test_an_answer_is_a_minimum_with_points_that_show_it(first, second, monkeypa
 
         return call
 
-    monkeypatch.setattr(stage, "polish", kept(polish))
+    monkeypatch.setattr("sheldrake.geometry._kernels.polish.polish", kept(polish))
     found = asked = 0
     for _ in range(25):
         scene = placed(CONVEX[first], CONVEX[second], random_pose(rng, 0.35), random_pose(rng, 0.35))

@@ -7,7 +7,7 @@ import pytest
 import sheldrake.math as m
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
-from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix_
+from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw, RollPitchYaw_, RotationMatrix, RotationMatrix_
 from sheldrake.symbolic import Expression, Formula, Variable
 
 
@@ -178,3 +178,19 @@ def test_rotations_of_constant_symbols_take_one_branch():
 def test_positive_definite_matrices_have_a_square_factor_whatever_the_tolerance():
     assert m.DecomposePSDmatrixIntoXtransposeTimesX(np.diag([0.8, 0.5]), zero_tol=0.7).shape == (2, 2)
     assert m.DecomposePSDmatrixIntoXtransposeTimesX(np.diag([0.8, 0.0]), zero_tol=0.7).shape == (1, 2)
+
+
+def test_plain_numbers_have_a_way_of_their_own_to_the_same_quaternions_and_angles():
+    generator = np.random.default_rng(8)
+    for k in range(200):
+        angles = (
+            generator.uniform(-np.pi, np.pi, 3) if k % 4 else generator.choice([0.0, np.pi / 2, np.pi, -np.pi / 2], 3)
+        )
+        R = RotationMatrix(RollPitchYaw(angles))
+        dual = RotationMatrix_[AutoDiffXd](R.matrix())
+        assert R.ToQuaternion().wxyz().tolist() == [x.value() for x in dual.ToQuaternion().wxyz()]
+        assert R.ToRollPitchYaw().vector().tolist() == [x.value() for x in dual.ToRollPitchYaw().vector()]
+        assert RollPitchYaw(*angles.tolist()).vector().tolist() == angles.tolist()
+    for M in (np.diag([1.0, 1.0, -1.0]), np.full((3, 3), np.nan), np.diag([1.0, 1.2, 1.0])):
+        with pytest.raises(RuntimeError, match="is not a rotation matrix"):
+            RotationMatrix(M)

@@ -224,3 +224,6 @@ def test_polynomials_are_read_alike_expanded_or_not(prog):
     np.testing.assert_array_equal(a.Q(), b.Q())
     np.testing.assert_array_equal(a.b(), b.b())
     assert prog.AddCost(3.0 * x**2 * y - y).evaluator().num_vars() == 2
+    for e in (x**2 * (x + y), (x + y) ** 2 * (x - y), x * (x * y + 1.0)):
+        assert type(prog.AddCost(e).evaluator()).__name__ == "PolynomialCost"
+    assert isinstance(prog.AddCost(0.5 * x * (x + y)).evaluator(), QuadraticCost)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .hints import hint
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 
 def takes_retired_keywords(call: str, today: dict[str, str]) -> Callable:
@@ -83,7 +87,7 @@ def _plant_and_scene_graph(function: Callable) -> Callable:
 def _contacts_to_lcm(function: Callable) -> Callable:
     """ConnectContactResultsToDrakeVisualizer() without the scene graph: the builder has it."""
 
-    def connect(builder: Any, plant: Any, *args: Any, **kwargs: Any) -> Any:
+    def connect(builder: DiagramBuilder, plant: MultibodyPlant, *args: Any, **kwargs: Any) -> Any:
         from sheldrake.geometry import SceneGraph
 
         if not (args and isinstance(args[0], SceneGraph)) and "scene_graph" not in kwargs:

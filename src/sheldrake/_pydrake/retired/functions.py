@@ -4,9 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .hints import forwarded, hint
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.multibody.tree._frame import Frame
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+    from sheldrake.systems.framework._port import OutputPort
+    from sheldrake.systems.framework._system import System
 
 
 def _autodiffutils() -> dict[str, Any]:
@@ -61,7 +71,7 @@ def _geometry() -> dict[str, Any]:
             hint("MeshcatVisualizerCpp is retired: use MeshcatVisualizer.")
             return MeshcatVisualizer.AddToBuilder(*args, **kwargs)
 
-    def ConnectDrakeVisualizer(builder: Any, scene_graph: Any, *args: Any, **kwargs: Any) -> Any:
+    def ConnectDrakeVisualizer(builder: DiagramBuilder, scene_graph: Any, *args: Any, **kwargs: Any) -> Any:
         """Retired: use `DrakeVisualizer.AddToBuilder`."""
         hint("ConnectDrakeVisualizer() is retired: use DrakeVisualizer.AddToBuilder().")
         return DrakeVisualizer.AddToBuilder(builder, scene_graph, *args, **kwargs)
@@ -151,9 +161,9 @@ def _inverse_kinematics() -> dict[str, Any]:
 
         def __init__(
             self,
-            plant: Any,
+            plant: MultibodyPlant,
             minimum_distance: float,
-            plant_context: Any,
+            plant_context: Context,
             penalty_function: Any = None,
             influence_distance_offset: float = 1.0,
         ):
@@ -164,7 +174,7 @@ def _inverse_kinematics() -> dict[str, Any]:
 
 
 def _parsing() -> dict[str, Any]:
-    def GetScopedFrameName(plant: Any, frame: Any) -> str:
+    def GetScopedFrameName(plant: MultibodyPlant, frame: Frame) -> str:
         """Retired: use `Frame.scoped_name().get_full()`."""
         hint("GetScopedFrameName() is retired: use frame.scoped_name().get_full().")
         return frame.scoped_name().get_full()
@@ -213,7 +223,7 @@ def _primitives() -> dict[str, Any]:
             self.DeclarePerStepPublishEvent(lambda context: self._log(context, "step"))
             self.DeclareForcedPublishEvent(lambda context: self._log(context, "forced", "step", "period"))
 
-        def _log(self, context: Any, *modes: str) -> None:
+        def _log(self, context: Context, *modes: str) -> None:
             if self._when in modes:
                 self._times.append(context.get_time())
                 self._columns.append(np.array(self.get_input_port(0).Eval(context)))
@@ -227,11 +237,11 @@ def _primitives() -> dict[str, Any]:
             """Logs only when a publish is forced."""
             self._when = "forced"
 
-        def sample_times(self) -> Any:
+        def sample_times(self) -> np.ndarray:
             """Returns the times [s], shape `(n,)`."""
             return np.array(self._times)
 
-        def data(self) -> Any:
+        def data(self) -> np.ndarray:
             """Returns the samples as columns, shape `(input_size, n)`."""
             return np.array(self._columns).reshape(-1, self._size).T
 
@@ -240,7 +250,7 @@ def _primitives() -> dict[str, Any]:
             self._times: list[float] = []
             self._columns: list[Any] = []
 
-    def LogOutput(src: Any, builder: Any) -> Any:
+    def LogOutput(src: OutputPort, builder: DiagramBuilder) -> Any:
         """Retired: use `LogVectorOutput`, and `FindLog(context)` to read the log."""
         hint("LogOutput() is retired: use LogVectorOutput(src, builder), and FindLog(context) to read the log.")
         with warnings.catch_warnings():
@@ -314,7 +324,7 @@ def _common() -> dict[str, Any]:
 
 
 def _framework() -> dict[str, Any]:
-    def GenerateHtml(system: Any, initial_depth: int = 1) -> str:
+    def GenerateHtml(system: System, initial_depth: int = 1) -> str:
         """Retired: use `GetGraphvizString`. Returns a system and its subsystems as HTML that unfolds.
 
         Args:

@@ -62,7 +62,7 @@ class MeshcatPointCloudVisualizer(_TodaysPointCloudVisualizer):
         meshcat_viz: Any,
         draw_period: float = 1 / 30.0,
         name: str = "point_cloud",
-        X_WP: Any = None,
+        X_WP: RigidTransform | None = None,
         default_rgb: Any = (255.0, 255.0, 255.0),
     ):
         hint("MeshcatPointCloudVisualizer is retired: use geometry.MeshcatPointCloudVisualizer(meshcat, path).")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import warnings
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,17 @@ from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_o
 from sheldrake.systems.framework import EventStatus, LeafSystem
 
 from .meshcat_parts import AddTriad, MeshcatContactVisualizer, MeshcatPointCloudVisualizer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sheldrake.geometry._ids import FrameId
+    from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.geometry._shapes import Shape
+    from sheldrake.geometry._state.inspector import SceneGraphInspector
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+    from sheldrake.systems.framework._port import OutputPort
 
 __all__ = [
     "AddTriad",
@@ -97,7 +108,7 @@ class _Server:
 
         return Path(tuple(part for part in path.split("/") if part))
 
-    def set_object(self, path: str, shape: Any, rgba: Rgba) -> None:
+    def set_object(self, path: str, shape: Shape, rgba: Rgba) -> None:
         """Draws a shape."""
         triangles = triangles_of(drawable_of_shape(shape, rgba))
         if triangles is None:  # a half space, as a plate
@@ -146,14 +157,14 @@ class MeshcatVisualizer(LeafSystem):
 
     def __init__(
         self,
-        scene_graph: Any = None,
+        scene_graph: SceneGraph | None = None,
         zmq_url: str | None = "default",
         open_browser: bool | None = None,
-        frames_to_draw: Any = (),
+        frames_to_draw: Iterable[FrameId] = (),
         prefix: str = "drake",
         draw_period: float = _PERIOD,
-        role: Any = Role.kIllustration,
-        **_ignored: Any,
+        role: Role = Role.kIllustration,
+        **_ignored: object,
     ):
         super().__init__()
         self.set_name("meshcat_visualizer")
@@ -196,7 +207,7 @@ class MeshcatVisualizer(LeafSystem):
         if inspector is not None and self._server is not None:
             self._send_objects(inspector)
 
-    def _inspector(self, context: Any) -> Any:
+    def _inspector(self, context: Context) -> SceneGraphInspector:
         if context is not None:
             return self.get_input_port(0).Eval(context).inspector()
         return self._scene_graph.model_inspector() if self._scene_graph is not None else None
@@ -216,14 +227,14 @@ class MeshcatVisualizer(LeafSystem):
                 if frame != world:
                     self._frames[frame] = path
 
-    def _load(self, context: Any) -> EventStatus:
+    def _load(self, context: Context) -> EventStatus:
         if self._server is not None:
             self._send_objects(self._inspector(context))
         else:
             self._page.Delete()
         return self._draw(context)
 
-    def _draw(self, context: Any) -> EventStatus:
+    def _draw(self, context: Context) -> EventStatus:
         query = self.get_input_port(0).Eval(context)
         if self._server is None:
             return self._page._publish(query, float(context.get_time()))
@@ -264,7 +275,9 @@ class MeshcatVisualizer(LeafSystem):
             self._server.delete(self._params.prefix)
 
 
-def ConnectMeshcatVisualizer(builder: Any, scene_graph: Any = None, output_port: Any = None, **kwargs: Any) -> Any:
+def ConnectMeshcatVisualizer(
+    builder: DiagramBuilder, scene_graph: SceneGraph | None = None, output_port: OutputPort | None = None, **kwargs: Any
+) -> Any:
     """Retired: use sheldrake.geometry.MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat).
 
     Adds the viewer of 2021 to a diagram and returns it.

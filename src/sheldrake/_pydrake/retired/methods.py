@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .calls import CameraPoses
 from .hints import hint
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._shapes import Mesh
+    from sheldrake.multibody.inverse_kinematics._inverse_kinematics import InverseKinematics
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.planning._robot_diagram import RobotDiagramBuilder
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._leaf_system import LeafSystem
 
 
 def renamed(new: str, call: str, static: bool = False) -> Any:
@@ -20,19 +28,19 @@ def renamed(new: str, call: str, static: bool = False) -> Any:
     return classmethod(method) if static else method
 
 
-def _declare_periodic_publish(self: Any, period_sec: float, offset_sec: float = 0.0) -> None:
+def _declare_periodic_publish(self: LeafSystem, period_sec: float, offset_sec: float = 0.0) -> None:
     """Retired: use `DeclarePeriodicPublishEvent`. Calls the override `DoPublish(context, events)`."""
     hint("DeclarePeriodicPublish() is retired: use DeclarePeriodicPublishEvent(period, offset, publish).")
     self.DeclarePeriodicPublishEvent(period_sec, offset_sec, lambda context: None)  # DoPublish() is called anyway
 
 
-def _declare_periodic_discrete_update(self: Any, period_sec: float, offset_sec: float = 0.0) -> None:
+def _declare_periodic_discrete_update(self: LeafSystem, period_sec: float, offset_sec: float = 0.0) -> None:
     """Retired: use `DeclarePeriodicDiscreteUpdateEvent`. Calls the override `DoCalcDiscreteVariableUpdates`."""
     hint("DeclarePeriodicDiscreteUpdate() is retired: use DeclarePeriodicDiscreteUpdateEvent(period, offset, update).")
     self.DeclarePeriodicDiscreteUpdateEvent(period_sec, offset_sec, lambda context, discrete_state: None)
 
 
-def _set_discrete_contact_solver(self: Any, contact_solver: Any) -> None:
+def _set_discrete_contact_solver(self: MultibodyPlant, contact_solver: Any) -> None:
     """Retired: use `set_discrete_contact_approximation`. TAMSI or SAP, by the solver's name."""
     from sheldrake.multibody.plant import DiscreteContactApproximation
 
@@ -51,7 +59,7 @@ def _camera_info(kind: str) -> Callable:
     return info
 
 
-def _fix_input_port(self: Any, index: int, data: Any) -> Any:
+def _fix_input_port(self: Context, index: int, data: Any) -> Any:
     """Retired: use `InputPort.FixValue`."""
     hint("Context.FixInputPort() is retired: use system.get_input_port(index).FixValue(context, value).")
     return self._system.get_input_port(index).FixValue(self, data)
@@ -73,7 +81,7 @@ def _exclude_collisions(kind: str) -> Callable:
     return exclude
 
 
-def _add_minimum_distance(self: Any, minimum_distance: float, threshold_distance: float = 1.0) -> Any:
+def _add_minimum_distance(self: InverseKinematics, minimum_distance: float, threshold_distance: float = 1.0) -> Any:
     """Retired: use `AddMinimumDistanceLowerBoundConstraint`."""
     hint("InverseKinematics.AddMinimumDistanceConstraint() is retired: use AddMinimumDistanceLowerBoundConstraint().")
     return self.AddMinimumDistanceLowerBoundConstraint(minimum_distance, threshold_distance)
@@ -85,19 +93,19 @@ def _floating_velocities_start(self: Any) -> int:
     return self.GetParentPlant().num_positions() + self.floating_velocities_start_in_v()
 
 
-def _filename(self: Any) -> str:
+def _filename(self: Mesh) -> str:
     """Retired: use `source().path()`. The file of a mesh; empty for one in memory."""
     hint(f"{type(self).__name__}.filename() is retired: use source().path().")
     return str(self.source().path()) if self.source().is_path() else ""
 
 
-def _is_plant_finalized(self: Any) -> bool:
+def _is_plant_finalized(self: RobotDiagramBuilder) -> bool:
     """Retired: use `plant().is_finalized()`."""
     hint("RobotDiagramBuilder.IsPlantFinalized() is retired: use plant().is_finalized().")
     return self.plant().is_finalized()
 
 
-def _finalize_plant(self: Any) -> None:
+def _finalize_plant(self: RobotDiagramBuilder) -> None:
     """Retired: use `plant().Finalize()`."""
     hint("RobotDiagramBuilder.FinalizePlant() is retired: use plant().Finalize().")
     self.plant().Finalize()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from sheldrake.multibody.math import SpatialVelocity
 from sheldrake.systems.framework import BasicVector, InputPort, LeafSystem
 
 from .hints import hint
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.systems.framework._context.context import Context
 
 __all__ = ["FrameVelocity", "PoseAggregator", "PoseBundle", "PoseVector"]
 
@@ -41,7 +46,7 @@ class PoseVector(BasicVector):
         """The position [m], shape (3,)."""
         return self.CopyToVector()[:3]
 
-    def set_translation(self, p: Any) -> None:
+    def set_translation(self, p: ArrayLike) -> None:
         """Sets the position [m], shape (3,)."""
         self.SetFromVector(np.concatenate([np.asarray(p, dtype=float), self.CopyToVector()[3:]]))
 
@@ -49,7 +54,7 @@ class PoseVector(BasicVector):
         """The orientation."""
         return Quaternion(self.CopyToVector()[3:])
 
-    def set_rotation(self, q: Any) -> None:
+    def set_rotation(self, q: Quaternion) -> None:
         """Sets the orientation, a Quaternion."""
         self.SetFromVector(np.concatenate([self.CopyToVector()[:3], q.wxyz()]))
 
@@ -57,7 +62,7 @@ class PoseVector(BasicVector):
         """Both as a transform."""
         return RigidTransform(quaternion=self.get_rotation(), p=self.get_translation())
 
-    def set_transform(self, X: Any) -> None:
+    def set_transform(self, X: RigidTransform) -> None:
         """Sets both from a transform."""
         self.set_rotation(RotationMatrix(X.rotation()).ToQuaternion())
         self.set_translation(X.translation())
@@ -72,7 +77,7 @@ class FrameVelocity(BasicVector):
 
     kSize: ClassVar[int] = 6
 
-    def __init__(self, velocity: Any = None):
+    def __init__(self, velocity: ArrayLike | None = None):
         hint("FrameVelocity is retired: use an abstract port of SpatialVelocity.")
         super().__init__(6 * [0.0])
         if velocity is not None:
@@ -173,7 +178,7 @@ class PoseAggregator(LeafSystem):
         self._parts.append((bundle_name, -1, port, PoseBundle))
         return port
 
-    def _collect(self, context: Any, output: Any) -> None:
+    def _collect(self, context: Context, output: AbstractValue) -> None:
         frames: list[tuple[str, int, Any, Any]] = []
         for name, instance, port, velocity in self._parts:
             if velocity is PoseBundle:

@@ -92,7 +92,8 @@ def join(parts: Iterable[Words]) -> tuple[Words, list[int]]:
     at, words, relocations = [0], [], []
     for part in parts:
         words.append(part.words)
-        relocations += [r._replace(at=r.at + at[-1]) for r in part.relocations]
+        begin = at[-1]
+        relocations += [_relocation((begin + k, array, absolute)) for k, array, absolute in part.relocations]
         at.append(at[-1] + len(part.words))
     return Words(np.concatenate([*words, np.zeros(1, np.int64)]), tuple(relocations)), at
 

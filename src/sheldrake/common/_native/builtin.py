@@ -26,12 +26,15 @@ import ctypes
 import functools
 import hashlib
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._native import living
 from sheldrake.common.kernel import MISFIT
+
+if TYPE_CHECKING:
+    from llvmlite.binding import TargetMachine
 
 HEAD, PER_ARGUMENT, PER_STAGE = 15, 4, 3
 SYMBOL = "sheldrake_call"
@@ -326,7 +329,7 @@ def code_address(symbol: str, text: str) -> int | None:
         return None
 
 
-def assemble(text: str, target: Any) -> bytes:
+def assemble(text: str, target: TargetMachine) -> bytes:
     """An object file of LLVM's language for a target."""
     import llvmlite.binding as llvm
 

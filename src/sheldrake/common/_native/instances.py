@@ -17,9 +17,12 @@ from __future__ import annotations
 import ctypes
 import functools
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._native import builtin
+
+if TYPE_CHECKING:
+    from sheldrake.common._native.builtin import _Method
 
 SYMBOL = "sheldrake_instance"
 HEAD, PER_SLOT = 6, 2
@@ -102,7 +105,7 @@ def _functions() -> list[int]:
 
 
 @functools.cache
-def _method() -> Any:
+def _method() -> _Method:
     return builtin._Method(b"make", _address(), builtin.METH_FASTCALL, b"A new object of what kernels give.")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import os
 import pathlib
@@ -63,8 +64,10 @@ def read(path: pathlib.Path) -> bytes | None:
     if not is_trusted(path.parent):
         return None
     try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    except OSError:
+        descriptor = _open(path)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            _refuse(str(path), "is a link")
         return None
     with os.fdopen(descriptor, "rb") as file:
         found = os.fstat(descriptor)
@@ -77,6 +80,27 @@ def read(path: pathlib.Path) -> bytes | None:
             _refuse(str(path), reason)
             return None
         return file.read(found.st_size)
+
+
+def _open(path: pathlib.Path) -> int:
+    """A descriptor of a file itself, of no link to one, in the folder that this user alone may write.
+
+    The folder is asked once more when it is open: what its path names may have been exchanged since `is_trusted`.
+
+    Raises:
+        OSError: there is no such file, or the folder is another's.
+    """
+    flags = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_BINARY", "O_NOFOLLOW"))
+    if os.open not in os.supports_dir_fd:
+        return os.open(path, flags)
+    folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        if reason := _fault(os.fstat(folder)):
+            _refuse(str(path.parent), reason)
+            raise PermissionError(reason)
+        return os.open(path.name, flags, dir_fd=folder)
+    finally:
+        os.close(folder)
 
 
 def is_trusted(folder: pathlib.Path) -> bool:

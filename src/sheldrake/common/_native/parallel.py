@@ -15,10 +15,13 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._native import prebuilt, store
 from sheldrake.common.kernel import Kernel, jit_enabled
+
+if TYPE_CHECKING:
+    import subprocess
 
 MAX_PROCESSES = 4
 NUMBER = 2  # bytes of a number in the queue
@@ -58,7 +61,7 @@ def _next(items: list[Any], queue: int) -> Iterator[Any]:
         yield items[int.from_bytes(number, "big")]
 
 
-def _start(kernels: list[Kernel], queue: int) -> Any:
+def _start(kernels: list[Kernel], queue: int) -> subprocess.Popen[bytes]:
     import subprocess  # not above: most processes have nothing to compile
 
     path = [os.path.abspath(p) for p in sys.path if p]

@@ -242,7 +242,7 @@ def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
         yield from _with_attributes(name, cells.get(name, scope.get(name)), code.co_names)
 
 
-def _with_attributes(path: str, value: Any, names: tuple[str, ...], depth: int = 3) -> Iterator[tuple[str, Any]]:
+def _with_attributes(path: str, value: object, names: tuple[str, ...], depth: int = 3) -> Iterator[tuple[str, Any]]:
     """A value and, of what is no value of a kernel itself, the attributes that have one of these names."""
     yield path, value
     is_whole = isinstance(value, (int, float, complex, str, tuple, np.generic)) or value is np

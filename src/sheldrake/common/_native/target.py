@@ -7,7 +7,10 @@ compile give the same bits.
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from llvmlite.binding import TargetMachine
 
 LIBM = frozenset(
     "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow sqrt "
@@ -26,7 +29,7 @@ class Target(NamedTuple):
     reloc: str = "pic"
     abi: str = ""
 
-    def machine(self) -> Any:
+    def machine(self) -> TargetMachine:
         """LLVM's target machine."""
         import llvmlite.binding as llvm
 

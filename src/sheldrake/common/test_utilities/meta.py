@@ -27,7 +27,7 @@ def run_with_multiple_values(values: Iterable[dict[str, Any]]) -> Callable:
 class ValueParameterizedTest(type):
     """Metaclass of test cases: replaces a decorated `test_x(self, a)` by `test_x_a_1(self)` and so on."""
 
-    def __new__(mcs, name: str, bases: tuple, namespace: dict[str, Any]) -> Any:
+    def __new__(mcs, name: str, bases: tuple, namespace: dict[str, Any]) -> ValueParameterizedTest:
         """The class with one method for each set of arguments."""
         methods: dict[str, Any] = {}
         for key, member in namespace.items():

@@ -39,7 +39,7 @@ def resolve_type(a: Any) -> type:
     return types.pop()
 
 
-def to_float(a: Any) -> Any:
+def to_float(a: Any) -> float:
     """The values of `a` as floats: an array of its shape, or a float for a single number.
 
     Raises:
@@ -136,12 +136,12 @@ def _value(x: Any) -> float:
     return float(x)
 
 
-def _floats(bf: Any) -> Any:
+def _floats(bf: Any) -> np.ndarray | float:
     assert np.asarray(bf).dtype != object, f"floats are expected here, not {bf!r}"
     return np.asarray(bf, dtype=float) if np.ndim(bf) else float(bf)
 
 
-def _pairs(a: np.ndarray, b: np.ndarray) -> Any:
+def _pairs(a: np.ndarray, b: np.ndarray) -> list[Any]:
     """(index, element of a, element of b) of arrays of the same shape."""
     assert a.shape == b.shape, f"shapes differ: {a.shape} and {b.shape}"
     return [(at, a[at], b[at]) for at in np.ndindex(a.shape)]

@@ -127,7 +127,7 @@ def _by_family(pair: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.ascontiguousarray(pair[order]), np.searchsorted(family[order], np.arange(kernel_model.Families.SIZE))
 
 
-def _property(record: GeometryRecord, group: str, name: str, default: Any = None) -> Any:
+def _property(record: GeometryRecord, group: str, name: str, default: object = None) -> Any:
     return record.roles[Role.kProximity].GetPropertyOrDefault(group, name, default)
 
 

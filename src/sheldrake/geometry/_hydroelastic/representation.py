@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from sheldrake.geometry._roles import HydroelasticType, Role
 from sheldrake.geometry._shape_types import ShapeType, type_of
 from sheldrake.geometry._shapes import Convex, HalfSpace, Mesh, Shape, Sphere
 from sheldrake.geometry._text import number
-
-if TYPE_CHECKING:
-    pass
 
 
 class Representation(NamedTuple):

@@ -7,7 +7,8 @@ from sheldrake.common._kernels.vec import add3, compose, cross3, dot3, rotate_ba
 from sheldrake.common.kernel import kernel
 
 from .convex import FLAT, emit_candidate, emit_four, emit_middle, face_candidates
-from .model import CANDIDATE
+from .model import CANDIDATE, POLYGON_A, POLYGON_B
+from .support import shown_feature
 from .table import absolute, column, least_depth, several_points
 
 _PREFER_FACES = 0.05  # an edge axis must be better by this fraction
@@ -131,7 +132,9 @@ def edge_edge(model, table, a, b, t, i, j, depth):
 def face_of_box(model, table, ref, inc, axis, t):
     """Contacts on the face of `ref` across `axis` that looks at `inc`, which is t away."""
     out = scale3(axis, sign_of(dot3(axis, t)))
-    count = face_candidates(model, table, ref, inc, out, out)
+    sides = shown_feature(model, table, ref, out, POLYGON_A)
+    corners = shown_feature(model, table, inc, scale3(out, -1.0), POLYGON_B)
+    count = face_candidates(model, table, ref, inc, sides, corners, out)
     if several_points(model, ref, inc):
         emit_four(model, table, inc, ref, out, count)
     elif count > 0:

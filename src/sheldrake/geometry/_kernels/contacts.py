@@ -8,6 +8,7 @@ from sheldrake.common.kernel import kernel
 from .box_box import box_box_contacts
 from .convex import convex_contacts
 from .half_space import half_space_contacts
+from .memory import overlapped
 from .model import CAPSULE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
 from .near import pairs_of, spheres_within, widest_margin
 from .sphere import sphere_contacts
@@ -111,5 +112,7 @@ def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     first = model.convex_pairs
     for k in pairs_of(table, first, model.end_of_pairs, table.near_convex, table.end_of_near):
         i, j = ordered(model, model.pairs[k].a, model.pairs[k].b)
-        if not spheres_apart(model, table, i, j) and not boxes_apart(model, table, i, j):
+        if spheres_apart(model, table, i, j):
+            continue
+        if overlapped(table, k - first) or not boxes_apart(model, table, i, j):
             convex_contacts(model, table, i, j, k - first)

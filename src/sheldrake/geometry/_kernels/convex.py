@@ -8,7 +8,7 @@ from sheldrake.common.kernel import kernel
 from .half_space import cylinder_on_plane_multi
 from .model import CANDIDATE, CYLINDER, MAX_POINTS, POLYGON_A, POLYGON_B, POLYGON_C, Z_AXIS
 from .separation import separation_of_pair
-from .support import best_face, has_faces, shown_feature, side_of_face, within_face
+from .support import best_face, has_faces, shown_face, shown_feature, side_of_face, within_face
 from .table import MIN_DEPTH, absolute, column, emit, least_depth, several_points
 
 # 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
@@ -44,13 +44,13 @@ def emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, depth):
 @kernel(outline=True)
 def touching_features(model, table, i, j, nhat_ji, depth):
     """Contacts of a face with what lies on it, or of two edges side by side; how many."""
-    out_i, along_i = nhat_ji, 0.0
-    out_j, along_j = nhat_ji, 0.0
+    face_i, out_i, along_i = -1, nhat_ji, 0.0
+    face_j, out_j, along_j = -1, nhat_ji, 0.0
     if has_faces(model, i):
-        _face, out_i = best_face(model, table, i, scale3(nhat_ji, -1.0))
+        face_i, out_i = best_face(model, table, i, scale3(nhat_ji, -1.0))
         along_i = -dot3(out_i, nhat_ji)
     if has_faces(model, j):
-        _face, out_j = best_face(model, table, j, nhat_ji)
+        face_j, out_j = best_face(model, table, j, nhat_ji)
         along_j = dot3(out_j, nhat_ji)
     flat_i = along_i >= 1.0 - FLAT
     flat_j = along_j >= 1.0 - FLAT
@@ -60,9 +60,13 @@ def touching_features(model, table, i, j, nhat_ji, depth):
         return cap_contacts(model, table, i, j, out_i)
     emitted = 0
     if flat_j:
-        emitted = face_contacts(model, table, j, i, out_j, nhat_ji, depth)
+        sides = shown_face(model, table, j, face_j, out_j, POLYGON_A)
+        corners = shown_face(model, table, i, face_i, scale3(nhat_ji, -1.0), POLYGON_B)
+        emitted = face_contacts(model, table, j, i, sides, corners, out_j, depth)
     if flat_i and emitted == 0:
-        emitted = face_contacts(model, table, i, j, out_i, scale3(nhat_ji, -1.0), depth)
+        sides = shown_face(model, table, i, face_i, out_i, POLYGON_A)
+        corners = shown_face(model, table, j, face_j, nhat_ji, POLYGON_B)
+        emitted = face_contacts(model, table, i, j, sides, corners, out_i, depth)
     if flat_i or flat_j:
         return emitted
     return edge_contacts(model, table, i, j, nhat_ji, depth)
@@ -101,12 +105,13 @@ def farthest(table, count, first):
 
 
 @kernel(outline=True)
-def face_contacts(model, table, ref, inc, out, nhat, depth):
-    """Contacts of what `inc` shows along -nhat with the face of `ref`; how many, 0 if none is as deep as the shapes.
+def face_contacts(model, table, ref, inc, sides, corners, out, depth):
+    """Contacts of what `inc` shows with the face of `ref`; how many, 0 if none is as deep as the shapes.
 
+    Polygons are where `face_candidates` has them.
     The deepest point of a slender hull may belong to another face than the one that looks along the normal most.
     """
-    count = face_candidates(model, table, ref, inc, out, nhat)
+    count = face_candidates(model, table, ref, inc, sides, corners, out)
     if count == 0 or table.candidates[CANDIDATE + deepest(table, count)].depth < depth - shortfall(
         model, ref, inc, depth
     ):
@@ -137,15 +142,34 @@ def cap_contacts(model, table, ref, inc, out):
     return table.num_contacts - before
 
 
+@kernel
+def circle_around(table, corners):
+    """Middle of the corners in POLYGON_B, and the square of a radius about it that holds all of them."""
+    middle = (0.0, 0.0, 0.0)
+    for k in range(corners):
+        middle = add3(middle, table.corners[POLYGON_B + k].p_W)
+    middle = scale3(middle, 1.0 / corners)
+    most = 0.0
+    for k in range(corners):
+        r = sub3(table.corners[POLYGON_B + k].p_W, middle)
+        most = max(most, dot3(r, r))
+    return middle, most * (1.0 + _LEVEL)
+
+
 @kernel(outline=True)
-def face_candidates(model, table, ref, inc, out, nhat):
-    """Points of what `inc` shows along -nhat, within and below the face of `ref` with outward normal out; how many."""
-    sides = shown_feature(model, table, ref, out, POLYGON_A)
-    corners = shown_feature(model, table, inc, scale3(nhat, -1.0), POLYGON_B)
+def face_candidates(model, table, ref, inc, sides, corners, out):
+    """Points of what `inc` shows, within and below the face of `ref` with outward normal out; how many.
+
+    So many corners of the face of `ref` are in POLYGON_A, and of what `inc` shows in POLYGON_B.
+    """
+    middle, reach2 = circle_around(table, corners)
     source = POLYGON_B
     for k in range(sides):
-        target = POLYGON_C if source == POLYGON_B else POLYGON_B
         a, outward = side_of_face(table, k, sides, out)
+        height = dot3(outward, sub3(middle, a))
+        if height < 0.0 and height * height >= reach2 * dot3(outward, outward):
+            continue  # all corners are behind the side
+        target = POLYGON_C if source == POLYGON_B else POLYGON_B
         corners = clip(table, source, corners, target, a, outward)
         source = target
     base = table.corners[POLYGON_A].p_W

@@ -12,6 +12,7 @@ from sheldrake.common.kernel import kernel
 
 from .model import (
     BOX,
+    BY_DIRECTION,
     CAPSULE,
     FACE_AND_VERTEX,
     FACE_ON_MORE,
@@ -22,7 +23,8 @@ from .model import (
     TWO_EDGES,
     VERTEX_AND_FACE,
 )
-from .support import best_face, core_vertex, farthest_vertex, has_faces, within_face
+from .polish import nearby
+from .support import best_face, core_vertex, farthest_vertex, has_faces, is_curved, within_face
 from .table import absolute, several_points
 
 _SAME = 1e-8  # 1 - cosine: a face that looks so well along the direction found is what gave it, if it is as deep
@@ -174,8 +176,12 @@ def face_and_more(model, table, g, other, out, depth, size):
 def what_meets(model, table, i, j, size, corners, out, depth):
     """From the nearest triangle of the difference: (what meets there, direction out of i - j, depth, points).
 
-    NO_FEATURE if it is not to be told. The points are on i and on j.
+    NO_FEATURE if it is not to be told. The points are on i and on j. Where shapes are curved, what meets near the
+    direction may be anything.
     """
+    if is_curved(model, i) or is_curved(model, j):
+        known, n, found, p, q = nearby(model, table, i, j, size, out, depth)
+        return BY_DIRECTION if known else NO_FEATURE, n, found, p, q
     what, who = kind_of_feature(table, corners)
     known, n, found, p, q = False, out, depth, out, out
     if what == FACE_AND_VERTEX:

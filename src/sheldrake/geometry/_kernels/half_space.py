@@ -12,8 +12,8 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .hull import lowest_vertex, steepest_face
 from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, HULL, SPHERE, X_AXIS, Z_AXIS
+from .support import lowest_vertex, steepest_face
 from .table import (
     CORNERS,
     MIN_DEPTH,

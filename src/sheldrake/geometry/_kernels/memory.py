@@ -1,33 +1,44 @@
 """What a search for contacts remembers of each pair of convex shapes for the next one.
 
-Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of a pair that
-overlapped, what met (see `tracking`), and the polytope that EPA grew in the difference, by the numbers of its vertices:
-placed anew, it mostly says at once where the pair overlaps least. All is checked before it is believed, and says no
-more than the search without it would find: a polytope only which feature is nearest by far, whose answer `feature`
+Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of one that nearly
+touched, the direction along which it is nearest: there is only one, so what `polish` finds from there is the answer. Of
+a pair that overlapped, what met (see `tracking`), and the polytope that EPA grew in the difference, by points of the
+shapes: placed anew, it mostly says at once where the pair overlaps least. All is checked before it is believed and says
+no more than the search without it would find: a polytope only which feature is nearest by far, whose answer `feature`
 then gives.
 """
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import dot3, rotate, rotate_back, scale3, sub3
+from sheldrake.common._kernels.vec import add3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .epa import epa, set_face
 from .feature import number_of, what_meets
 from .gjk import add_vertex
-from .model import FACE, NO_FEATURE, SIMPLEX, SLOT_FACES, SLOT_VERTICES
-from .support import core_vertex
-from .tracking import PARALLEL, has_vertex, still_meets, track
+from .model import ELLIPSOID, FACE, NO_FEATURE, SIMPLEX, SLOT_FACES, SLOT_VERTICES
+from .polish import nearby
+from .support import is_curved, support, vertex_in_frame
+from .tracking import ALIKE, PARALLEL, has_vertex, still_meets, track
 
 _CERTAIN = 1e-9  # relative to the size: shapes that seem so far apart are apart, depths that differ by so much differ
+_EPA_GAP = 1e-13  # relative to the size: EPA stops when the depth of polytopes is known this well
+_EPA_GAP_SMOOTH = 1e-6  # and that of curved shapes, whose answer is then refined
 _NO_SHIFT = (0.0, 0.0, 0.0)
 SEPARATED = -1
+TOUCHING = -2
 
 
 @kernel
 def remembers(table, k):
     """Whether there is room for a memory of pair k."""
     return k >= 0 and k < len(table.memories)
+
+
+@kernel
+def overlapped(table, k):
+    """Whether it is remembered that pair k overlapped: then it mostly does."""
+    return remembers(table, k) and table.memories[k].how > 0
 
 
 @kernel
@@ -49,11 +60,37 @@ def forget(table, k):
 
 
 @kernel
+def epa_gap(model, i, j, size):
+    """How well EPA finds the depth of a pair [m]."""
+    return size * (_EPA_GAP_SMOOTH if is_curved(model, i) or is_curved(model, j) else _EPA_GAP)
+
+
+@kernel
+def one_is_deepest(model, g):
+    """Whether a shape overlaps others least in one place; a round one may do so above several corners of a hull.
+
+    Then EPA, which knows the depth of curved shapes less well, may take another place than memory.
+    """
+    return model[g].kind != ELLIPSOID
+
+
+@kernel
+def remember_along(table, i, k, nhat_ji, how):
+    forget(table, k)
+    table.memories[k].how = how
+    table.separators[k].axis_G = rotate_back(table.poses[i].R_WG, nhat_ji)
+
+
+@kernel
 def remember_direction(table, i, k, nhat_ji):
     """Pair k is apart along nhat_ji."""
-    forget(table, k)
-    table.memories[k].how = SEPARATED
-    table.separators[k].axis_G = rotate_back(table.poses[i].R_WG, nhat_ji)
+    remember_along(table, i, k, nhat_ji, SEPARATED)
+
+
+@kernel
+def remember_touch(table, i, k, nhat_ji):
+    """Pair k nearly touches, and is nearest along nhat_ji."""
+    remember_along(table, i, k, nhat_ji, TOUCHING)
 
 
 @kernel(outline=True)
@@ -87,15 +124,28 @@ def remember_overlap(model, table, i, j, k, faces, vertices, grown, what, corner
         return
     slot = table.slots[s]
     if slot.owner != k + 1:
-        slot.owner, slot.num_vertices, slot.num_faces = k + 1, 0, 0
+        slot.owner, slot.num_vertices, slot.num_faces, slot.feature = k + 1, 0, 0, NO_FEATURE
     table.memories[k].how = s + 1
     if grown:
-        keep_polytope(table, s, faces, vertices)
+        keep_polytope(model, table, i, j, s, faces, vertices)
     track(model, table, i, j, s, faces, what, corners, out, depth)
 
 
 @kernel
-def keep_polytope(table, s, faces, vertices):
+def in_frame(model, table, g, number, p_W):
+    """A point of the core of shape g in its frame; a vertex by its number, so that it stays where it is to the bit."""
+    if is_curved(model, g):
+        return rotate_back(table.poses[g].R_WG, sub3(p_W, table.poses[g].p_WG))
+    return vertex_in_frame(model, g, number)
+
+
+@kernel
+def in_world(table, g, p_G):
+    return add3(table.poses[g].p_WG, rotate(table.poses[g].R_WG, p_G))
+
+
+@kernel
+def keep_polytope(model, table, i, j, s, faces, vertices):
     """Keeps the polytope of EPA in slot s if it is small, else none."""
     slot = table.slots[s]
     slot.num_vertices, slot.num_faces = 0, 0
@@ -105,6 +155,9 @@ def keep_polytope(table, s, faces, vertices):
     for v in range(vertices):
         kept = table.kept_vertices[s * SLOT_VERTICES + v]
         kept.a, kept.b = number_of(table, v, 0), number_of(table, v, 1)
+        points = table.kept_points[s * SLOT_VERTICES + v]
+        points.p_AP = in_frame(model, table, i, kept.a, table.vertices[SIMPLEX + v].a)
+        points.p_BP = in_frame(model, table, j, kept.b, table.vertices[SIMPLEX + v].b)
     for f in range(faces):
         link, kept_link = table.links[f], table.kept_links[s * SLOT_FACES + f]
         kept_link.corners, kept_link.neighbours = link.corners, link.neighbours
@@ -118,8 +171,8 @@ def place_polytope(model, table, i, j, size, s):
         kept = table.kept_vertices[s * SLOT_VERTICES + v]
         if not (has_vertex(model, i, kept.a) and has_vertex(model, j, kept.b)):
             return False
-        a = core_vertex(model, table, i, kept.a)
-        b = core_vertex(model, table, j, kept.b)
+        a = in_world(table, i, table.kept_points[s * SLOT_VERTICES + v].p_AP)
+        b = in_world(table, j, table.kept_points[s * SLOT_VERTICES + v].p_BP)
         table.vertices[SIMPLEX + v].points = (sub3(a, b), a, b, (float(kept.a), float(kept.b)))
     for f in range(slot.num_faces):
         kept_link = table.kept_links[s * SLOT_FACES + f]
@@ -132,19 +185,32 @@ def place_polytope(model, table, i, j, size, s):
 
 
 @kernel
-def is_nearest_by_far(table, faces, out, beyond):
-    """Whether all faces nearer than `beyond` look along `out`."""
+def is_nearest_by_far(table, faces, out, beyond, alike):
+    """Whether all faces nearer than `beyond` look along `out`: 1 - cosine is no more than `alike`."""
     for f in range(faces):
         face = table.polytope[FACE + f]
-        if face.exists > 0.0 and face.offset <= beyond and dot3(face.normal, out) < 1.0 - PARALLEL:
+        if face.exists > 0.0 and face.offset <= beyond and dot3(face.normal, out) < 1.0 - alike:
             return False
     return True
 
 
+@kernel
+def follow_touch(model, table, i, j, size, far, k):
+    """`follow` of a pair that nearly touched."""
+    out = scale3(rotate(table.poses[i].R_WG, table.separators[k].axis_G), -1.0)
+    before = dot3(out, sub3(support(model, table, i, out), support(model, table, j, scale3(out, -1.0))))
+    found, out, depth, p_i, p_j = nearby(model, table, i, j, size, out, before)
+    slack = _CERTAIN * size
+    known = found and depth < -slack and depth > slack - far  # else rounding says who is near enough
+    return known, out, depth, p_i, p_j
+
+
 @kernel(outline=True)
-def follow(model, table, i, j, size, gap, k):
+def follow(model, table, i, j, size, far, k):
     """(whether memory tells where pair k overlaps least, direction out of i - j, depth, points on i and j)."""
     out = (1.0, 0.0, 0.0)
+    if table.memories[k].how == TOUCHING:
+        return follow_touch(model, table, i, j, size, far, k)
     s = own_slot(table, k)
     if s < 0:
         return False, out, 0.0, out, out
@@ -155,8 +221,11 @@ def follow(model, table, i, j, size, gap, k):
     if table.slots[s].num_vertices == 0 or not place_polytope(model, table, i, j, size, s):
         return False, out, 0.0, out, out
     before = table.slots[s].num_vertices
+    gap = epa_gap(model, i, j, size)
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, table.slots[s].num_faces, before)
-    if not proven or not is_nearest_by_far(table, faces, out, depth + _CERTAIN * size):
+    curved = is_curved(model, i) or is_curved(model, j)
+    alike = ALIKE if curved else PARALLEL
+    if not proven or not is_nearest_by_far(table, faces, out, depth + gap + _CERTAIN * size, alike):
         return False, out, depth, out, out
     what, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
     known = what != NO_FEATURE

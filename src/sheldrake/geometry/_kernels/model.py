@@ -288,7 +288,7 @@ class HoleEdge(Record):
 class Remembered(Record):
     """What is remembered of a pair of convex shapes, see `memory`."""
 
-    how = integer("0: nothing; -1: a direction that separates it; n: a polytope, in slot n - 1")
+    how = integer("0: nothing; -1: a direction that separates it; -2: that along which it is nearest; n: slot n - 1")
 
 
 class Separating(Record):
@@ -312,8 +312,9 @@ class Seen(Record):
     centre_W = numbers(3, "centre of the bounding sphere", "m")
 
 
-# What meets where two polytopes overlap least; more than a vertex is an edge or a face in the plane of the face
-NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES, FACE_ON_MORE, MORE_ON_FACE = range(6)
+# What meets where two shapes overlap least; more than a vertex is an edge or a face in the plane of the face; of curved
+# shapes the direction alone is known
+NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES, FACE_ON_MORE, MORE_ON_FACE, BY_DIRECTION = range(7)
 
 NEAR_FACES = 8  # of a polytope, that are looked at each time
 
@@ -337,6 +338,7 @@ class Tracked(Record):
     R_AB = numbers(9, "rotation of the second shape in the frame of the first")
     p_AB = numbers(3, "centre of its bounding sphere in that frame", "m")
     out_A = numbers(3, "direction out of first - second that met")
+    turn_A = numbers(3, "how it changed in the last step; 0 where what meets tells it")
     depth = number("along it", "m")
     beyond = number("distance of the faces that are not near, at least", "m")
     near_offset = array(NEAR_FACES, "distances of those that are", "m")
@@ -347,6 +349,13 @@ class KeptVertex(Record):
 
     a = integer("number among the vertices of the first shape")
     b = integer("number among the vertices of the second shape")
+
+
+class KeptPoint(Record):
+    """The same: a point of the first shape less one of the second, each in the frame of its shape."""
+
+    p_AP = numbers(3, "of the first", "m")
+    p_BP = numbers(3, "of the second", "m")
 
 
 MANY_PAIRS = 48  # from so many on, near ones are listed
@@ -394,6 +403,7 @@ class ContactTable(NamedTuple):
     slot: Annotated[IntMatrix, Items("slots", Slot)]
     tracked: Annotated[Matrix, Items("tracks", Tracked)]
     kept_vertex: Annotated[IntMatrix, Items("kept_vertices", KeptVertex)]
+    kept_point: Annotated[Matrix, Items("kept_points", KeptPoint)]
     kept_link: Annotated[IntMatrix, Items("kept_links", FaceLinks)]
 
 
@@ -441,6 +451,7 @@ def contact_table(model: GeometryModel, capacity: int | None = None, slots: int 
         slot=np.zeros((slots, Slot.SIZE), np.int64),
         tracked=np.zeros((slots, Tracked.SIZE)),
         kept_vertex=np.zeros((slots * SLOT_VERTICES, KeptVertex.SIZE), np.int64),
+        kept_point=np.zeros((slots * SLOT_VERTICES, KeptPoint.SIZE)),
         kept_link=np.zeros((slots * SLOT_FACES, FaceLinks.SIZE), np.int64),
     )
 

@@ -13,11 +13,10 @@ free, with one it turns about the edge, with two it is given. The points of the 
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.generic import sqrt, whole
 from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .hull import lowest_vertex
 from .model import (
     BOX,
     CAPSULE,
@@ -30,7 +29,7 @@ from .model import (
     Y_AXIS,
     Z_AXIS,
 )
-from .support import best_face, has_faces, part_within_face, support, within_face
+from .support import best_face, has_faces, lowest_vertex, part_within_face, support, within_face
 from .table import absolute, column
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
@@ -38,11 +37,17 @@ NARROW = 3e-4  # the same where many edges are
 _EXACT = 1e-10  # the same where a point of the edge stands for its end
 _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the cap, not its rim, is meant
 _STEPS = 8
+_LAST_STEPS = 4
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
-_STILL = 4e-16  # a step that turns d by no more is the last [rad]
+_STILL = 1e-14  # a step that turns d by no more is not worth while [rad]
+_CONVERGED = 1e-12  # where rounding lets it come no nearer, a step that turns d by no more is the last, too [rad]
+_CLOSE = 1e-7  # after a step that turns d by no more, d goes to the nearest point of a grid [rad]
+_GRID = 16777216.0  # points of it per unit
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
 _LOOSE = 1e-10  # relative to the size: how far the points of the answer may be from where d and depth say they are
 _BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
+_ROUNDING = 1e-14  # relative to the size: a direction that loses no more is as good
+_AS_GOOD = 1e-10  # the same of a face, which would be missed where caps are all but flat on one another
 
 # Scratch, in rows that polygons use later
 EDGE = POLYGON_A
@@ -198,7 +203,7 @@ def unit(v):
     return scale3(v, 1.0 / sqrt(dot3(v, v)))
 
 
-@kernel
+@kernel(outline=True)
 def square_to_edges(table, count, d):
     """(whether there is one, the direction nearest to d square to all edges)."""
     if count == 0:
@@ -213,7 +218,7 @@ def square_to_edges(table, count, d):
     return True, across if dot3(across, d) > 0.0 else scale3(across, -1.0)
 
 
-@kernel(outline=True)
+@kernel
 def newton_turn(table, count, d, w):
     """(whether h is convex here, the small vector to add to d): along the circle square to an edge, or free."""
     depth = dot3(d, w)
@@ -235,6 +240,36 @@ def newton_turn(table, count, d, w):
     x = dot3(t, w)
     y = dot3(u, w)
     return True, add3(scale3(t, (b * y - c * x) / determinant), scale3(u, (b * x - a * y) / determinant))
+
+
+@kernel
+def span_a_face(model, table, i, j, count):
+    """Whether there are two edges of a face of a hull: what they span is not that face, as it is of a box."""
+    if count != 2 or table.edges[EDGE].sign != table.edges[EDGE + 1].sign:
+        return False
+    return model[i if table.edges[EDGE].sign > 0.0 else j].kind == HULL
+
+
+@kernel
+def are_parallel(table, count):
+    """Whether there are two edges, which give one direction."""
+    if count != 2:
+        return False
+    across = cross3(unit(table.edges[EDGE].edge), unit(table.edges[EDGE + 1].edge))
+    return dot3(across, across) < _PARALLEL * _PARALLEL
+
+
+@kernel
+def meet_side_by_side(table, r):
+    """`meet` of two edges that are parallel: in the middle of where they lie side by side; s is -1 if they do not."""
+    e, f = table.edges[EDGE].edge, table.edges[EDGE + 1].edge
+    ee = dot3(e, e)
+    start, length = -dot3(r, e) / ee, dot3(e, f) / ee  # s = start - t length
+    at_end = (start - 1.0) / length
+    low, high = (at_end, start / length) if length > 0.0 else (start / length, at_end)
+    low, high = max(low, 0.0), min(high, 1.0)
+    t = 0.5 * (low + high)
+    return (start - t * length if low <= high else -1.0), t
 
 
 @kernel
@@ -260,37 +295,68 @@ def within(t):
 
 
 @kernel(outline=True)
+def turn(table, count, d, w):
+    """(whether h is convex here, square of the angle to Newton's next direction, it).
+
+    Compiled once, whichever round of a loop it is for: a copy of it may round otherwise.
+    """
+    convex, step = newton_turn(table, count, d, w)
+    return convex, dot3(step, step), unit(add3(d, step))
+
+
+@kernel
+def on_grid(x):
+    """The nearest multiple of 1 / _GRID."""
+    return float(whole(x * _GRID + (0.5 if x >= 0.0 else -0.5))) / _GRID
+
+
+@kernel(outline=True)
+def direction_on_grid(d):
+    return unit((on_grid(d[0]), on_grid(d[1]), on_grid(d[2])))
+
+
+@kernel(outline=True)
 def polish(model, table, i, j, size, d, square):
     """From a direction d out of i - j near the best one: (whether it was found, it, depth along it, points on i and j).
 
     Depth is negative for shapes that are apart. Needs shapes of which one at least is curved where they meet, or an
-    edge against an edge; the rest (faces) is found by GJK and EPA as quickly.
+    edge against an edge; the rest (faces) is found by GJK and EPA as quickly. Wherever Newton's method began, its last
+    steps begin at the same point of a grid, and so the answer has the same bits.
     """
     p_i, p_j, count = show_both(model, table, i, j, d, square)
-    edges = count
-    if edges > 2:
+    if count > 2 or span_a_face(model, table, i, j, count):
         return False, d, 0.0, p_i, p_j
-    for _ in range(_STEPS):
+    shown = count
+    parallel = are_parallel(table, count)
+    edges = 1 if parallel else count
+    again, settled = False, False
+    left = _STEPS
+    for _ in range(_STEPS + _LAST_STEPS):
         known, d = square_to_edges(table, edges, d)
         p_i, p_j, count = show_both(model, table, i, j, d, square)
-        if not known or count != edges:
+        if not known or count != shown:
             return False, d, 0.0, p_i, p_j
-        if edges == 2:
+        if edges == 2:  # once more, with the ends that are shown now: signs of zeros do not depend on where it began
+            settled, d = square_to_edges(table, edges, d)
             break
-        convex, turn = newton_turn(table, edges, d, sub3(p_i, p_j))
-        angle2 = dot3(turn, turn)
+        convex, angle2, there = turn(table, edges, d, sub3(p_i, p_j))
         if not convex or angle2 > _FARTHEST * _FARTHEST:
             return False, d, 0.0, p_i, p_j
-        if angle2 <= _STILL * _STILL:
+        settled = again and angle2 <= _CONVERGED * _CONVERGED
+        left -= 1
+        if left == 0 or (again and angle2 <= _STILL * _STILL):
             break
-        d = unit(add3(d, turn))
+        d = there
+        if not again and angle2 <= _CLOSE * _CLOSE:
+            d = direction_on_grid(d)
+            again, left = True, _LAST_STEPS
     w = sub3(p_i, p_j)
     depth = dot3(d, w)
     r = sub3(w, scale3(d, depth))
-    s, t = meet(table, edges, r)
-    if not within(s) or not within(t):
+    s, t = meet_side_by_side(table, r) if parallel else meet(table, edges, r)
+    if not (settled and within(s) and within(t)):
         return False, d, depth, p_i, p_j
-    for k in range(edges):
+    for k in range(shown):
         part = scale3(table.edges[EDGE + k].edge, s if k == 0 else t)
         r = add3(r, part)
         if table.edges[EDGE + k].sign > 0.0:
@@ -341,3 +407,30 @@ def edge_over_cap(model, table, g, other, size, d):
     depth = dot3(out, sub3(p_g, p))
     r = sub3(sub3(p_g, p), scale3(out, depth))
     return within(along) and dot3(r, r) <= _LOOSE * _LOOSE * size * size, out, depth, p_g, p
+
+
+@kernel(outline=True)
+def nearby(model, table, i, j, size, out, depth):
+    """From a direction near the best one, and the depth along it: (whether it was found, it, depth, points on i and j).
+
+    Of what meets there: a face, an edge over a rim, or what `polish` finds.
+    """
+    limit = depth + _AS_GOOD * size
+    found, d, least, a, b = face_against(model, table, i, j, out)
+    if found and least <= limit:
+        return True, d, least, a, b
+    found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
+    if found and least <= limit:
+        return True, scale3(d, -1.0), least, a, b
+    limit = depth + _ROUNDING * size
+    found, d, least, a, b = edge_over_cap(model, table, i, j, size, out)
+    if found and least <= limit:
+        return True, d, least, a, b
+    found, d, least, b, a = edge_over_cap(model, table, j, i, size, scale3(out, -1.0))
+    if found and least <= limit:
+        return True, scale3(d, -1.0), least, a, b
+    for k in range(2):
+        found, d, least, a, b = polish(model, table, i, j, size, out, SQUARE if k == 0 else NARROW)
+        if found and least <= limit:
+            return True, d, least, a, b
+    return False, out, depth, out, out

@@ -10,19 +10,20 @@ from .epa import epa, make_faces, make_tetrahedron, some_normal
 from .feature import what_meets
 from .gjk import add_vertex, combine3, gjk, triangle_weights
 from .memory import (
+    epa_gap,
     follow,
     forget,
+    one_is_deepest,
     remember_direction,
     remember_overlap,
+    remember_touch,
     remembers,
     still_apart,
 )
-from .model import BOX, CAPSULE, HULL, NO_FEATURE, SIMPLEX, SPHERE
-from .polish import NARROW, SQUARE, edge_over_cap, face_against, polish
-from .support import margin_of
+from .model import NO_FEATURE, SIMPLEX
+from .polish import nearby
+from .support import is_curved, margin_of
 
-_EPA_GAP = 1e-13  # the same for EPA on polytopes
-_EPA_GAP_SMOOTH = 1e-6  # and on curved shapes, whose answer is then refined
 _CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
 _NEAR = 1e-3  # relative to the size: nearer than this, the vector between the cores is too short to tell a direction
 _CONVERGED = 1e-13  # relative to the size: a distance is known so well, or GJK was stuck
@@ -53,7 +54,7 @@ def separation_of_pair(model, table, i, j, reach, k):
     if remembers(table, k):
         if still_apart(model, table, i, j, size, far, k):
             return reach + size, nhat, nhat, nhat
-        followed, out, depth, p_i, p_j = follow(model, table, i, j, size, size * _EPA_GAP, k)
+        followed, out, depth, p_i, p_j = follow(model, table, i, j, size, far, k)
     phi = -depth
     if followed:
         nhat = scale3(out, -1.0)
@@ -72,16 +73,22 @@ def search(model, table, i, j, size, far, k):
         return overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k)
     phi = sqrt(dot3(v, v))
     nhat = scale3(v, 1.0 / phi)
+    at_once = False
     if phi <= far:
         out = scale3(nhat, -1.0)
         depth = dot3(out, add_vertex(model, table, i, j, out, SIMPLEX + 12, _NO_SHIFT))
-        if phi < _NEAR * size or phi + depth > _CONVERGED * size:
-            out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
-            nhat = scale3(out, -1.0)
-            phi = -depth
+        poor = phi < _NEAR * size or phi + depth > _CONVERGED * size
+        if poor or phi < _NEAR * size + margin_of(model, i) + margin_of(model, j):
+            at_once, d, least, a, b = nearby(model, table, i, j, size, out, depth)
+            if poor and not at_once:
+                d, least, a, b = refine(model, table, i, j, size, out, depth, p_i, p_j)
+            if poor or at_once:
+                phi, nhat, p_i, p_j = -least, scale3(d, -1.0), a, b
     if remembers(table, k):
         if phi > far:
             remember_direction(table, i, k, nhat)
+        elif at_once and phi > 0.0:
+            remember_touch(table, i, k, nhat)
         else:
             forget(table, k)
     return phi, nhat, p_i, p_j
@@ -95,16 +102,13 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
         if remembers(table, k):
             forget(table, k)
         return 0.0, flat_normal(table, n), p_i, p_j
-    curved = is_curved(model, i) or is_curved(model, j)
     make_faces(table)
-    gap = size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP)
+    gap = epa_gap(model, i, j, size)
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, 4, 4)
-    what, d, found, a, b = NO_FEATURE, out, depth, p_i, p_j
-    if not curved:
-        what, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+    what, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
     known = what != NO_FEATURE
     if remembers(table, k):
-        if known and proven:
+        if known and proven and one_is_deepest(model, i) and one_is_deepest(model, j):
             remember_overlap(model, table, i, j, k, faces, vertices, True, what, corners, d, found)
         else:
             forget(table, k)
@@ -115,16 +119,10 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
     w0, w1, w2 = triangle_weights(x.w, y.w, z.w)
     p_i = combine3(x.a, y.a, z.a, w0, w1, w2)
     p_j = combine3(x.b, y.b, z.b, w0, w1, w2)
-    if curved:
+    if is_curved(model, i) or is_curved(model, j):
         out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
     p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
     return -depth, scale3(out, -1.0), p_i, p_j
-
-
-@kernel
-def is_curved(model, g):
-    kind = model[g].kind
-    return kind != SPHERE and kind != BOX and kind != CAPSULE and kind != HULL
 
 
 @kernel(outline=True)
@@ -133,23 +131,6 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
 
     The error of the direction shrinks by depth / radius of curvature each time; a direction that is no better ends it.
     """
-    limit = depth + _ROUNDING * size
-    found, d, least, a, b = face_against(model, table, i, j, out)
-    if found and least <= limit:
-        return d, least, a, b
-    found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
-    if found and least <= limit:
-        return scale3(d, -1.0), least, a, b
-    found, d, least, a, b = edge_over_cap(model, table, i, j, size, out)
-    if found and least <= limit:
-        return d, least, a, b
-    found, d, least, b, a = edge_over_cap(model, table, j, i, size, scale3(out, -1.0))
-    if found and least <= limit:
-        return scale3(d, -1.0), least, a, b
-    for k in range(2):
-        found, d, least, a, b = polish(model, table, i, j, size, out, SQUARE if k == 0 else NARROW)
-        if found and least <= limit:
-            return d, least, a, b
     for _ in range(_REFINEMENTS):
         shift = scale3(out, depth + _CLEARANCE * size)
         _n, v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)

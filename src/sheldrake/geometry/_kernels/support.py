@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.generic import sqrt, whole
 from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .hull import lowest_vertex, steepest_face
-from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, HULL, MAX_CORNERS, POLYGON_A, SPHERE, X_AXIS, Z_AXIS
+from .model import BOX, CAPSULE, CELLS, CYLINDER, ELLIPSOID, HULL, MAX_CORNERS, POLYGON_A, SPHERE, X_AXIS, Z_AXIS
 from .table import CORNERS, absolute, column, longest
 
 # cos and sin of multiples of 22.5 degrees: a cap is shown as a polygon of 16 corners
@@ -96,6 +95,26 @@ def has_faces(model, g):
     return kind == BOX or kind == HULL or kind == CYLINDER
 
 
+@kernel
+def is_curved(model, g):
+    """Whether the core of a shape is no polytope."""
+    kind = model[g].kind
+    return kind == CYLINDER or kind == ELLIPSOID
+
+
+@kernel(outline=True)
+def normal_of_face(model, table, g, face):
+    """Outward normal of a face of a box or hull in W; no face's number gives a vector of zeros."""
+    R_WG = table.poses[g].R_WG
+    if model[g].kind == BOX and face >= 0 and face < 6:
+        axis = column(R_WG, face // 2)
+        return axis if face % 2 == 1 else scale3(axis, -1.0)
+    first = model[g].first_face
+    if model[g].kind == HULL and face >= first and face < first + model[g].num_faces:
+        return rotate(R_WG, model.faces[face].normal)
+    return (0.0, 0.0, 0.0)
+
+
 @kernel(outline=True)
 def best_face(model, table, g, n_W):
     """Of a shape with flat faces: the number of the face that looks along n_W most, and its outward normal in W.
@@ -113,12 +132,10 @@ def best_face(model, table, g, n_W):
         return 0, scale3(axis, -1.0)
     if kind == BOX:
         k, along = longest(n)
-        axis = column(R_WG, k)
-        if along >= 0.0:
-            return 2 * k + 1, axis
-        return 2 * k, scale3(axis, -1.0)
-    best = steepest_face(model, lowest_vertex(model, g, scale3(n, -1.0)), n)
-    return best, rotate(R_WG, model.faces[best].normal)
+        best = 2 * k + 1 if along >= 0.0 else 2 * k
+    else:
+        best = steepest_face(model, lowest_vertex(model, g, scale3(n, -1.0)), n)
+    return best, normal_of_face(model, table, g, best)
 
 
 @kernel(outline=True)
@@ -178,12 +195,20 @@ def hull_face(model, table, g, face, row):
     return used
 
 
-@kernel(outline=True)
+@kernel
 def shown_feature(model, table, g, n_W, row):
     """What shape g shows to direction n_W: corners of a face (3 or more), an edge (2) or a point (1); their number."""
+    face = -1
+    if has_faces(model, g):
+        face, _normal = best_face(model, table, g, n_W)
+    return shown_face(model, table, g, face, n_W, row)
+
+
+@kernel(outline=True)
+def shown_face(model, table, g, face, n_W, row):
+    """`shown_feature` of a shape whose `best_face` along n_W is known; any number where it has none."""
     kind = model[g].kind
     if kind == BOX or kind == HULL:
-        face, _normal = best_face(model, table, g, n_W)
         return box_face(model, table, g, face, row) if kind == BOX else hull_face(model, table, g, face, row)
     axis = column(table.poses[g].R_WG, Z_AXIS)
     c = dot3(axis, n_W)
@@ -246,3 +271,67 @@ def part_within_face(model, table, g, n_W, x, edge):
         elif height > 0.0:
             return 1.0, 0.0
     return low, high
+
+
+# ---- hulls: searches among their vertices and faces
+
+ALL_TRIED = 8  # of hulls with at most so many vertices each is tried
+_LAST = CELLS - 1
+
+
+@kernel
+def cell_along(x):
+    """Which of the cells along an edge of a cube; x goes from -1 to 1."""
+    k = whole(0.5 * CELLS * (x + 1.0))
+    return 0 if k < 0 else (_LAST if k > _LAST else k)
+
+
+@kernel
+def cell_of(n):
+    """The cell of a cube around the origin that n goes through; see CELLS."""
+    axis, a = longest(n)
+    if a == 0.0:
+        return 0
+    b, c = n[(axis + 1) % 3], n[(axis + 2) % 3]
+    r = 1.0 / absolute(a)
+    side = 2 * axis + (1 if a > 0.0 else 0)
+    return (side * CELLS + cell_along(b * r)) * CELLS + cell_along(c * r)
+
+
+@kernel(outline=True)
+def lowest_vertex(model, g, n_G):
+    """The vertex (row of model.vertex) of a hull with the least height along n_G; the first of equal ones."""
+    first = model[g].first_vertex
+    count = model[g].num_vertices
+    k = first
+    if count <= ALL_TRIED:
+        least = dot3(model.vertices[k].p_GV, n_G)
+        for v in range(first + 1, first + count):
+            z = dot3(model.vertices[v].p_GV, n_G)
+            if z < least:
+                least, k = z, v
+        return k
+    at = model[g].first_cell + cell_of(n_G)
+    start = model.topology[at]
+    k = model.topology[start]
+    least = dot3(model.vertices[k].p_GV, n_G)
+    for e in range(start + 1, model.topology[at + 1]):
+        v = model.topology[e]
+        z = dot3(model.vertices[v].p_GV, n_G)
+        if z < least:
+            least, k = z, v
+    return k
+
+
+@kernel
+def steepest_face(model, v, n_G):
+    """Of the faces around a vertex (row of model.vertex) of a hull, the one (row of model.face) most along n_G."""
+    place = model.vertex.shape[0] + 1 + v
+    best = model.topology[model.topology[place]]
+    most = dot3(model.faces[best].normal, n_G)
+    for k in range(model.topology[place] + 1, model.topology[place + 1]):
+        f = model.topology[k]
+        along = dot3(model.faces[f].normal, n_G)
+        if along > most:
+            most, best = along, f
+    return best

@@ -25,7 +25,7 @@ from sheldrake.common.kernel import kernel
 from .epa import NO_AREA
 from .feature import edge_across_edge, kind_of_feature, more_under_face, vertex_under_face
 from .model import (
-    BOX,
+    BY_DIRECTION,
     FACE,
     FACE_AND_VERTEX,
     FACE_ON_MORE,
@@ -37,12 +37,15 @@ from .model import (
     TWO_EDGES,
     VERTEX_AND_FACE,
 )
-from .support import best_face, vertex_in_frame
-from .table import column
+from .polish import nearby, unit
+from .support import best_face, normal_of_face, support
 
 _CERTAIN = 1e-9  # relative to the size: depths that differ by so much differ
 _FLAT = 1e299  # [m] faces without area are said to be farther
 PARALLEL = 1e-8  # 1 - cosine of the angle between triangles that may be of one face
+_TURN = 0.05  # a direction that turns by more has not turned but is another [rad]
+ALIKE = 1e-3  # the same of triangles inside of one curved surface
+_SAGITTA = 1e-4  # relative to the size: how far they may be inside of it
 
 
 @kernel
@@ -109,6 +112,7 @@ def track(model, table, i, j, s, faces, what, corners, out, depth):
     """Remembers in slot s what meets: the nearest triangle is known, and what meets there has direction and depth."""
     slot, tracked = table.slots[s], table.tracks[s]
     _what, who = kind_of_feature(table, corners)
+    known = slot.feature == BY_DIRECTION and what == BY_DIRECTION
     slot.feature, slot.who = what, who
     if what == FACE_AND_VERTEX or what == FACE_ON_MORE:
         slot.face, _normal = best_face(model, table, i, out)
@@ -116,26 +120,16 @@ def track(model, table, i, j, s, faces, what, corners, out, depth):
         slot.face, _normal = best_face(model, table, j, scale3(out, -1.0))
     R, p = relative_pose(model, table, i, j)
     tracked.R_AB, tracked.p_AB = R, centre_from(model, j, R, p)
-    tracked.out_A = rotate_back(table.poses[i].R_WG, out)
+    out_A = rotate_back(table.poses[i].R_WG, out)
+    turn = sub3(out_A, tracked.out_A)
+    tracked.turn_A = turn if known and dot3(turn, turn) < _TURN * _TURN else (0.0, 0.0, 0.0)
+    tracked.out_A = out_A
     tracked.depth = depth
     if slot.num_vertices > 0:
         tracked.beyond = sort_out_near(table, s, faces)
     else:
         slot.num_near = 0
         tracked.beyond = least_besides(table, faces, out)
-
-
-@kernel
-def normal_of_face(model, table, g, face):
-    """Outward normal of a face, as `best_face` gives it; no face's number gives a vector of zeros."""
-    R_WG = table.poses[g].R_WG
-    if model[g].kind == BOX and face >= 0 and face < 6:
-        axis = column(R_WG, face // 2)
-        return axis if face % 2 == 1 else scale3(axis, -1.0)
-    first = model[g].first_face
-    if model[g].kind == HULL and face >= first and face < first + model[g].num_faces:
-        return rotate(R_WG, model.faces[face].normal)
-    return (0.0, 0.0, 0.0)
 
 
 @kernel
@@ -156,40 +150,39 @@ def moved_by(model, tracked, R, p, j):
 
 
 @kernel
-def is_there(model, table, i, j, s, v):
-    """Whether slot s has a vertex v of the polytope, and the shapes those that it is made of: all may be rubbish."""
-    if v < 0 or v >= SLOT_VERTICES:
-        return False
-    kept = table.kept_vertices[s * SLOT_VERTICES + v]
-    return has_vertex(model, i, kept.a) and has_vertex(model, j, kept.b)
+def is_there(v):
+    """Whether there may be a vertex v of a polytope in a slot."""
+    return v >= 0 and v < SLOT_VERTICES
 
 
 @kernel
-def kept_corner(model, table, i, j, s, v, R, p):
+def kept_corner(table, s, v, R, p):
     """Vertex v of the polytope in slot s, where the shapes are now, in the frame of the first."""
-    kept = table.kept_vertices[s * SLOT_VERTICES + v]
-    a = vertex_in_frame(model, i, kept.a)
-    return sub3(a, add3(p, rotate(R, vertex_in_frame(model, j, kept.b))))
+    points = table.kept_points[s * SLOT_VERTICES + v]
+    return sub3(points.p_AP, add3(p, rotate(R, points.p_BP)))
 
 
 @kernel(outline=True)
-def face_is_beyond(model, table, i, j, s, f, R, p, out_A, depth, slack):
-    """Whether face f of the polytope in slot s is farther than `depth` by more than `slack`, or looks along `out`."""
+def face_is_beyond(table, s, f, R, p, out_A, depth, slack, alike, sagitta):
+    """Whether face f of the polytope in slot s is farther than `depth` by more than `slack`, or looks along `out`.
+
+    The latter if 1 - cosine is no more than `alike`, and it is nearer by no more than `sagitta`.
+    """
     if f < 0 or f >= SLOT_FACES:
         return False
     x, y, z = table.kept_links[s * SLOT_FACES + f].corners
-    if not (
-        is_there(model, table, i, j, s, x) and is_there(model, table, i, j, s, y) and is_there(model, table, i, j, s, z)
-    ):
+    if not (is_there(x) and is_there(y) and is_there(z)):
         return False
-    u = kept_corner(model, table, i, j, s, x, R, p)
-    v = sub3(kept_corner(model, table, i, j, s, y, R, p), u)
-    w = sub3(kept_corner(model, table, i, j, s, z, R, p), u)
+    u = kept_corner(table, s, x, R, p)
+    v = sub3(kept_corner(table, s, y, R, p), u)
+    w = sub3(kept_corner(table, s, z, R, p), u)
     n = cross3(v, w)
     area = sqrt(dot3(n, n))
     if area <= NO_AREA * (dot3(v, v) + dot3(w, w)):
         return True
-    return dot3(n, u) > (depth + slack) * area or dot3(n, out_A) >= (1.0 - PARALLEL) * area
+    if dot3(n, u) > (depth + slack) * area:
+        return True
+    return dot3(n, out_A) >= (1.0 - alike) * area and dot3(n, u) >= (depth - sagitta) * area
 
 
 @kernel(outline=True)
@@ -217,6 +210,10 @@ def still_meets(model, table, i, j, size, s):
         n = normal_of_face(model, table, j, slot.face)
         alone, depth, p_j, p_i = more_under_face(model, table, j, i, n, size)
         out = scale3(n, -1.0)
+    elif what == BY_DIRECTION:
+        out = rotate(R_WA, unit(add3(tracked.out_A, tracked.turn_A)))
+        before = dot3(out, sub3(support(model, table, i, out), support(model, table, j, scale3(out, -1.0))))
+        alone, out, depth, p_i, p_j = nearby(model, table, i, j, size, out, before)
     slack = _CERTAIN * size
     if not alone or not depth > slack:
         return False, out, depth, p_i, p_j
@@ -225,9 +222,13 @@ def still_meets(model, table, i, j, size, s):
     if not (tracked.beyond - moved > depth and moved < tracked.depth):
         return False, out, depth, p_i, p_j
     out_A = rotate_back(R_WA, out)
+    alike, sagitta = (ALIKE, _SAGITTA * size) if what == BY_DIRECTION else (PARALLEL, slack)
     for m in range(min(slot.num_near, NEAR_FACES)):
         if tracked.near_offset[m] - moved > depth:
             break
-        if not face_is_beyond(model, table, i, j, s, slot.near[m], R, p, out_A, depth, slack):
+        if not face_is_beyond(table, s, slot.near[m], R, p, out_A, depth, slack, alike, sagitta):
             return False, out, depth, p_i, p_j
+    if what == BY_DIRECTION:
+        tracked.turn_A = sub3(out_A, tracked.out_A)
+        tracked.out_A = out_A
     return True, out, depth, p_i, p_j

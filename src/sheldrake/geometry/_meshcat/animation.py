@@ -5,11 +5,14 @@ from __future__ import annotations
 import enum
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .tree import full_path
+
+if TYPE_CHECKING:
+    from sheldrake.math._rigid_transform import RigidTransform
 
 
 def _javascript_type(value: Any) -> tuple[str, Any]:
@@ -114,7 +117,7 @@ class MeshcatAnimation:
         """Sets whether playback stays on the last frame."""
         self._clamp_when_finished = bool(clamp)
 
-    def SetTransform(self, frame: int, path: str, X_ParentPath: Any) -> None:
+    def SetTransform(self, frame: int, path: str, X_ParentPath: RigidTransform) -> None:
         """Sets where a path is at a frame.
 
         Args:
@@ -136,7 +139,7 @@ class MeshcatAnimation:
                 )
         self._set_pose(self._checked(frame), path, np.array(X_ParentPath.GetAsMatrix34(), dtype=float))
 
-    def SetProperty(self, frame: int, path: str, property: str, value: Any) -> None:
+    def SetProperty(self, frame: int, path: str, property: str, value: object) -> None:
         """Sets a property of a path at a frame.
 
         Args:

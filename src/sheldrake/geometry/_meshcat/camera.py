@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math._rigid_transform import RigidTransform
+
     from .hub import Hub
     from .placement import Placement
 
@@ -68,16 +72,16 @@ class Cameras:
         else:
             raise TypeError(f"Meshcat.SetCamera(): expected a camera, got {type(camera).__name__}.")
 
-    def SetCameraPose(self, camera_in_world: Any, target_in_world: Any) -> None:
+    def SetCameraPose(self, camera_in_world: ArrayLike, target_in_world: ArrayLike) -> None:
         """Places the camera and what it looks at, in the world [m], shape (3,) each."""
         position = np.asarray(camera_in_world, dtype=float).reshape(3)
         self._hub.page.stage.set_camera(position, np.asarray(target_in_world, dtype=float).reshape(3))
 
-    def SetCameraTarget(self, target_in_world: Any) -> None:
+    def SetCameraTarget(self, target_in_world: ArrayLike) -> None:
         """Turns the camera to a point in the world [m], shape (3,)."""
         self._hub.page.stage.set_camera(None, np.asarray(target_in_world, dtype=float).reshape(3))
 
-    def GetTrackedCameraPose(self) -> Any:
+    def GetTrackedCameraPose(self) -> RigidTransform | None:
         """Returns the camera's RigidTransform in the world (x right, y down, z forward) in the page opened
         with "?tracked_camera=on", None while there is no such page."""
         from sheldrake.math import RigidTransform, RotationMatrix
@@ -93,7 +97,7 @@ class Cameras:
         R = up @ M[:3, :3] @ np.diag([1.0, -1.0, -1.0])
         return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), up @ M[:3, 3])
 
-    def _newest_camera_pose(self) -> Any:
+    def _newest_camera_pose(self) -> RigidTransform | None:
         """The camera's RigidTransform in the page whose camera moved last, None while there is no page."""
         pose = self._hub.controls.newest_camera_pose()
         return None if pose is None else _pose(*pose)
@@ -103,7 +107,12 @@ class Cameras:
         return self._hub.page.stage.field_of_view
 
     def Set2dRenderMode(
-        self, X_WC: Any = None, xmin: float = -1.0, xmax: float = 1.0, ymin: float = -1.0, ymax: float = 1.0
+        self,
+        X_WC: RigidTransform | None = None,
+        xmin: float = -1.0,
+        xmax: float = 1.0,
+        ymin: float = -1.0,
+        ymax: float = 1.0,
     ) -> None:
         """Looks along +Cy at a rectangle of the Cx-Cz plane, and hides background, grid and axes.
 

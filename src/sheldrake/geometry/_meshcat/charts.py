@@ -43,7 +43,7 @@ class Charts:
         self._shown: dict[str, Any] = {}
         server._websock_server.on_client_connect(self._on_connect)
 
-    async def _on_connect(self, _connection: Any) -> None:
+    async def _on_connect(self, _connection: object) -> None:
         self._send()
 
     def wake(self) -> None:

@@ -7,10 +7,15 @@ import json
 import logging
 import math
 import threading
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .grabs import Grabs
 from .server import Sweeper
+
+if TYPE_CHECKING:
+    import numpy as np
+    import viser
+
 
 log = logging.getLogger("drake")
 
@@ -62,7 +67,7 @@ class Controls:
         grabs: What pages may hold with the mouse.
     """
 
-    def __init__(self, server: Any, grabs: Grabs):
+    def __init__(self, server: viser.ViserServer, grabs: Grabs):
         self._server, self._grabs = server, grabs
         self._lock = threading.RLock()
         self._buttons: dict[str, _Button] = {}
@@ -231,7 +236,7 @@ class Controls:
         """Returns the last state of a gamepad."""
         return dataclasses.replace(self._gamepad)
 
-    def tracked_camera_pose(self) -> Any:
+    def tracked_camera_pose(self) -> tuple[np.ndarray, np.ndarray] | list[float] | None:
         """Returns wxyz, shape (4,), and position [m], shape (3,), of the page that reports its camera, or None.
 
         The camera's axes: x right, y down, z forward.
@@ -243,7 +248,7 @@ class Controls:
         camera = max(tracked, key=lambda camera: camera.update_timestamp)
         return camera.wxyz, camera.position
 
-    def newest_camera_pose(self) -> Any:
+    def newest_camera_pose(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Returns the same of the page whose camera moved last, or None."""
         cameras = [client.camera for client in self._server.get_clients().values() if client.camera.update_timestamp]
         if not cameras:

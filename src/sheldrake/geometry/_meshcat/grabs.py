@@ -6,11 +6,14 @@ import dataclasses
 import threading
 import weakref
 from collections.abc import Callable, Collection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .tree import SceneTree, as_matrix4, parents
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,7 +141,7 @@ class Grabs:
                 call()
 
 
-def _three(values: Any) -> np.ndarray:
+def _three(values: ArrayLike) -> np.ndarray:
     array = np.array(values, dtype=float)
     if array.shape != (3,) or not np.isfinite(array).all():
         raise ValueError(f"expected three finite numbers, got {values!r}")

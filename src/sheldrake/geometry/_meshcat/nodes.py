@@ -5,7 +5,7 @@ The only file of Meshcat that knows what viser calls things in a scene.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,13 +14,19 @@ from sheldrake.geometry._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Sphe
 from .drawables import PLATE_SIZE, Asset, Lines, Points, Primitive, Triangles, triangles_of
 from .tree import OBJECT
 
+if TYPE_CHECKING:
+    import viser
+
+    from sheldrake.geometry._meshcat.drawables import Drawable
+    from sheldrake.geometry._shapes import Shape
+
 
 def rgb255(color: Any) -> tuple[int, int, int]:
     """Returns a color of three or four numbers in [0, 1] as three integers in 0..255."""
     return tuple(round(255 * min(1.0, max(0.0, float(c)))) for c in list(color)[:3])  # type: ignore[return-value]
 
 
-def send_pose(server: Any, name: str, wxyz: list[float], position: list[float]) -> None:
+def send_pose(server: viser.ViserServer, name: str, wxyz: list[float], position: list[float]) -> None:
     """Sends a node's pose in its parent: ten times cheaper than through viser's handles."""
     from viser import _messages
 
@@ -58,7 +64,7 @@ def property_message(path: str, name: str, value: Any, drawable: Any) -> Any:
     return None
 
 
-def add(scene: Any, name: str, drawable: Any, color: Any, opacity: float) -> Any:
+def add(scene: Any, name: str, drawable: Drawable, color: Any, opacity: float) -> Any:
     """Adds a node to viser's scene, in place of one of the same name, and returns its handle.
 
     Args:
@@ -85,7 +91,7 @@ def add(scene: Any, name: str, drawable: Any, color: Any, opacity: float) -> Any
     return _add_triangles(scene, name, triangles, rgb, opacity)
 
 
-def _add_primitive(scene: Any, name: str, shape: Any, rgb: tuple[int, int, int], opacity: float) -> Any:
+def _add_primitive(scene: Any, name: str, shape: Shape, rgb: tuple[int, int, int], opacity: float) -> Any:
     look = {"color": rgb, "opacity": None if opacity >= 1.0 else opacity, "side": "double"}
     if isinstance(shape, Box):
         return scene.add_box(name, dimensions=tuple(shape.size().tolist()), **look)
@@ -192,7 +198,7 @@ def split_at_edges(vertices: np.ndarray, faces: np.ndarray, angle: float = 0.5) 
     return np.asarray(smooth.vertices), np.asarray(smooth.faces)
 
 
-def base_scale(drawable: Any) -> np.ndarray:
+def base_scale(drawable: Drawable) -> np.ndarray:
     """Returns the scale a node is drawn with when nothing stretches it, shape (3,)."""
     if isinstance(drawable, Primitive) and isinstance(drawable.shape, Ellipsoid):
         return np.array([drawable.shape.a(), drawable.shape.b(), drawable.shape.c()])

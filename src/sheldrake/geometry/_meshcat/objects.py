@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,12 @@ from sheldrake.geometry._shapes import Shape
 from .drawables import Lines, Points, Side, Triangles, drawable_of_shape, surface_grid
 from .texture import picture_file
 from .tree import SceneTree, full_path
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, DTypeLike
+
+    from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
+    from sheldrake.geometry._point_cloud import PointCloud
 
 
 class SideOfFaceToRender(enum.IntEnum):
@@ -31,7 +37,7 @@ _SIDES: dict[SideOfFaceToRender, Side] = {
 }
 
 
-def _array3(call: str, name: str, value: Any, dtype: Any = float) -> np.ndarray:
+def _array3(call: str, name: str, value: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:
     array = np.asarray(value, dtype=dtype)
     if array.ndim != 2 or array.shape[0] != 3:
         raise ValueError(f"Meshcat.{call}(): {name} must have shape (3, n), got {array.shape}.")
@@ -86,7 +92,7 @@ class Objects:
         picture = picture_file(diffuse_map) if diffuse_map else ""
         self._tree.set_object(full_path(path), drawable_of_shape(shape, rgba, picture))
 
-    def _set_cloud(self, path: str, cloud: Any, point_size: float = 0.001, rgba: Rgba | None = None) -> None:
+    def _set_cloud(self, path: str, cloud: PointCloud, point_size: float = 0.001, rgba: Rgba | None = None) -> None:
         points = np.array(cloud.xyzs(), dtype=float).T
         rgba = Rgba(0.9, 0.9, 0.9, 1.0) if rgba is None else rgba.__copy__()
         if cloud.has_rgbs():
@@ -97,7 +103,9 @@ class Objects:
         points, colors = points[finite], colors if colors.ndim == 1 else colors[finite]
         self._tree.set_object(full_path(path), Points(points, colors, float(point_size), rgba))
 
-    def _set_surface(self, path: str, mesh: Any, rgba: Rgba | None = None, *args: Any, **kwargs: Any) -> None:
+    def _set_surface(
+        self, path: str, mesh: TriangleSurfaceMesh, rgba: Rgba | None = None, *args: Any, **kwargs: Any
+    ) -> None:
         vertices = np.array([mesh.vertex(v) for v in range(mesh.num_vertices())], dtype=float).T
         faces = [[mesh.element(t).vertex(i) for i in range(3)] for t in range(mesh.num_triangles())]
         self.SetTriangleMesh(path, vertices, np.array(faces).T, rgba, *args, **kwargs)
@@ -170,7 +178,7 @@ class Objects:
         rgba: Rgba,
         wireframe: bool,
         side: SideOfFaceToRender,
-        colors: np.ndarray | None = None,
+        colors: Any = None,
     ) -> None:
         vertices = _array3(call, "vertices", vertices).T.copy()
         faces = _array3(call, "faces", faces, dtype=np.int64).T.copy()
@@ -184,9 +192,9 @@ class Objects:
     def PlotSurface(
         self,
         path: str,
-        X: Any,
-        Y: Any,
-        Z: Any,
+        X: ArrayLike,
+        Y: ArrayLike,
+        Z: ArrayLike,
         rgba: Rgba | None = None,
         wireframe: bool = False,
         wireframe_line_width: float = 1.0,
@@ -232,7 +240,7 @@ class Objects:
         self._set_lines(path, segments, line_width, rgba)
 
     def SetLineSegments(
-        self, path: str, start: Any, end: Any, line_width: float = 1.0, rgba: Rgba | None = None
+        self, path: str, start: ArrayLike, end: ArrayLike, line_width: float = 1.0, rgba: Rgba | None = None
     ) -> None:
         """Draws separate line segments.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,11 @@ from .drawables import bounds_of, transformed, triangles_of
 from .server import Sweeper
 from .stage import Stage, is_stage_path
 from .tree import OBJECT, SceneTree, as_matrix4, parents, quaternions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sheldrake.geometry._meshcat.drawables import Drawable
 
 log = logging.getLogger("drake")
 
@@ -94,7 +99,7 @@ class Page:
             log.exception("The page could not follow a change of the scene.")
         self._last = time.monotonic()
 
-    async def _on_connect(self, _connection: Any) -> None:
+    async def _on_connect(self, _connection: object) -> None:
         self._sync_now()
         self.stage.frame_scene(self.outline())
 
@@ -187,7 +192,7 @@ class Page:
             opacity = color[3] if color is not None and len(color) == 4 else drawable.rgba.a()
         return color, min(1.0, max(0.0, opacity * factor))
 
-    def _move(self, paths: Any) -> None:
+    def _move(self, paths: Iterable[str]) -> None:
         """Sends the poses of some paths."""
         moved = []
         for path in paths:
@@ -238,7 +243,7 @@ class Page:
             if not self._rescale(drawn):
                 self._draw(drawn)
 
-    def _drawable_at(self, path: str) -> Any:
+    def _drawable_at(self, path: str) -> Drawable | None:
         element = self._tree.get(path)
         return None if element is None else element.object
 
@@ -253,7 +258,7 @@ class Page:
         self._drawn[path].scale = scale
         return True
 
-    def drawable_at(self, path: str) -> Any:
+    def drawable_at(self, path: str) -> Drawable | None:
         """Returns what is drawn at a path, None for nothing."""
         element = self._tree.get(path.removesuffix(f"/{OBJECT}"))
         return None if element is None else element.object
@@ -264,7 +269,7 @@ class Page:
             return  # Meshcat.SetProperty() has put what places a path into its pose
         self.show_property(path, name, element.properties[name])
 
-    def show_property(self, path: str, name: str, value: Any) -> None:
+    def show_property(self, path: str, name: str, value: object) -> None:
         """Shows one property. What the page has no way to show is said once and kept."""
         if is_stage_path(path) and self.stage.stands(path):
             if not self.stage.set_property(path, name, value):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from sheldrake.common._options import Options
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._roles import Role
@@ -42,6 +44,18 @@ class MeshcatParams(Options):
     realtime_rate_period: float = 0.25
 
     PropertyTuple = MeshcatPropertyTuple
+
+
+class MeshcatVisualizerSurfaceVelocityData(Options):
+    """What a MeshcatVisualizer is told of a body whose surface runs, as a belt does.
+
+    Attributes:
+        displacement_signal_name: Name of the body's signal in the bus of surface displacements.
+        axis_B: Axis around which the surface runs, in the body's frame.
+    """
+
+    displacement_signal_name: str = ""
+    axis_B: np.ndarray = np.zeros(3)
 
 
 class MeshcatVisualizerParams(Options):

@@ -13,6 +13,10 @@ import numpy as np
 from .tree import as_matrix4, full_path
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math._rigid_transform import RigidTransform
+
     from .hub import Hub
 
 
@@ -78,7 +82,7 @@ class Placement:
             matrices[:, 3, 3] = 1.0
             self._hub.tree.set_poses(paths, matrices)
 
-    def SetProperty(self, path: str, property: str, value: Any, time_in_recording: float | None = None) -> None:
+    def SetProperty(self, path: str, property: str, value: object, time_in_recording: float | None = None) -> None:
         """Sets a property of a path.
 
         The page shows "visible", "color", "opacity", "modulated_opacity", "position", "quaternion"
@@ -115,7 +119,7 @@ class Placement:
         if property in ("position", "quaternion", "scale") and not full.startswith("/Cameras"):
             self._place(full, property, value)
 
-    def _place(self, path: str, property: str, value: Any) -> None:
+    def _place(self, path: str, property: str, value: object) -> None:
         """Gives a path the position, the quaternion (x, y, z, w) or the scale of a property."""
         element = self._hub.tree.get(path)
         M = np.eye(4) if element is None or element.pose is None else as_matrix4(element.pose).copy()
@@ -172,7 +176,11 @@ class Placement:
 
 
 def _transform_arguments(
-    path: str, X_ParentPath: Any = None, time_in_recording: float | None = None, *, matrix: Any = None
+    path: str,
+    X_ParentPath: RigidTransform | None = None,
+    time_in_recording: float | None = None,
+    *,
+    matrix: ArrayLike | None = None,
 ) -> tuple[str, Any, float | None]:
     """Sorts out the two overloads of SetTransform; a matrix comes back as an array of its own."""
     given = X_ParentPath if matrix is None else matrix

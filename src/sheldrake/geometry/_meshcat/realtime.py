@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import viser
 
 
 class RealtimeRateCalculator:
@@ -53,7 +56,7 @@ class StatusLine:
         server: A viser.ViserServer.
     """
 
-    def __init__(self, server: Any):
+    def __init__(self, server: viser.ViserServer):
         self._server = server
         self._line = server.gui.add_html("", order=-1e6)
         self._text = ""
@@ -62,7 +65,7 @@ class StatusLine:
         self._rate: float | None = None
         server._websock_server.on_client_connect(self._on_connect)
 
-    async def _on_connect(self, _connection: Any) -> None:
+    async def _on_connect(self, _connection: object) -> None:
         self._send()
 
     def show(self, sim_time: float | None, rate: float | None) -> None:

@@ -16,12 +16,19 @@ import logging
 import socket
 import threading
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from .dress import dress_page
+
+if TYPE_CHECKING:
+    import asyncio
+    from types import ModuleType
+
+    import viser
+    import websockets.http11
 
 log = logging.getLogger("drake")
 
@@ -155,7 +162,9 @@ class Site:
         return self._response(http.HTTPStatus.NOT_FOUND, "text/plain", b"Not found.\n")
 
     @staticmethod
-    def _response(status: http.HTTPStatus, media_type: str, body: bytes, gzipped: bool = False) -> Any:
+    def _response(
+        status: http.HTTPStatus, media_type: str, body: bytes, gzipped: bool = False
+    ) -> websockets.http11.Response:
         from websockets.datastructures import Headers
         from websockets.http11 import Response
 
@@ -210,7 +219,13 @@ def _quiet_builtins() -> dict[str, Any]:
 
     quiet_rich = types.SimpleNamespace(print=lambda *args: log.debug("%s", " ".join(map(str, args))))
 
-    def import_quietly(name: str, globals: Any = None, locals: Any = None, fromlist: Any = (), level: int = 0) -> Any:
+    def import_quietly(
+        name: str,
+        globals: Mapping[str, object] | None = None,
+        locals: Mapping[str, object] | None = None,
+        fromlist: Sequence[str] = (),
+        level: int = 0,
+    ) -> ModuleType | types.SimpleNamespace:
         if name == "rich" and not fromlist:
             return quiet_rich
         return builtins.__import__(name, globals, locals, fromlist, level)
@@ -218,7 +233,7 @@ def _quiet_builtins() -> dict[str, Any]:
     return {**vars(builtins), "__import__": import_quietly}
 
 
-def _with_globals(function: Callable, **replaced: Any) -> Callable:
+def _with_globals(function: Callable, **replaced: object) -> Callable:
     """Returns a copy of a function that sees some other globals than the original."""
     names = {**function.__globals__, "__builtins__": _quiet_builtins(), **replaced}
     copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
@@ -226,7 +241,7 @@ def _with_globals(function: Callable, **replaced: Any) -> Callable:
     return copy
 
 
-def start_viser(listener: socket.socket, site: Site) -> Any:
+def start_viser(listener: socket.socket, site: Site) -> viser.ViserServer:
     """Returns a running viser.ViserServer that answers on our socket through our site.
 
     Args:
@@ -306,12 +321,12 @@ class Sweeper:
         self._buffer.remove_from_buffer(lambda kept: kept is message)
 
 
-def _log_quietly(_loop: Any, context: dict[str, Any]) -> None:
+def _log_quietly(_loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     """Keeps what a page made go wrong in a task out of the user's terminal."""
     log.debug("%s: %r", context.get("message"), context.get("exception"))
 
 
-def stop_viser(server: Any) -> None:
+def stop_viser(server: viser.ViserServer) -> None:
     """Stops a server and its threads. Called from the server's own thread, it finishes in another."""
     if threading.current_thread() is server._websock_server._server_thread:
         threading.Thread(target=stop_viser, args=(server,), daemon=True).start()

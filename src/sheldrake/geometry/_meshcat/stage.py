@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import viser
 
 STAGE = ("/Grid", "/Axes", "/Background", "/Lights", "/Cameras", "/Render Settings")
 _FOV = math.radians(40.0)
@@ -46,7 +49,7 @@ class Stage:
         server: A viser.ViserServer.
     """
 
-    def __init__(self, server: Any):
+    def __init__(self, server: viser.ViserServer):
         self._server = server
         self._framed = False
         self._user_camera = False

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 
 from sheldrake.common._overloads import expect
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._meshcat.drawables import Drawable
 
 WORKING_DIRECTORY = "/drake"
 OBJECT = "<object>"
@@ -40,7 +43,7 @@ class Element:
     __slots__ = ("object", "pose", "properties")
 
     def __init__(self) -> None:
-        self.object: Any = None
+        self.object: Drawable | None = None
         self.pose: np.ndarray | None = None  # shape (4, 4) or (3, 4)
         self.properties: dict[str, Any] = {}
 
@@ -105,7 +108,7 @@ class SceneTree:
             for draw in deferred.values():
                 draw()
 
-    def set_object(self, path: str, drawable: Any) -> None:
+    def set_object(self, path: str, drawable: Drawable) -> None:
         """Places something to draw at a path, in place of what was drawn there."""
         with self._lock:
             self._element(path).object = drawable
@@ -130,7 +133,7 @@ class SceneTree:
             self._changes.poses.update(dict.fromkeys(paths))
         self.on_change()
 
-    def set_property(self, path: str, name: str, value: Any) -> None:
+    def set_property(self, path: str, name: str, value: object) -> None:
         """Sets a property of a path."""
         with self._lock:
             self._element(path).properties[name] = value
@@ -226,7 +229,7 @@ class SceneTree:
         return X
 
 
-def as_float(number: Any) -> float:
+def as_float(number: SupportsFloat) -> float:
     """Returns a number without its derivatives."""
     return float(number.value() if hasattr(number, "value") else number)
 

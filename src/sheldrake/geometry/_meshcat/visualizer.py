@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,21 +12,25 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._ids import FrameId
 from sheldrake.geometry._meshes.surfaces import fans
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
+from sheldrake.systems.framework import BusValue, DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from .animation import MeshcatAnimation
 from .meshcat import Meshcat
-from .params import MeshcatVisualizerParams
+from .params import MeshcatVisualizerParams, MeshcatVisualizerSurfaceVelocityData
 from .tree import as_float, full_path
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._ids import GeometryId
+    from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._port import OutputPort
 
 log = logging.getLogger("drake")
 _ALPHA_STEP = 0.02
@@ -39,6 +44,7 @@ class MeshcatVisualizer(LeafSystem):
     Args:
         meshcat: Where to draw.
         params: What, where and how often.
+        surface_data: Bodies whose surfaces run, by their frames. Their pictures stand still on this page.
 
     Raises:
         RuntimeError: when the publish period is not positive or the role is kUnassigned.
@@ -46,7 +52,12 @@ class MeshcatVisualizer(LeafSystem):
 
     _generic, _symbolic = True, False
 
-    def __init__(self, meshcat: Meshcat, params: MeshcatVisualizerParams | None = None):
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams | None = None,
+        surface_data: Mapping[FrameId, MeshcatVisualizerSurfaceVelocityData] | None = None,
+    ):
         super().__init__()
         params = MeshcatVisualizerParams() if params is None else params
         if not params.publish_period > 0:
@@ -64,6 +75,8 @@ class MeshcatVisualizer(LeafSystem):
         self._alpha_slider = f"{params.prefix} α"
         port = self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
         self._query_object_index = port.get_index()
+        displacements = self.DeclareAbstractInputPort("surface_displacement", AbstractValue.Make(BusValue()))
+        self._displacements_index = displacements.get_index()
         self.DeclareInitializationPublishEvent(publish=self._initialize)
         self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
@@ -71,8 +84,21 @@ class MeshcatVisualizer(LeafSystem):
             meshcat.AddSlider(self._alpha_slider, _ALPHA_STEP, 1.0, _ALPHA_STEP, params.initial_alpha_slider_value)
 
     @classmethod
-    @overloaded(*of_scene(meshcat=instance_of(Meshcat), params=(instance_of(MeshcatVisualizerParams), None)))
-    def AddToBuilder(cls, builder: DiagramBuilder, source: Any, meshcat: Meshcat, params: Any) -> MeshcatVisualizer:
+    @overloaded(
+        *of_scene(
+            meshcat=instance_of(Meshcat),
+            params=(instance_of(MeshcatVisualizerParams), None),
+            surface_data=(instance_of(Mapping), None),
+        )
+    )
+    def AddToBuilder(
+        cls,
+        builder: DiagramBuilder,
+        source: SceneGraph | OutputPort,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams | None,
+        surface_data: Mapping[FrameId, MeshcatVisualizerSurfaceVelocityData] | None,
+    ) -> MeshcatVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:
@@ -80,16 +106,21 @@ class MeshcatVisualizer(LeafSystem):
             source: A SceneGraph; or its query port, called `query_object_port`.
             meshcat: Where to draw.
             params: Options.
+            surface_data: Bodies whose surfaces run.
 
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        visualizer = cls(meshcat, params)
+        visualizer = cls(meshcat, params, surface_data)
         return add_visualizer(builder, source, visualizer, f"meshcat_visualizer({visualizer._params.prefix})")
 
     def query_object_input_port(self) -> InputPort:
         """Returns the input port for a SceneGraph's query port."""
         return self.get_input_port(self._query_object_index)
+
+    def surface_displacements_input_port(self) -> InputPort:
+        """Returns the input port for how far surfaces have come, a BusValue; it need not be connected."""
+        return self.get_input_port(self._displacements_index)
 
     def Delete(self) -> None:
         """Removes everything below the prefix; the next publish draws it anew."""
@@ -140,7 +171,7 @@ class MeshcatVisualizer(LeafSystem):
             )
         return self._publish(port.Eval(context), as_float(context.get_time()))
 
-    def _publish(self, query: Any, time: float) -> EventStatus:
+    def _publish(self, query: QueryObject, time: float) -> EventStatus:
         """Draws what a QueryObject tells, at a simulation time [s]."""
         version = query.inspector().geometry_version()
         if self._drawn_version is None:
@@ -173,7 +204,7 @@ class MeshcatVisualizer(LeafSystem):
                 self._meshcat.Delete(path)
         self._alpha = 1.0
 
-    def _draw(self, inspector: SceneGraphInspector, geometry: Any, frame_path: str) -> bool:
+    def _draw(self, inspector: SceneGraphInspector, geometry: GeometryId, frame_path: str) -> bool:
         properties: Any = inspector.GetProperties(geometry, self._params.role)  # there are some: it has the role
         if properties.HasProperty("meshcat", "accepting"):
             if properties.GetProperty("meshcat", "accepting") != self._params.prefix:
@@ -196,7 +227,9 @@ class MeshcatVisualizer(LeafSystem):
         self._geometry_paths[geometry] = path
         return True
 
-    def _collision_surface(self, inspector: SceneGraphInspector, geometry: Any) -> tuple[np.ndarray, np.ndarray] | None:
+    def _collision_surface(
+        self, inspector: SceneGraphInspector, geometry: GeometryId
+    ) -> tuple[np.ndarray, np.ndarray] | None:
         """Vertices and triangles of what collides, where that is not the shape itself.
 
         The surface of the hydroelastic mesh, if that is wanted and there is one; else the hull of a mesh.
@@ -212,7 +245,7 @@ class MeshcatVisualizer(LeafSystem):
         hull = inspector.GetConvexHull(geometry)
         return None if hull is None else fans(hull)
 
-    def _set_transforms(self, query: Any, time: float) -> None:
+    def _set_transforms(self, query: QueryObject, time: float) -> None:
         if self._frames:
             poses = query._world_matrices(self._frames, self._memo)
             self._meshcat._set_poses(self._frame_paths, poses, time)

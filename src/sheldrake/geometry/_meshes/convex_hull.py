@@ -14,7 +14,9 @@ from .polygon_mesh import PolygonSurfaceMesh
 from .polytope_hull import wrap
 
 if TYPE_CHECKING:
-    pass
+    from pathlib import Path
+
+    import scipy.sparse
 
 _COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
 _FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
@@ -39,7 +41,7 @@ def _vertices(source: MeshSource) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=512)  # robots and the clutter around them: hulls are small
-def _cached_hull(path: Any, stamp: int, scale: tuple[float, float, float]) -> PolygonSurfaceMesh:
+def _cached_hull(path: Path, stamp: int, scale: tuple[float, float, float]) -> PolygonSurfaceMesh:
     return make_convex_hull(_vertices(MeshSource(path)) * scale, str(path))
 
 
@@ -118,7 +120,7 @@ def _make_solid(points: np.ndarray, name: str) -> np.ndarray:
     return points
 
 
-def _outward(points: np.ndarray, hull: Any) -> np.ndarray:
+def _outward(points: np.ndarray, hull: scipy.spatial.ConvexHull) -> np.ndarray:
     """The facets of a qhull result with their corners counter-clockwise seen from outside."""
     a, b, c = (points[hull.simplices[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 import numpy as np
 
 from .read_dae import PlacedMesh, group_inputs, group_polygons, open_dae, polygon_groups, source_rows, vertex_positions
 
+if TYPE_CHECKING:
+    import trimesh
 
-def dae_scene(data: bytes, name: str, read_file: Callable[[str], bytes]) -> Any:
+
+def dae_scene(data: bytes, name: str, read_file: Callable[[str], bytes]) -> trimesh.Scene:
     """Returns a trimesh.Scene [m] with z up, one geometry for each material of each mesh.
 
     Args:
@@ -35,7 +38,7 @@ def dae_scene(data: bytes, name: str, read_file: Callable[[str], bytes]) -> Any:
     return scene
 
 
-def _mesh(part: PlacedMesh, group: Any, known: dict, read_file: Callable[[str], bytes]) -> Any:
+def _mesh(part: PlacedMesh, group: Any, known: dict, read_file: Callable[[str], bytes]) -> trimesh.Trimesh | None:
     """The triangles of a group; each corner is a vertex of its own, as each has its own normal and texture."""
     import trimesh
 

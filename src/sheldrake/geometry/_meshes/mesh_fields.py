@@ -15,6 +15,8 @@ from .polygon_mesh import PolygonSurfaceMesh, _index
 from .triangle_mesh import TriangleSurfaceMesh
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
     from sheldrake.common._types import Scalars
 
 
@@ -25,11 +27,11 @@ class _FieldLinear:
     _values: np.ndarray
     _gradients: Any
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError(f"{type(self).__name__}: No constructor defined! Fields come with a ContactSurface.")
 
     @classmethod
-    def _make(cls, mesh: Any, values: np.ndarray, gradients: np.ndarray | None = None) -> Any:
+    def _make(cls, mesh: Any, values: np.ndarray, gradients: np.ndarray | None = None) -> Self:
         new = object.__new__(cls)
         new._mesh, new._values, new._gradients = mesh, values, gradients
         return new

@@ -10,7 +10,7 @@ import io
 import os
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from .read_dae import read_dae
 from .read_obj import read_obj
 from .read_stl import read_stl
 from .read_vtk import read_vtk
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 _GLTF_COUNT = re.compile(rb'"count"\s*:\s*(\d+)')
 _MOST = 100_000_000  # trimesh makes room for as many zeros as a glTF file says it has
@@ -79,7 +82,7 @@ def _read_file(path: Path, stamp: int) -> MeshData:
     return _parse(data, path.suffix.lower(), str(path), _DiskFiles(path.parent))
 
 
-def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
+def _parse(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles) -> MeshData:
     """Whatever a reader stumbles over is a RuntimeError that names the file."""
     try:
         mesh = _read(data, extension, name, files)
@@ -96,7 +99,7 @@ def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
     return mesh
 
 
-def _read(data: bytes, extension: str, name: str, files: Any) -> MeshData:
+def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles) -> MeshData:
     tetrahedra = None
     if extension == ".obj":
         vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)
@@ -139,7 +142,7 @@ def _quadrilaterals_divided(vertices: np.ndarray, polygons: Any) -> Any:
     return divided
 
 
-def _fans(polygons: Any) -> np.ndarray:
+def _fans(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
     """Triangles of polygons, each fanned about its first vertex, shape (m, 3); an array has triangles already."""
     if isinstance(polygons, np.ndarray):
         return polygons

@@ -12,9 +12,10 @@ import numpy as np
 from sheldrake.common._files import regular_bytes
 
 from .dae_looks import dae_scene
-from .mesh_source import InMemoryMesh, MeshSource
+from .mesh_source import MeshSource
 
 if TYPE_CHECKING:
+    from sheldrake.common._files import MemoryFile
     from sheldrake.geometry._shapes import Convex, Mesh
 
 # glTF has +y up, Drake's world has +z up: +y of the file becomes +z.
@@ -170,7 +171,7 @@ def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, fl
     return LoadedMesh(_scaled(scene, MeshSource(path), scale, call))
 
 
-def _load_memory(mesh: InMemoryMesh, source: MeshSource, call: str) -> Any:
+def _load_memory(mesh: Any, source: MeshSource, call: str) -> Any:
     import trimesh
 
     supporting = {name: _bytes_of(file) for name, file in mesh.supporting_files.items()}
@@ -184,7 +185,7 @@ def _load_memory(mesh: InMemoryMesh, source: MeshSource, call: str) -> Any:
         raise RuntimeError(f"{call}: cannot read mesh '{source.description()}': {error}") from None
 
 
-def _bytes_of(file: Any) -> bytes:
+def _bytes_of(file: MemoryFile | Path) -> bytes:
     if isinstance(file, (str, Path)):
         return regular_bytes(file)
     content = file.contents()

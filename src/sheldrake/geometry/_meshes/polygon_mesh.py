@@ -6,7 +6,8 @@ The form in which Drake gives contact surfaces by default, and the one of convex
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+import itertools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,17 +16,19 @@ from sheldrake.geometry._numbers import as_numbers, lengths, plain
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import ArrayLike
+
 
 class SurfacePolygon:
     """The vertex numbers of one polygon."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError("SurfacePolygon: No constructor defined! Use PolygonSurfaceMesh.element().")
 
     _vertices: tuple[int, ...]
 
     @classmethod
-    def _make(cls, vertices: Any) -> SurfacePolygon:
+    def _make(cls, vertices: Sequence[int] | np.ndarray) -> SurfacePolygon:
         new = object.__new__(cls)
         new._vertices = tuple(int(v) for v in vertices)
         return new
@@ -49,7 +52,7 @@ class PolygonSurfaceMesh:
         vertices: positions in M [m], shape (n, 3) or a list of n positions.
     """
 
-    def __init__(self, face_data: Any = (), vertices: Any = ()) -> None:
+    def __init__(self, face_data: Sequence[int] | np.ndarray = (), vertices: ArrayLike = ()) -> None:
         self._face_data = [int(v) for v in face_data]
         self._vertices = as_numbers(vertices).reshape(-1, 3)
         self._faces: list[tuple[int, ...]] = []
@@ -58,17 +61,23 @@ class PolygonSurfaceMesh:
             size = self._face_data[i]
             self._faces.append(tuple(self._face_data[i + 1 : i + 1 + size]))
             i += 1 + size
-        for face in self._faces:
-            if len(face) < 3 or not 0 <= min(face) <= max(face) < len(self._vertices):
-                raise ValueError(f"PolygonSurfaceMesh(): face {face} with {len(self._vertices)} vertices.")
+        flat = self._flat()
+        if self._faces and (min(map(len, self._faces)) < 3 or flat.min() < 0 or flat.max() >= len(self._vertices)):
+            n = len(self._vertices)
+            face = next(f for f in self._faces if len(f) < 3 or not 0 <= min(f) <= max(f) < n)
+            raise ValueError(f"PolygonSurfaceMesh(): face {face} with {n} vertices.")
         self._normals, self._areas, self._centroids = self._measure()
+
+    def _flat(self) -> np.ndarray:
+        """The corners of all faces, one after the other."""
+        return np.fromiter(itertools.chain.from_iterable(self._faces), np.int64)
 
     def _measure(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normals, areas and centroids of the faces, each a fan of triangles around its first corner."""
         if not self._faces:
             return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
         corners = np.array([len(face) for face in self._faces])
-        flat = np.concatenate(self._faces)
+        flat = self._flat()
         first = np.cumsum(corners) - corners  # of each face in flat
         fan = np.cumsum(corners - 2) - (corners - 2)  # where its triangles begin
         face = np.repeat(np.arange(len(corners)), corners - 2)

@@ -7,9 +7,12 @@ is for the polytopes that come out of CAD; Qhull takes the rest.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 MOST_FACES = 128
 MOST_POINTS = 20_000
@@ -134,7 +137,7 @@ def _polygon(flat: np.ndarray, tolerance: float) -> list[int] | None:
     order = np.lexsort((flat[:, 1], flat[:, 0])).tolist()
     xy = flat.tolist()
 
-    def chain(indices: Any) -> list[int]:
+    def chain(indices: Iterable[int]) -> list[int]:
         corners: list[int] = []
         for k in indices:
             while len(corners) > 1 and not _turns_left(xy[corners[-2]], xy[corners[-1]], xy[k], tolerance):

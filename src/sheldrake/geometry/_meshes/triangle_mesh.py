@@ -6,7 +6,7 @@ Contact surfaces, faces of rigid hydroelastic bodies, and what users build by ha
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .mesh_files import read_mesh
 from .mesh_source import InMemoryMesh, MeshSource
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from os import PathLike
 
     from numpy.typing import ArrayLike
@@ -65,7 +66,7 @@ class TriangleSurfaceMesh:
         RuntimeError: there is no triangle.
     """
 
-    def __init__(self, triangles: Any, vertices: Scalars) -> None:
+    def __init__(self, triangles: Sequence[SurfaceTriangle] | Sequence[Sequence[int]], vertices: Scalars) -> None:
         rows = [t._v if isinstance(t, SurfaceTriangle) else tuple(t) for t in triangles]
         if not rows:
             raise RuntimeError("A mesh must contain at least one triangle")

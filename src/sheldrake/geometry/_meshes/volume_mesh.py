@@ -6,7 +6,7 @@ What compliant hydroelastic bodies are made of; their pressure is a field on it.
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from .mesh_files import boundary_triangles
 from .triangle_mesh import TriangleSurfaceMesh
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sheldrake.common._types import Scalars
 
 
@@ -54,7 +56,7 @@ class VolumeMesh:
         vertices: positions in M [m], shape (n, 3) or a list of n positions.
     """
 
-    def __init__(self, elements: Any, vertices: Scalars) -> None:
+    def __init__(self, elements: Sequence[VolumeElement] | Sequence[Sequence[int]], vertices: Scalars) -> None:
         rows = [e._v if isinstance(e, VolumeElement) else tuple(e) for e in elements]
         if not rows:
             raise RuntimeError("A mesh must contain at least one tetrahedral element")

@@ -34,7 +34,7 @@ class ContactSurface:
     id_M < id_N, and the faces' normals point out of N into M. Everything is in W.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError(
             "ContactSurface: No constructor defined! Surfaces come from QueryObject.ComputeContactSurfaces()."
         )

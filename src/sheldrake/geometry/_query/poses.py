@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.math import RigidTransform
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._port import InputPort
 
 
 class Poses:
@@ -30,7 +31,7 @@ class Poses:
 
     def __init__(self) -> None:
         self._scene_graph: SceneGraph | None = None
-        self._context: Any = None
+        self._context: Context | None = None
         self._ports: dict[Any, Any] = {}
         self._places: dict[SourceId, tuple[Any, Any, dict[FrameId, int]]] = {}
         """Of each source whose poses were all there: its frames, those that it gave numbers for, and their rows."""
@@ -172,7 +173,7 @@ class Poses:
             return None
         return port.Eval(context)._rows
 
-    def _port_of(self, source_id: Any) -> Any:
+    def _port_of(self, source_id: SourceId) -> InputPort:
         """The port on which a source publishes its poses."""
         port = self._ports.get(source_id)
         if port is None:

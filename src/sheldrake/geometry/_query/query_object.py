@@ -48,6 +48,7 @@ from sheldrake.geometry._query.scene import (
     FoundDistances,
     FoundPoints,
     QueryScene,
+    explain_contact_status,
     pose_of_point,
     with_point,
     world_poses,
@@ -165,7 +166,8 @@ class QueryObject(Images):
     def _distances(model: GeometryModel, X_WB: np.ndarray, reach: float) -> FoundDistances:
         """Distances at poses of duals."""
         table = _table(model, X_WB.dtype)
-        find_distances(model, BodyPoses(X_WB), float(reach), table)
+        if find_distances(model, BodyPoses(X_WB), float(reach), table):
+            raise explain_contact_status(model, table)
         n = int(table.count[Found.num_contacts])
         return FoundDistances(table.pair[:n], table.point[:n], table.X_WG)
 
@@ -378,14 +380,6 @@ def _table(model: GeometryModel, dtype: type | np.dtype) -> ContactTable:
     """A table with room for one row a pair; of duals where poses are."""
     table = contact_table(model, capacity=max(1, model.pair.shape[0]))
     return ContactTable(*(like(a, dtype) for a in table))
-
-
-def explain_contact_status(model: GeometryModel, table: ContactTable) -> Exception:
-    """The error for a search of contacts that did not end well."""
-    return RuntimeError(
-        f"More than {table.pair.shape[0]} contact points among {model.pair.shape[0]} pairs of geometries: the contact "
-        "table is full."
-    )
 
 
 def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:

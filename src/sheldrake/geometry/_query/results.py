@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry._ids import GeometryId
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class _Result:
@@ -22,14 +25,14 @@ class _Result:
             setattr(self, name, kwargs[name] if name in kwargs else self._default(name))
 
     @classmethod
-    def _of(cls, *values: Any) -> Any:
+    def _of(cls, *values: object) -> Self:
         """One with all of its fields given, in their order."""
         new = object.__new__(cls)
         new.__dict__.update(zip(cls._fields, values))
         return new
 
     @staticmethod
-    def _default(name: str) -> Any:
+    def _default(name: str) -> float | np.ndarray | GeometryId:
         if name.startswith("id_"):
             return GeometryId._none()
         return {"depth": -1.0, "distance": 0.0}[name] if name in ("depth", "distance") else np.zeros(3)

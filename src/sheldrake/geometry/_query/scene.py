@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,13 @@ from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.geometry._state.state import GeometryState
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import DTypeLike
+
+    from sheldrake.geometry._ids import SourceId
 
 
 class FoundPoints(NamedTuple):
@@ -75,7 +82,7 @@ class QueryScene:
         self._idle: list[_Search] = []
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
 
-    def places_of_all(self, published: Any) -> np.ndarray | None:
+    def places_of_all(self, published: Mapping[SourceId, Any] | None) -> np.ndarray | None:
         """Rows of the bodies among the frames that the only source gives; None until `_world_matrices` found out."""
         (source_id,) = self.memo["sources"]
         frames, places = self.memo.get(source_id, (None, None))
@@ -106,7 +113,7 @@ class QueryScene:
         return self._distances("point", lambda: with_point(self.model, self.num_bodies), X_WB, reach, p_WQ=p_WQ)
 
     def _distances(
-        self, kind: str, make: Any, X_WB: np.ndarray, reach: float, pair: Any = None, p_WQ: Any = None
+        self, kind: str, make: Any, X_WB: np.ndarray, reach: float, pair: Any = None, p_WQ: np.ndarray | None = None
     ) -> FoundDistances:
         idle = self._idle_distances[kind]
         try:
@@ -119,11 +126,19 @@ class QueryScene:
             idle.append(search)
 
 
+def explain_contact_status(model: GeometryModel, table: ContactTable) -> Exception:
+    """The error for a search of contacts that did not end well."""
+    return RuntimeError(
+        f"More than {table.pair.shape[0]} contact points among {model.pair.shape[0]} pairs of geometries: the contact "
+        "table is full."
+    )
+
+
 class _Search:
     """Bound kernels and their arrays: binding takes far longer than the search of a robot's surroundings."""
 
     def __init__(self, model: GeometryModel, num_bodies: int):
-        self._X_WB = np.empty((num_bodies, BodyPose.SIZE))
+        self._model, self._X_WB = model, np.empty((num_bodies, BodyPose.SIZE))
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
             geometry_model=model, bodies=BodyPoses(self._X_WB), table=self._table, cells=make_cells(model)
@@ -132,6 +147,8 @@ class _Search:
     def find(self, X_WB: np.ndarray) -> FoundPoints:
         self._X_WB[:] = X_WB
         self._run()
+        if self._table.count[Found.status]:
+            raise explain_contact_status(self._model, self._table)
         return FoundPoints.of(self._table)
 
 
@@ -144,15 +161,16 @@ class _Distances:
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))
         self._run = find_distances.bind(model, BodyPoses(X_WB), np.inf, self._table)
 
-    def find(self, X_WB: np.ndarray, reach: float, pair: Any, p_WQ: Any) -> FoundDistances:
+    def find(self, X_WB: np.ndarray, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundDistances:
         self._X_WB[:] = X_WB
         if p_WQ is not None:
             self._p_WQ[:] = p_WQ
         if pair is not None:
             self._model.pair[0] = pair
         self._run.set("reach", float(reach))
-        self._run()
         table = self._table
+        if self._run():
+            raise explain_contact_status(self._model, table)
         n = int(table.count[Found.num_contacts])
         return FoundDistances(table.pair[:n].copy(), table.point[:n].copy(), table.X_WG.copy())
 
@@ -171,7 +189,7 @@ def with_point(model: GeometryModel, num_bodies: int) -> GeometryModel:
     )
 
 
-def world_poses(num_bodies: int, dtype: Any) -> np.ndarray:
+def world_poses(num_bodies: int, dtype: DTypeLike) -> np.ndarray:
     """Poses of bodies that are where the world is, shape (num_bodies, 12)."""
     X_WB = np.full((num_bodies, BodyPose.SIZE), 0.0, dtype=dtype)
     X_WB[:, [0, 4, 8]] = 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from sheldrake.common._overloads import incompatible
 from sheldrake.geometry._camera_info import CameraInfo
@@ -21,7 +21,7 @@ class _Value:
 
     _names: tuple[str, ...] = ()
 
-    def _arguments(self, args: tuple, kwargs: dict, **defaults: Any) -> list[Any] | None:
+    def _arguments(self, args: tuple, kwargs: dict, **defaults: object) -> list[Any] | None:
         """The constructor's arguments by order; None for a copy, which has all it needs."""
         given = (*args, *kwargs.values())
         if len(given) == 1 and isinstance(given[0], type(self)):
@@ -62,6 +62,10 @@ class ClippingRange(_Value):
 
     _names = ("near", "far")
 
+    @overload
+    def __init__(self, near: float, far: float) -> None: ...
+    @overload
+    def __init__(self, other: ClippingRange) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         given = self._arguments(args, kwargs)
         if given is not None:
@@ -90,6 +94,10 @@ class DepthRange(_Value):
 
     _names = ("min_in", "min_out")
 
+    @overload
+    def __init__(self, min_in: float, min_out: float) -> None: ...
+    @overload
+    def __init__(self, other: DepthRange) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         given = self._arguments(args, kwargs)
         if given is not None:
@@ -118,6 +126,12 @@ class RenderCameraCore(_Value):
 
     _names = ("renderer_name", "intrinsics", "clipping", "X_BS")
 
+    @overload
+    def __init__(
+        self, renderer_name: str, intrinsics: CameraInfo, clipping: ClippingRange, X_BS: RigidTransform
+    ) -> None: ...
+    @overload
+    def __init__(self, other: RenderCameraCore) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         given = self._arguments(args, kwargs)
         if given is not None:
@@ -153,6 +167,10 @@ class ColorRenderCamera(_Value):
 
     _names = ("core", "show_window")
 
+    @overload
+    def __init__(self, core: RenderCameraCore, show_window: bool = False) -> None: ...
+    @overload
+    def __init__(self, other: ColorRenderCamera) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         given = self._arguments(args, kwargs, show_window=False)
         if given is not None:
@@ -182,6 +200,10 @@ class DepthRenderCamera(_Value):
 
     _names = ("core", "depth_range")
 
+    @overload
+    def __init__(self, core: RenderCameraCore, depth_range: DepthRange) -> None: ...
+    @overload
+    def __init__(self, other: DepthRenderCamera) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         given = self._arguments(args, kwargs)
         if given is None:

@@ -28,7 +28,7 @@ class _File:
     def __init__(self) -> None:
         self.parts: dict[str, list[Any]] = {}
 
-    def add(self, kind: str, **part: Any) -> int:
+    def add(self, kind: str, **part: object) -> int:
         """Adds a part; returns its number."""
         parts = self.parts.setdefault(kind, [])
         parts.append(part)

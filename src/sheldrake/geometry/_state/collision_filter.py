@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from sheldrake.common._checked import checked
 from sheldrake.geometry._ids import FilterId, GeometryId
@@ -170,7 +170,7 @@ def _pairs(declaration: CollisionFilterDeclaration, resolve: Resolver) -> dict[P
 class CollisionFilterManager:
     """Changes which pairs of a SceneGraph (its model, or the copy in one context) may touch."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError("CollisionFilterManager: No constructor defined! Use SceneGraph.collision_filter_manager().")
 
     @classmethod

@@ -38,7 +38,7 @@ class GeometrySet:
         for name, value in kwargs.items():
             self._add(value, (_KINDS[name],))
 
-    def _add(self, value: Any, kinds: tuple[type, ...]) -> None:
+    def _add(self, value: object, kinds: tuple[type, ...]) -> None:
         items = [value] if isinstance(value, (GeometryId, FrameId)) else value
         if isinstance(items, str) or not isinstance(items, Iterable):
             raise TypeError(f"GeometrySet: incompatible arguments; expected ids or lists of ids, got {value!r}.")

@@ -42,7 +42,7 @@ _SOURCE, _FRAME, _GEOMETRY = (instance_of(cls) for cls in (SourceId, FrameId, Ge
 class SceneGraphInspector:
     """Answers questions about sources, frames, geometries and roles; poses that change with time are QueryObject's."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError("SceneGraphInspector: No constructor defined! Use SceneGraph.model_inspector().")
 
     _get_state: Callable[[], GeometryState]

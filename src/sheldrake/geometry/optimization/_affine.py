@@ -9,7 +9,11 @@ import numpy as np
 from sheldrake.solvers import MathematicalProgram
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Symbolic
 
 
 class Affine:
@@ -27,7 +31,7 @@ class Affine:
         self.vars, self.A, self.b = vars, A, b
 
     @classmethod
-    def of(cls, vars: Any) -> Affine:
+    def of(cls, vars: Sequence[Symbolic] | np.ndarray) -> Affine:
         """The variables themselves."""
         vars = np.asarray(vars, dtype=object).ravel()
         return cls(vars, np.eye(len(vars)), np.zeros(len(vars)))
@@ -56,7 +60,7 @@ class Affine:
     def __rmatmul__(self, M: np.ndarray) -> Affine:
         return Affine(self.vars, M @ self.A, M @ self.b)
 
-    def __getitem__(self, rows: Any) -> Affine:
+    def __getitem__(self, rows: int | slice | np.ndarray | list[int]) -> Affine:
         """Some rows, with the variables that are in these."""
         A = self.A[rows]
         used = A.any(axis=0)

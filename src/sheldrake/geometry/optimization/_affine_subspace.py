@@ -31,7 +31,7 @@ class AffineSubspace(ConvexSet):
     _translation: np.ndarray
 
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_basis(self: Any, basis: np.ndarray, translation: np.ndarray) -> None:
+        def of_basis(self: AffineSubspace, basis: np.ndarray, translation: np.ndarray) -> None:
             if basis.shape[0] != translation.size:
                 raise RuntimeError(
                     f"AffineSubspace(): the basis has {basis.shape[0]} rows, the translation {translation.size}."
@@ -40,7 +40,7 @@ class AffineSubspace(ConvexSet):
                 raise RuntimeError("AffineSubspace(): the columns of the basis must be linearly independent.")
             self._basis, self._translation, self._dimension = basis, translation, translation.size
 
-        def of_set(self: Any, set: ConvexSet, tol: float | None) -> None:
+        def of_set(self: AffineSubspace, set: ConvexSet, tol: float | None) -> None:
             if tol is not None and tol < 0.0:
                 raise RuntimeError(f"AffineSubspace(): tol must not be negative, got {tol}.")
             of_basis(self, *affine_hull(set, 1e-12 if tol is None else float(tol)))
@@ -128,7 +128,7 @@ class AffineSubspace(ConvexSet):
         return np.inf if self.AffineDimension() == self._dimension else 0.0
 
 
-def _matrix(value: Any) -> np.ndarray:
+def _matrix(value: ArrayLike) -> np.ndarray:
     return np.array(_arrays.float_matrix(value))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from sheldrake.geometry.optimization._hyperrectangle import Hyperrectangle
 from sheldrake.solvers import MathematicalProgram, Solve
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from sheldrake.common._parallelism import Parallelism
 
 
 _TURN = 2.0 * math.pi
@@ -70,7 +70,11 @@ def CheckIfSatisfiesConvexityRadius(convex_set: ConvexSet, continuous_revolute_j
 
 
 def PartitionConvexSet(
-    convex_set: Any = None, continuous_revolute_joints: Any = (), epsilon: float = 1e-5, *, convex_sets: Any = None
+    convex_set: Any = None,
+    continuous_revolute_joints: Sequence[int] = (),
+    epsilon: float = 1e-5,
+    *,
+    convex_sets: Any = None,
 ) -> list[ConvexSet]:
     """Returns pieces of a set (or of several) that are narrower than half a turn in each angle, and overlap a little.
 
@@ -121,7 +125,7 @@ def _intervals(low: float, high: float, epsilon: float) -> list[tuple[float, flo
         start += step
 
 
-def _list_of(cls: Any, value: Any) -> list:
+def _list_of(cls: type | tuple[type, ...], value: Any) -> list:
     if not isinstance(value, Iterable):
         raise Mismatch
     items = list(value)
@@ -131,7 +135,7 @@ def _list_of(cls: Any, value: Any) -> list:
 
 
 @kind("list of ConvexSet")
-def _sets(value: Any) -> list[ConvexSet]:
+def _sets(value: object) -> list[ConvexSet]:
     return _list_of(ConvexSet, value)
 
 
@@ -141,7 +145,7 @@ def _places(value: Any) -> list[int]:
 
 
 @kind("list of Hyperrectangle")
-def _boxes(value: Any) -> list[Hyperrectangle]:
+def _boxes(value: object) -> list[Hyperrectangle]:
     return _list_of(Hyperrectangle, value)
 
 
@@ -176,7 +180,7 @@ def ComputePairwiseIntersections(
     joints: list[int],
     boxes_A: Sequence[Hyperrectangle],
     boxes_B: Sequence[Hyperrectangle],
-    _parallelism: Any,
+    _parallelism: Parallelism | int | bool,
 ) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Returns which sets meet, if angles may be changed by whole turns, and by how much the first has to be moved.
 
@@ -191,7 +195,11 @@ def ComputePairwiseIntersections(
 
 
 def _between(
-    A: list[ConvexSet], others: list[ConvexSet] | None, joints: Sequence[int], boxes_A: Any = None, boxes_B: Any = None
+    A: list[ConvexSet],
+    others: list[ConvexSet] | None,
+    joints: Sequence[int],
+    boxes_A: Any = None,
+    boxes_B: Any = None,
 ) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Pairs within a list, or between two, and offsets."""
     B = A if others is None else others
@@ -219,7 +227,7 @@ def _between(
     return edges, offsets
 
 
-def _offset(a: Any, b: Any, joints: list[int]) -> np.ndarray | None:
+def _offset(a: Hyperrectangle, b: Hyperrectangle, joints: list[int]) -> np.ndarray | None:
     """Whole turns that bring one box to another; None if they do not meet."""
     if a is None or b is None:
         return np.zeros(0)  # Empty or unbounded: only a program tells.

@@ -20,7 +20,8 @@ from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import _arrays
 
 if TYPE_CHECKING:
-    pass
+    from sheldrake.geometry._shapes import Shape
+    from sheldrake.math._rigid_transform import RigidTransform
 
 
 class MinkowskiSum(ConvexSet):
@@ -250,7 +251,7 @@ class CartesianProduct(ConvexSet):
         total = float(np.prod([s.CalcVolume() for s in self._sets if s.ambient_dimension()]))
         return total if self._A is None else total / abs(np.linalg.det(self._A))
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         from sheldrake.math import RigidTransform, RotationMatrix
 
         kinds = [type(s) for s in self._sets]
@@ -263,7 +264,7 @@ class CartesianProduct(ConvexSet):
         return Cylinder(radius, length), RigidTransform(RotationMatrix(R), -R @ self._b)
 
 
-def _list_of_sets(value: Any) -> list[ConvexSet]:
+def _list_of_sets(value: object) -> list[ConvexSet]:
     if not isinstance(value, (list, tuple)) or not all(isinstance(s, ConvexSet) for s in value):
         raise _arrays.Mismatch
     return [s.Clone() for s in value]

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common import Parallelism, RandomGenerator
+    from sheldrake.common._types import Vector
     from sheldrake.geometry import Shape
     from sheldrake.math import RigidTransform
     from sheldrake.solvers._arrays import Matrix
@@ -54,7 +55,7 @@ class ConvexSet:
     _dimension: int
     _has_volume = False
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"pydrake.geometry.optimization.{type(self).__name__}: No constructor defined!")
 
     # What a kind of set says
@@ -206,7 +207,7 @@ class ConvexSet:
         if self._dimension == 0:
             raise RuntimeError(f"{call}(): {type(self).__name__} is in a space without dimensions.")
 
-    def AddPointInSetConstraints(self, prog: MathematicalProgram, vars: Any) -> tuple[np.ndarray, list]:
+    def AddPointInSetConstraints(self, prog: MathematicalProgram, vars: Vector) -> tuple[np.ndarray, list]:
         """Constrains variables to be a point of the set; returns the variables and constraints that this adds.
 
         Raises:
@@ -384,7 +385,7 @@ def require_one_space(call: str, sets: list[ConvexSet]) -> int:
     return sets[0].ambient_dimension() if sets else 0
 
 
-def vector(value: Any) -> np.ndarray:
+def vector(value: ArrayLike) -> np.ndarray:
     """A vector of floats."""
     return _arrays.float_vector(value)
 

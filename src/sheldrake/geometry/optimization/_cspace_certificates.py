@@ -242,7 +242,12 @@ class SeparationCertificate:
     _grams: list[list[Gram]]
 
     def GetSolution(
-        self, plane_index: int, a: Any, b: Any, plane_decision_vars: Any, result: MathematicalProgramResult
+        self,
+        plane_index: int,
+        a: np.ndarray,
+        b: Polynomial,
+        plane_decision_vars: np.ndarray,
+        result: MathematicalProgramResult,
     ) -> SeparationCertificateResult:
         """Returns the plane and the multipliers with the values of a solution."""
         out = object.__new__(SeparationCertificateResult)

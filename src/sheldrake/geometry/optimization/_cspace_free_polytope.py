@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.geometry.optimization import Hyperellipsoid
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers._functions.bindings import BindingBase
+    from sheldrake.solvers._functions.costs import LinearCost
 
 # ---- options
 
@@ -327,7 +329,9 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
                 rows[i, n - 1 - k if k < n else n, i * (n + 1) + k] = 1.0
         plane.a, plane.b = np.array(polynomials[:3], dtype=object), polynomials[3]
         plane.positive_side_geometry, plane.negative_side_geometry = first, second
-        plane.expressed_body, plane.plane_degree = type(first.body_index())(self._middle(A, B)), self._order.value
+        middle = self._middle(A, B)
+        assert middle is not None, "a plane is for bodies that move against each other"
+        plane.expressed_body, plane.plane_degree = type(first.body_index())(middle), self._order.value
         ids = sorted((first.id(), second.id()), key=lambda id: id.get_value())
         self._pairs[ids[0], ids[1]] = len(self._planes)
         self._planes.append(plane)
@@ -605,7 +609,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     @staticmethod
-    def _add_margin_cost(prog: MathematicalProgram, margin: np.ndarray, how: Any) -> Any:
+    def _add_margin_cost(prog: MathematicalProgram, margin: np.ndarray, how: Any) -> BindingBase[LinearCost]:
         if how.ellipsoid_margin_cost is EllipsoidMarginCost.kSum:
             return prog.AddLinearCost(-np.ones(len(margin)), 0.0, margin)
         before = len(prog.linear_costs())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.geometry import Shape
+    from sheldrake.geometry._ids import FrameId, GeometryId
+    from sheldrake.geometry._query.query_object import QueryObject
 
 
 def _volume_of_unit_ball(n: int) -> float:
@@ -38,7 +41,7 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
-def _ellipsoid(value: Any) -> Hyperellipsoid:
+def _ellipsoid(value: object) -> Hyperellipsoid:
     """Converter: a Hyperellipsoid, given before its class is known."""
     return instance_of(Hyperellipsoid)(value)
 
@@ -198,6 +201,16 @@ class Hyperellipsoid(ConvexSet):
 
     _has_volume = True
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, A: ArrayLike, center: ArrayLike) -> None: ...
+    @typing_overload
+    def __init__(
+        self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
+    ) -> None: ...
+    @typing_overload
+    def __init__(self, ellipsoid: AffineBall) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
             overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
@@ -320,7 +333,7 @@ class Hyperellipsoid(ConvexSet):
             return np.inf
         return _volume_of_unit_ball(self._dimension) / math.sqrt(np.linalg.det(self._A.T @ self._A))
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         squares, R = np.linalg.eigh(self._A.T @ self._A)
         if np.linalg.det(R) < 0.0:
             R[:, 0] = -R[:, 0]

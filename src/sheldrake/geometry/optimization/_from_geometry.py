@@ -38,7 +38,7 @@ def _query(value: Any) -> QueryObject:
     return value
 
 
-def _frame(value: Any) -> Any:
+def _frame(value: object) -> FrameId | None:
     if value is not None and not isinstance(value, FrameId):
         raise Mismatch
     return value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -22,9 +23,14 @@ from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
 
 if TYPE_CHECKING:
+    import scipy.sparse
     from numpy.typing import ArrayLike
 
     from sheldrake.common import RandomGenerator
+    from sheldrake.geometry._ids import FrameId, GeometryId
+    from sheldrake.geometry._query.query_object import QueryObject
+    from sheldrake.geometry._shapes import Shape
+    from sheldrake.math._rigid_transform import RigidTransform
 
 
 class HPolyhedron(ConvexSet):
@@ -37,6 +43,18 @@ class HPolyhedron(ConvexSet):
         RuntimeError: A and b have different numbers of rows, the shape is none of these, or a constraint is not linear.
     """
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, A: ArrayLike | scipy.sparse.spmatrix, b: ArrayLike) -> None: ...
+    @typing_overload
+    def __init__(
+        self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
+    ) -> None: ...
+    @typing_overload
+    def __init__(self, vpoly: VPolytope, tol: float = 1e-9) -> None: ...
+    @typing_overload
+    def __init__(self, prog: MathematicalProgram) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
             overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
@@ -264,7 +282,9 @@ class HPolyhedron(ConvexSet):
         ]
         return dispatch("UniformSample", ways, self, args, kwargs)
 
-    def _walk(self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: Any, tol: float) -> np.ndarray:
+    def _walk(
+        self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: np.ndarray | None, tol: float
+    ) -> np.ndarray:
         x = np.array(start)
         normals = gaussian_pairs(generator)
         for _ in range(steps):
@@ -307,18 +327,18 @@ class HPolyhedron(ConvexSet):
     def _some_point(self) -> np.ndarray | None:
         return programs.point(self._A, self._b)
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return VPolytope(self).ToShapeWithPose()
 
 
-def _generator(value: Any) -> Any:
+def _generator(value: object) -> Any:
     """Converter: a generator of random numbers."""
     if not callable(value):
         raise _arrays.Mismatch
     return value
 
 
-def _matrix_or_none(value: Any) -> Any:
+def _matrix_or_none(value: ArrayLike | None) -> np.ndarray | None:
     return None if value is None else _arrays.float_matrix(value)
 
 

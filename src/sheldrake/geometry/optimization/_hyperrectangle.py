@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -14,7 +15,11 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, 
 from sheldrake.math import RigidTransform
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
+    from sheldrake.geometry._shapes import Shape
+    from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
 
 class Hyperrectangle(ConvexSet):
@@ -28,8 +33,12 @@ class Hyperrectangle(ConvexSet):
     _lb: np.ndarray
     _ub: np.ndarray
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, lb: ArrayLike, ub: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_bounds(self: Any, lb: np.ndarray, ub: np.ndarray) -> None:
+        def of_bounds(self: Hyperrectangle, lb: np.ndarray, ub: np.ndarray) -> None:
             self._lb, self._ub = checked_box("Hyperrectangle", lb, ub)
             if not np.isfinite((self._lb, self._ub)).all():
                 raise RuntimeError("Hyperrectangle(): bounds must be finite.")
@@ -57,7 +66,7 @@ class Hyperrectangle(ConvexSet):
         """Returns a random point, shape (n,)."""
         return np.array([sample_uniform(generator, lo, hi) for lo, hi in zip(self._lb, self._ub)])
 
-    def MakeHPolyhedron(self) -> Any:
+    def MakeHPolyhedron(self) -> HPolyhedron:
         """Returns it as an HPolyhedron."""
         from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
@@ -104,5 +113,5 @@ class Hyperrectangle(ConvexSet):
     def _volume(self) -> float:
         return float(np.prod(self._ub - self._lb))
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return Box(*(self._ub - self._lb)), RigidTransform(self.Center())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from sheldrake.solvers import _arrays
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    pass
+    from sheldrake.geometry._ids import FrameId, GeometryId
+    from sheldrake.geometry._query.query_object import QueryObject
+    from sheldrake.geometry._shapes import Shape
 
 
 class Point(ConvexSet):
@@ -29,8 +32,20 @@ class Point(ConvexSet):
 
     _has_volume = True
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, x: ArrayLike) -> None: ...
+    @typing_overload
+    def __init__(
+        self,
+        query_object: QueryObject,
+        geometry_id: GeometryId,
+        reference_frame: FrameId | None = None,
+        maximum_allowable_radius: float = 0.0,
+    ) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_sphere(self: Any, at: Placed, maximum: float) -> None:
+        def of_sphere(self: Point, at: Placed, maximum: float) -> None:
             if not isinstance(at.shape, Sphere):
                 raise unsupported(Point, at.shape)
             if at.shape.radius() > maximum:
@@ -87,5 +102,5 @@ class Point(ConvexSet):
     def _volume(self) -> float:
         return 0.0
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return Sphere(0.0), RigidTransform(self._x)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.solvers import MathematicalProgram, Solve
 
+if TYPE_CHECKING:
+    import scipy.sparse
 
-def _linear_program(A: np.ndarray, b: np.ndarray, cost: np.ndarray) -> Any:
+
+def _linear_program(A: np.ndarray, b: np.ndarray, cost: np.ndarray) -> scipy.optimize.OptimizeResult:
     """SciPy's result of min cost'x."""
     from scipy.optimize import linprog
 

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import pathlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from os import PathLike
 
 
-def _numbers(values: Any) -> str:
+def _numbers(values: Iterable[float]) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
 
 

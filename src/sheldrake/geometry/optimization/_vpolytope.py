@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from sheldrake.geometry._ids import FrameId, GeometryId
+    from sheldrake.geometry._query.query_object import QueryObject
+    from sheldrake.geometry._shapes import Shape
     from sheldrake.geometry.optimization import HPolyhedron
 
 
@@ -44,6 +48,16 @@ class VPolytope(ConvexSet):
 
     _has_volume = True
 
+    @typing_overload
+    def __init__(self) -> None: ...
+    @typing_overload
+    def __init__(self, vertices: ArrayLike) -> None: ...
+    @typing_overload
+    def __init__(self, H: HPolyhedron, tol: float = 1e-9) -> None: ...
+    @typing_overload
+    def __init__(
+        self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
+    ) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
             overload(lambda self: self._set(np.zeros((0, 0)))),
@@ -181,5 +195,5 @@ class VPolytope(ConvexSet):
             return 0.0
         return float(ConvexHull(self._vertices.T).volume)
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return self.ToShapeConvex(), RigidTransform()

@@ -16,6 +16,7 @@ from sheldrake.systems.framework._kernels.integrate import PYTHON
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._system import System
 
 
 class CenicIntegrator(IntegratorBase):
@@ -40,7 +41,7 @@ class CenicIntegrator(IntegratorBase):
     _name, _order, _scheme = "cenic", 2.0, PYTHON
     _default_accuracy, _loosest_accuracy = 1e-3, np.inf
 
-    def __init__(self, system: Any, context: Context | None = None):
+    def __init__(self, system: System, context: Context | None = None):
         if not isinstance(system, Diagram):
             raise RuntimeError(f"CenicIntegrator must be given a Diagram, not a {type(system).__name__}")
         plant = system.GetSubsystemByName("plant")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,11 @@ from sheldrake.multibody.plant._step.stages import discrete_stages
 from sheldrake.multibody.plant._step.tuning import solver_model_of
 from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.analysis._span import Span
+    from sheldrake.systems.framework._context.context import Context
+
 
 class ConvexStep:
     """Solves the convex problems of steps from the state of a plant's context, with arrays of its own.
@@ -40,7 +45,7 @@ class ConvexStep:
         RuntimeError: the plant has collision geometry, but is connected to no SceneGraph.
     """
 
-    def __init__(self, plant: Any, context: Any, span: Any):
+    def __init__(self, plant: MultibodyPlant, context: Context, span: Span):
         self._plant, self._context = plant, context
         self._parts = parts = parts_of(plant)
         connected = sees_geometry(context)
@@ -77,21 +82,23 @@ class ConvexStep:
         xd, out, whole, p, gain, tolerance = (np.zeros(size) for size in sizes)
         return Convex(xd, out, whole, p, gain, self._solver.option, tolerance)
 
-    def _add_to(self, span: Any, stages: list[Kernel], values: dict[str, Any]) -> None:
+    def _add_to(self, span: Span, stages: list[Kernel], values: dict[str, Any]) -> None:
         """Has the span make its steps so."""
         plant, place, layout = self._plant, self._context._place, span.layout
         prepare([*stages, cenic_step])
         u = [slot.span for slot in place.inputs]
         memory = {name: getattr(self._convex, name) for name in ("xd", "out", "p")}
-        spatial = [self._find_applied_force] if self._parts.applied_forces.are_used(plant) else []
-        called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), spatial)
+        spatial, running = self._parts.applied_forces.are_used(plant), self._parts.surface_speeds.any()
+        functions = [self._find_applied_force] * spatial + [self._find_surface_speeds] * running
+        called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), functions)
         rows = layout.stages(place.derivatives)
         starts = [j._q_start for j in self._parts.elements.joints if j.type_name() == "quaternion_floating"]
         self._calls = Calls(*called, np.zeros(PlantPlace.SIZE, np.int64), np.array(starts, np.int64))
         self._calls.state_begin = place.xc[0] - layout.xc[0]
         self._calls.num_q, self._calls.num_v = plant.num_positions(), plant.num_velocities()
-        self._calls.is_fed = bool(spatial) or self._is_fed()
+        self._calls.is_fed = spatial or self._is_fed()
         self._calls.spatial = len(stages) if spatial else -1
+        self._calls.surfaces = len(stages) + spatial if running else -1
         self._calls.row_begin, self._calls.row_end = rows[0], rows[-1] + 1
         set_step(span, cenic_step, Arguments(span, {**values, "calls": self._calls}, {"u": u, "p": place.p}))
 
@@ -104,6 +111,9 @@ class ConvexStep:
 
     def _find_applied_force(self) -> None:
         self._work.step.applied_force[:] = self._parts.applied_forces.as_generalized(self._context)
+
+    def _find_surface_speeds(self) -> None:
+        self._work.step.surface_speed[:] = self._parts.surface_speeds.speeds(self._context)
 
     def use(self, parameters: IcfSolverParameters) -> None:
         """Settings of the solver."""

@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
-_DEFAULTS = {
-    "max_iterations": 100,
-    "min_tolerance": 1e-8,
-    "enable_hessian_reuse": False,
-    "hessian_reuse_target_iterations": 10,
-    "use_dense_algebra": False,
-    "max_linesearch_iterations": 100,
-    "linesearch_tolerance": 1e-8,
-    "alpha_max": 1.0,
-    "print_solver_stats": False,
-}
+from sheldrake.common._options import Options
 
 
-class IcfSolverParameters:
+class IcfSolverParameters(Options):
     """Settings of the solver of convex contact problems ("irrotational contact fields").
 
     Our solver uses `max_iterations` and `min_tolerance`; the other fields are there for scripts that set them. It
@@ -37,23 +24,12 @@ class IcfSolverParameters:
         print_solver_stats: Not used.
     """
 
-    __fields__ = tuple(SimpleNamespace(name=name, type=type(value)) for name, value in _DEFAULTS.items())
-
-    max_iterations: int
-    min_tolerance: float
-
-    def __init__(self, **kwargs: Any):
-        self.__dict__.update(_DEFAULTS)
-        for name, value in kwargs.items():
-            if name not in _DEFAULTS:
-                raise AttributeError(f"IcfSolverParameters has no field {name!r}; it has {', '.join(_DEFAULTS)}.")
-            setattr(self, name, value)
-
-    def __repr__(self) -> str:
-        return f"IcfSolverParameters({', '.join(f'{name}={getattr(self, name)!r}' for name in _DEFAULTS)})"
-
-    def __copy__(self) -> IcfSolverParameters:
-        return IcfSolverParameters(**{name: getattr(self, name) for name in _DEFAULTS})
-
-    def __deepcopy__(self, memo: dict) -> IcfSolverParameters:
-        return self.__copy__()
+    max_iterations: int = 100
+    min_tolerance: float = 1e-8
+    enable_hessian_reuse: bool = False
+    hessian_reuse_target_iterations: int = 10
+    use_dense_algebra: bool = False
+    max_linesearch_iterations: int = 100
+    linesearch_tolerance: float = 1e-8
+    alpha_max: float = 1.0
+    print_solver_stats: bool = False

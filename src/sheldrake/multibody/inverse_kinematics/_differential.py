@@ -19,6 +19,7 @@ from sheldrake.solvers._kinds import matrix, vector
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.multibody.math._spatial_vectors import SpatialVelocity
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
     from sheldrake.systems.framework import Context
@@ -104,7 +105,7 @@ class DifferentialInverseKinematicsParameters:
         """
         self._nominal = self._sized("set_nominal_joint_position", arg0, self._nq)
 
-    def _sized(self, call: str, value: Any, size: int) -> np.ndarray:
+    def _sized(self, call: str, value: ArrayLike, size: int) -> np.ndarray:
         v = np.atleast_1d(np.array(value, dtype=float)).ravel()
         if v.size != size:
             raise RuntimeError(f"{call}(): expected {size} values, got {v.size}.")
@@ -344,7 +345,7 @@ def _in_world(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @kind("SpatialVelocity | float array of shape (6,)")
-def _spatial_velocity(value: Any) -> np.ndarray:
+def _spatial_velocity(value: SpatialVelocity | ArrayLike) -> np.ndarray:
     try:
         return np.asarray(value.get_coeffs() if hasattr(value, "get_coeffs") else value, dtype=float).reshape(6)
     except (TypeError, ValueError):

@@ -13,7 +13,9 @@ from sheldrake.multibody.inverse_kinematics._differential import nullspace_rows
 from sheldrake.planning import DofMask, JointLimits
 
 if TYPE_CHECKING:
-    pass
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._program.program import MathematicalProgram
 
 
 class Step(NamedTuple):
@@ -35,7 +37,7 @@ class Step(NamedTuple):
         Jv_TGs: Derivatives of their velocities by those of the active dofs, shape (6 k, n).
     """
 
-    prog: Any
+    prog: MathematicalProgram
     v_next: np.ndarray
     dt: float
     q: np.ndarray
@@ -69,14 +71,14 @@ class _Config(Options):
         super().__setattr__(name, value)
 
 
-def _vector(where: str, value: Any, size: int) -> np.ndarray:
+def _vector(where: str, value: ArrayLike, size: int) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.size != size:
         raise Mismatch(f"{where}: incompatible function arguments; expected {size} numbers, got {value!r}.")
     return array.reshape(size)
 
 
-def _demand(condition: Any, owner: Any, field: str, rule: str) -> None:
+def _demand(condition: object, owner: Any, field: str, rule: str) -> None:
     if not condition:
         config = owner._config
         raise RuntimeError(f"{type(owner).__name__}: {field} must be {rule}, got {getattr(config, field)}.")
@@ -90,7 +92,7 @@ class Ingredient:
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.multibody.inverse_kinematics.Ingredient: No constructor defined!")
 
-    def GetConfig(self) -> DofMask:
+    def GetConfig(self) -> Options:
         """Returns the settings."""
         return self._config.__copy__()
 

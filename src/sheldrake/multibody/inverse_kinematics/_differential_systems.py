@@ -417,7 +417,7 @@ class DifferentialInverseKinematicsController(Diagram):
         """Returns the system that finds velocities, to be changed."""
         return self._ik
 
-    def set_initial_position(self, context: Context, value: Any) -> None:
+    def set_initial_position(self, context: Context, value: ArrayLike) -> None:
         """Sets the positions to start from.
 
         Args:

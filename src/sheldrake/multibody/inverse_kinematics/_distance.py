@@ -16,6 +16,7 @@ from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, 
 if TYPE_CHECKING:
     from sheldrake.geometry import GeometryId, QueryObject
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext
     from sheldrake.systems.framework import Context
 
 
@@ -46,6 +47,7 @@ class _Distances(KinematicFunction):
         for sign, geometry, point in ((1.0, pair.id_A, pair.p_ACa), (-1.0, pair.id_B, pair.p_BCb)):
             inspector = query.inspector()
             body = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+            assert body is not None  # all geometries in contact are the plant's
             p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(point)
             J = self._plant.CalcJacobianTranslationalVelocity(
                 self._context, QDOT, body.body_frame(), p_BC.reshape(3, 1), W, W
@@ -195,8 +197,8 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
         penalty_function: Callable | None = None,
         influence_distance_offset: float = 0.01,
         *,
-        collision_checker: Any = None,
-        collision_checker_context: Any = None,
+        collision_checker: CollisionChecker | None = None,
+        collision_checker_context: CollisionCheckerContext | None = None,
     ):
         robot = plant if collision_checker is None else collision_checker
         context = plant_context if collision_checker_context is None else collision_checker_context
@@ -228,8 +230,8 @@ class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
         influence_distance_offset: Any = None,
         penalty_function: Callable | None = None,
         *,
-        collision_checker: Any = None,
-        collision_checker_context: Any = None,
+        collision_checker: CollisionChecker | None = None,
+        collision_checker_context: CollisionCheckerContext | None = None,
     ):
         robot = plant if collision_checker is None else collision_checker
         context = plant_context if collision_checker_context is None else collision_checker_context

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint
     from sheldrake.solvers import Binding
+    from sheldrake.solvers._functions.bindings import BindingBase
     from sheldrake.solvers._functions.constraints import LinearConstraint
 
 
@@ -164,7 +165,7 @@ def joint_angle(joint: Any, R_WP: np.ndarray, R_WB: np.ndarray) -> float:
     return candidates[0] if candidates else min((low, high), key=lambda end: 1.0 - math.cos(end - angle))
 
 
-def _about(axis: Any, angle: float) -> Quaternion:
+def _about(axis: np.ndarray, angle: float) -> Quaternion:
     return Quaternion(np.append(math.cos(0.5 * angle), math.sin(0.5 * angle) * np.asarray(axis, dtype=float)))
 
 
@@ -366,7 +367,7 @@ class GlobalInverseKinematics:
 
     def AddWorldOrientationConstraint(
         self, body_index: BodyIndex, desired_orientation: Quaternion, angle_tol: float
-    ) -> Any:
+    ) -> BindingBase[LinearConstraint]:
         """Adds that a body's orientation is at most an angle away from a desired one.
 
         Args:

@@ -16,6 +16,7 @@ from sheldrake.solvers import MathematicalProgram
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import ArrayLike
 
     from sheldrake.math import RigidTransform, RotationMatrix
@@ -47,7 +48,7 @@ class InverseKinematics:
         self._q = self._prog.NewContinuousVariables(plant.num_positions(), "q")
         add_limits_and_quaternions(plant, self._q, self._prog, context, limits)
 
-    def q(self) -> Any:
+    def q(self) -> np.ndarray:
         """Returns the variables of the positions, shape (nq,)."""
         return self._q.copy()
 
@@ -87,7 +88,7 @@ class InverseKinematics:
         """
         return self._add(position.PositionConstraint(self._plant, A, X_AbarA, lower, upper, B, p_BQ, self._context))
 
-    def _add(self, constraint: Any) -> Any:
+    def _add(self, constraint: Constraint) -> Binding:
         return self._prog.AddConstraint(constraint, self._q)
 
     def AddPositionCost(

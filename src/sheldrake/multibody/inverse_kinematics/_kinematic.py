@@ -15,6 +15,8 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
 
 QDOT = JacobianWrtVariable.kQDot
@@ -29,7 +31,7 @@ class KinematicFunction:
     """
 
     _thread_safe = False
-    _plant: Any
+    _plant: MultibodyPlant
     _context: Any
     _num_outputs: int
     _num_vars: int
@@ -112,7 +114,7 @@ class KinematicFunction:
         return self._plant.CalcJacobianAngularVelocity(self._context, QDOT, frame_B, frame_A, frame_A)
 
 
-def vector3(call: str, name: str, value: Any) -> np.ndarray:
+def vector3(call: str, name: str, value: ArrayLike) -> np.ndarray:
     """Three floats.
 
     Raises:
@@ -127,7 +129,7 @@ def vector3(call: str, name: str, value: Any) -> np.ndarray:
     return v
 
 
-def unit3(call: str, name: str, value: Any) -> np.ndarray:
+def unit3(call: str, name: str, value: ArrayLike) -> np.ndarray:
     """A direction of length one.
 
     Raises:

@@ -111,7 +111,7 @@ def _limits(plant: MultibodyPlant, context: Context | None, starts: list[int]) -
 
 
 def add_limits_and_quaternions(
-    plant: Any, q: np.ndarray, prog: MathematicalProgram, context: Context | None, limits: bool
+    plant: MultibodyPlant, q: np.ndarray, prog: MathematicalProgram, context: Context | None, limits: bool
 ) -> list:
     """Adds unit quaternions, and limits (with joints that are locked) if wanted; returns the constraints."""
     out, starts = _add_unit_quaternions(plant, q, prog, context if limits else None)

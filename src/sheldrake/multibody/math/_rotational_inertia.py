@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from typing import overload as typing_overload
 
 import numpy as np
@@ -342,7 +342,7 @@ class RotationalInertia(ScalarBase):
     def __getstate__(self) -> np.ndarray:
         return self._I.copy()
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: np.ndarray) -> None:
         self._I = as_array(self._T, state, (3, 3))
 
     def __repr__(self) -> str:

@@ -412,7 +412,7 @@ class SpatialInertia(ScalarBase):
     def __getstate__(self) -> tuple[Scalar, np.ndarray, UnitInertia]:
         return (self._mass, self._p.copy(), self._G)
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: dict[str, Any]) -> None:
         mass, p, G = state
         self._mass, self._p, self._G = mass, as_array(self._T, p, (3,)), G
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -175,7 +175,7 @@ class SpatialVector(ScalarBase):
     def __getstate__(self) -> np.ndarray:
         return self._c.copy()
 
-    def __setstate__(self, state: Any) -> None:
+    def __setstate__(self, state: np.ndarray) -> None:
         self._c = as_array(self._T, state, (6,))
 
     def __repr__(self) -> str:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry import Meshcat, MeshcatCone, Rgba
 from sheldrake.math import RigidTransform, RotationMatrix
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 HEAD = 2.0  # height and radius of an arrow's head, in radii of its shaft
 X_TURNED = RotationMatrix.MakeXRotation(np.pi)
@@ -116,7 +119,7 @@ class Shown:
         self._visible.clear()
 
 
-def as_floats(array: Any) -> np.ndarray:
+def as_floats(array: ArrayLike) -> np.ndarray:
     """Returns an array's numbers without their derivatives."""
     array = np.asarray(array)
     if array.dtype != object:

@@ -15,7 +15,10 @@ from ._point_contact_arrows import _PointContactVisualizerItem
 
 if TYPE_CHECKING:
     from sheldrake.geometry import SceneGraphInspector
+    from sheldrake.geometry._ids import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
+    from sheldrake.multibody.tree._index import BodyIndex
 
 
 def name_of_side(body: str, model: str | None, geometry: str | None) -> str:
@@ -51,14 +54,14 @@ class Names:
         self._plant, self._inspector = plant, inspector
         return changed
 
-    def of_body(self, index: Any, geometry: Any) -> str:
+    def of_body(self, index: BodyIndex, geometry: GeometryId) -> str:
         """Returns the body's name, with its model's where it is not the only one, and the geometry's likewise."""
         name = self._known.get((index, geometry))
         if name is None:
             name = self._known[index, geometry] = self._find(index, geometry)
         return name
 
-    def _find(self, index: Any, geometry: Any) -> str:
+    def _find(self, index: Any, geometry: GeometryId) -> str:
         plant = self._plant
         body = plant.get_body(index)
         is_unique = plant.NumBodiesWithName(body.name()) == 1
@@ -69,7 +72,7 @@ class Names:
             None if is_only else self.of_geometry(geometry),
         )
 
-    def of_geometry(self, geometry: Any) -> str:
+    def of_geometry(self, geometry: GeometryId) -> str:
         """Returns a geometry's name without its model's, or its number."""
         if self._inspector is None:
             return f"Id({geometry.get_value()})"
@@ -99,13 +102,13 @@ def point_items(results: ContactResults, names: Names) -> list[_PointContactVisu
     return items
 
 
-def names_of_surface(info: Any, names: Names) -> tuple[str, str]:
+def names_of_surface(info: HydroelasticContactInfo, names: Names) -> tuple[str, str]:
     """The names of who touches in one contact surface."""
     surface = info.contact_surface()
     return names.of_geometries_body(surface.id_M()), names.of_geometries_body(surface.id_N())
 
 
-def surface_item(info: Any, names: tuple[str, str]) -> _HydroelasticContactVisualizerItem:
+def surface_item(info: HydroelasticContactInfo, names: tuple[str, str]) -> _HydroelasticContactVisualizerItem:
     """Force and triangles of one contact surface, with the names of who touches."""
     surface = info.contact_surface()
     mesh = surface.tri_mesh_W() if surface.is_triangle() else surface.poly_mesh_W()

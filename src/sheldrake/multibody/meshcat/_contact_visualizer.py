@@ -41,11 +41,11 @@ def _ports_of(builder: DiagramBuilder, plant: MultibodyPlant) -> tuple[OutputPor
     return plant.get_contact_results_output_port(), source[0].get_output_port(source[1])
 
 
-def _of_plant(cls: Any, builder: DiagramBuilder, plant: MultibodyPlant, *drawn: Any) -> Any:
+def _of_plant(cls: type[ContactVisualizer], builder: DiagramBuilder, plant: MultibodyPlant, *drawn: Any) -> Any:
     return cls.AddToBuilder(builder, *_ports_of(builder, plant), *drawn)
 
 
-def _without_query(cls: Any, builder: DiagramBuilder, results: OutputPort, *drawn: Any) -> Any:
+def _without_query(cls: type[ContactVisualizer], builder: DiagramBuilder, results: OutputPort, *drawn: Any) -> Any:
     return cls.AddToBuilder(builder, results, None, *drawn)
 
 
@@ -97,7 +97,12 @@ class ContactVisualizer(LeafSystem):
         overload(_without_query, builder=_BUILDER, contact_results_port=_PORT, **_DRAWN),
     )
     def AddToBuilder(
-        cls, builder: DiagramBuilder, results: OutputPort, query: OutputPort | None, meshcat: Meshcat, params: Any
+        cls,
+        builder: DiagramBuilder,
+        results: OutputPort,
+        query: OutputPort | None,
+        meshcat: Meshcat,
+        params: ContactVisualizerParams,
     ) -> ContactVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,14 @@ from sheldrake.geometry._meshcat.stop_button import until_stopped
 from sheldrake.systems.framework import LeafSystem
 
 from ._arrow import as_floats
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._vector import BasicVector
 
 _FARTHEST = 10.0  # where a slider ends whose joint has no limit [m or rad]
 _STEP = 0.01  # [m or rad]
@@ -41,11 +49,11 @@ class JointSliders(LeafSystem):
     def __init__(
         self,
         meshcat: Meshcat,
-        plant: Any,
-        initial_value: Any = None,
-        lower_limit: Any = None,
-        upper_limit: Any = None,
-        step: Any = None,
+        plant: MultibodyPlant,
+        initial_value: ArrayLike | None = None,
+        lower_limit: ArrayLike | None = None,
+        upper_limit: ArrayLike | None = None,
+        step: ArrayLike | None = None,
         decrement_keycodes: Sequence[str] = (),
         increment_keycodes: Sequence[str] = (),
     ):
@@ -75,7 +83,7 @@ class JointSliders(LeafSystem):
             self._meshcat.DeleteSlider(name, strict=False)
         self._sliders.clear()
 
-    def SetPositions(self, q: Any) -> None:
+    def SetPositions(self, q: ArrayLike) -> None:
         """Moves the sliders, and what remains after Delete(), to positions q [m or rad], shape (nq,).
 
         Raises:
@@ -85,7 +93,7 @@ class JointSliders(LeafSystem):
         for i, name in self._sliders.items():
             self._meshcat.SetSliderValue(name, self._initial[i])
 
-    def Run(self, diagram: Any, timeout: float | None = None, stop_button_keycode: str = "Escape") -> np.ndarray:
+    def Run(self, diagram: Diagram, timeout: float | None = None, stop_button_keycode: str = "Escape") -> np.ndarray:
         """Publishes a diagram whenever a slider moves, until its stop button is pressed or time is over.
 
         Args:
@@ -111,14 +119,14 @@ class JointSliders(LeafSystem):
                 shown = q
         return np.array(self._plant.GetPositions(plant_context))
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         values = self._initial.copy()
         for i, name in self._sliders.items():
             values[i] = self._meshcat.GetSliderValue(name)
         output.SetFromVector(values)
 
 
-def _each(nq: int, name: str, value: Any, default: float, broadcast: bool = True) -> np.ndarray:
+def _each(nq: int, name: str, value: ArrayLike | None, default: float, broadcast: bool = True) -> np.ndarray:
     """Returns a value for each position, shape (nq,)."""
     if value is None:
         value = default
@@ -138,7 +146,7 @@ def _keys(nq: int, name: str, keys: Sequence[str]) -> list[str]:
     return keys or [""] * nq
 
 
-def slider_names(plant: Any) -> list[str]:
+def slider_names(plant: MultibodyPlant) -> list[str]:
     """Returns the joints' names with what tells their positions apart, and the models' where they are needed."""
     plain = plant.GetPositionNames(add_model_instance_prefix=False, always_add_suffix=False)
     if len(set(plain)) == len(plain):

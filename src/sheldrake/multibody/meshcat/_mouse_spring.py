@@ -23,6 +23,7 @@ from sheldrake.systems.framework._declarations import FedStage
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
 
 DEFAULT_STIFFNESS = 100.0  # of a spring, by the mass that it pulls [1/s²]; Drake's
 
@@ -137,7 +138,7 @@ class MeshcatMouseSpring(LeafSystem):
         self._index = index
         self._hold.body[0] = row
 
-    def _native_forces(self, plant: Any, rows_of: list[int], root: Any) -> FedStage | None:
+    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> FedStage | None:
         """The same as a stage of the plant that it pulls.
 
         Args:

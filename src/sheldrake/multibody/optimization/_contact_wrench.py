@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,12 +30,12 @@ class ContactWrench:
         F_Cb_W: The wrench at Cb, in the world [N m, N].
     """
 
-    bodyA_index: Any
-    bodyB_index: Any
+    bodyA_index: BodyIndex
+    bodyB_index: BodyIndex
     p_WCb_W: np.ndarray
     F_Cb_W: SpatialForce
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("pydrake.multibody.optimization.ContactWrench: No constructor defined!")
 
     @classmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from sheldrake.solvers import Constraint, MathematicalProgram
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._ids import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import RigidBody
     from sheldrake.solvers import MathematicalProgramResult
@@ -82,7 +83,9 @@ class StaticEquilibriumProblem:
         ignored_collision_pairs: Pairs of geometries that neither touch nor keep apart.
     """
 
-    def __init__(self, plant: MultibodyPlant, context: Context, ignored_collision_pairs: Any):
+    def __init__(
+        self, plant: MultibodyPlant, context: Context, ignored_collision_pairs: set[tuple[GeometryId, GeometryId]]
+    ):
         require_duals(type(self).__name__, plant, context)
         self._plant, self._context = plant, context
         inspector = plant.get_geometry_query_input_port().Eval(context).inspector()

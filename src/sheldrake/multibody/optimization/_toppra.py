@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
+    from sheldrake.solvers._functions.bindings import BindingBase
+    from sheldrake.solvers._functions.constraints import BoundingBoxConstraint, LinearConstraint
     from sheldrake.trajectories import Trajectory
 
 _log = logging.getLogger("drake")
@@ -111,7 +113,9 @@ class Toppra:
             raise ValueError(f"{call}(): a limit has {out.size} values, expected {size}.")
         return out
 
-    def _limit_speed(self, rates: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> Any:
+    def _limit_speed(
+        self, rates: np.ndarray, lower: np.ndarray, upper: np.ndarray
+    ) -> BindingBase[BoundingBoxConstraint]:
         """Keeps lower <= rates sqrt(x) <= upper; shape (gridpoints, rows)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ends = np.stack((lower / rates, upper / rates))
@@ -121,7 +125,9 @@ class Toppra:
         self._x_upper = np.minimum(self._x_upper, np.where(most < 0.0, -np.inf, most**2))
         return self._backward.AddBoundingBoxConstraint(0.0, 1.0, self._x)
 
-    def AddJointVelocityLimit(self, lower_limit: ArrayLike, upper_limit: ArrayLike) -> Any:
+    def AddJointVelocityLimit(
+        self, lower_limit: ArrayLike, upper_limit: ArrayLike
+    ) -> BindingBase[BoundingBoxConstraint]:
         """Limits the velocities, shape (nv,), and returns the bounds on x.
 
         Raises:
@@ -130,7 +136,9 @@ class Toppra:
         low, high = (self._sized("AddJointVelocityLimit", b, self._q.shape[1]) for b in (lower_limit, upper_limit))
         return self._limit_speed(self._q_s, low, high)
 
-    def AddFrameVelocityLimit(self, constraint_frame: Frame, lower_limit: ArrayLike, upper_limit: ArrayLike) -> Any:
+    def AddFrameVelocityLimit(
+        self, constraint_frame: Frame, lower_limit: ArrayLike, upper_limit: ArrayLike
+    ) -> BindingBase[LinearConstraint]:
         """Limits the spatial velocity of a frame in the world [rad/s, m/s], shape (6,); returns the bounds on x.
 
         Raises:

@@ -147,6 +147,8 @@ class ModelBuilder:
                 inertia = SpatialInertia.Zero()
             body = self._plant.AddRigidBody(description.name, self._instance, copy.copy(inertia))
             self._frames[self._scope, description.name] = body.body_frame()
+            if description.surface_velocity_axis is not None:
+                self._call(description, self._plant.SetSurfaceVelocityAxis, body, description.surface_velocity_axis)
         if self._has_geometry:
             self._add_geometry(description, body)
 

@@ -91,7 +91,11 @@ class PlantAndSceneGraph(NamedTuple):
 
 
 def AddMultibodyPlantSceneGraph(
-    builder: Any, plant: Any = None, scene_graph: Any = None, *, time_step: float | None = None
+    builder: Any,
+    plant: Any = None,
+    scene_graph: Any = None,
+    *,
+    time_step: float | None = None,
 ) -> PlantAndSceneGraph:
     """Adds a plant and a SceneGraph to a diagram and connects them.
 

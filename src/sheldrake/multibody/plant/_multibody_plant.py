@@ -7,7 +7,7 @@ call of a part is declared and documented there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from sheldrake.common._checked import checked
 from sheldrake.common._parts import Calls, forget_calls
@@ -17,6 +17,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.loops import Loops
 from sheldrake.multibody.plant._building.settings import Settings, checked_time_step
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.coordinates import Coordinates
@@ -34,13 +35,17 @@ from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework._engine.memory import RootView
 
 _settings = Calls(Settings, "_parts.settings")
 _elements = Calls(Elements, "_parts.elements")
 _constraints = Calls(Constraints, "_parts.constraints")
 _loops = Calls(Loops, "_parts.loops")
 _geometry = Calls(PlantGeometry, "_parts.geometry")
+_surface_axes = Calls(SurfaceAxes, "_parts.surface_axes")
 _topology = Calls(Topology, "_parts.topology")
 _coordinates = Calls(Coordinates, "_parts.coordinates")
 _contexts = Calls(Contexts, "_parts.contexts")
@@ -86,7 +91,7 @@ class MultibodyPlant(LeafSystem):
         """
         self._parts.finalize()
 
-    def _converted(self, scalar: Any) -> Any:
+    def _converted(self, scalar: type) -> Any:
         new = super()._converted(scalar)
         if new is not None:
             new._parts = self._parts.copy_for(new)
@@ -178,6 +183,11 @@ class MultibodyPlant(LeafSystem):
         self._parts.elements.require_finalized("get_applied_spatial_force_input_port")
         return self.get_input_port(self._parts.inputs.spatial_force)
 
+    def get_surface_speeds_input_port(self) -> InputPort:
+        """Input: a BusValue with speeds of surfaces that run, by the scoped names of bodies; 0 where none [m/s]."""
+        self._parts.elements.require_finalized("get_surface_speeds_input_port")
+        return self.get_input_port(self._parts.inputs.surface_speeds)
+
     def get_state_output_port(self, model_instance: ModelInstanceIndex | None = None) -> OutputPort:
         """Output: positions, then velocities, of all or of one model instance."""
         return self.get_output_port(self._parts.output_ports.number("state", model_instance))
@@ -214,6 +224,10 @@ class MultibodyPlant(LeafSystem):
     def get_contact_results_output_port(self) -> OutputPort:
         """Output: ContactResults."""
         return self.get_output_port(self._parts.output_ports.number("contact_results"))
+
+    def get_surface_displacements_output_port(self) -> OutputPort:
+        """Output: a BusValue with how far surfaces that run have come, by the scoped names of the bodies [m]."""
+        return self.get_output_port(self._parts.output_ports.number("surface_displacements"))
 
     # --- How it advances, and how contact is modelled
 
@@ -322,6 +336,9 @@ class MultibodyPlant(LeafSystem):
     GetBodyFrameIdOrThrow = _geometry(PlantGeometry.GetBodyFrameIdOrThrow)
     set_adjacent_bodies_collision_filters = _geometry(PlantGeometry.set_adjacent_bodies_collision_filters)
     get_adjacent_bodies_collision_filters = _geometry(PlantGeometry.get_adjacent_bodies_collision_filters)
+
+    SetSurfaceVelocityAxis = _surface_axes(SurfaceAxes.SetSurfaceVelocityAxis)
+    GetSurfaceVelocityAxis = _surface_axes(SurfaceAxes.GetSurfaceVelocityAxis)
 
     # --- Its graph
 
@@ -464,10 +481,10 @@ class MultibodyPlant(LeafSystem):
     def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._parts.contexts.set_random_positions(context, generator)
 
-    def _kernel_models(self, root: Any) -> dict[str, Any]:
+    def _kernel_models(self, root: RootView) -> dict[str, Any]:
         return self._parts.kernel_models.in_root(root)
 
-    def _scratch_in(self, root: Any) -> Any:
+    def _scratch_in(self, root: RootView) -> int | NamedTuple:
         """Memory of the step in a context; grows with the geometry that may touch."""
         if not self._parts.elements.is_finalized():
             return 0
@@ -476,7 +493,7 @@ class MultibodyPlant(LeafSystem):
     def _carry_scratch(self, old: Any, new: Any) -> None:
         self._parts.advance.carry(old, new)
 
-    def _scratch_fault(self, scratch: Any) -> str:
+    def _scratch_fault(self, scratch: np.ndarray | NamedTuple) -> str:
         return self._parts.advance.equations.scratch_fault(scratch)
 
     def _explain_status(self, status: int, context: Context) -> Exception:

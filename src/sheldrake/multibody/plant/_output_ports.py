@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,8 +29,14 @@ from sheldrake.multibody.plant._step.accelerations import Accelerations
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reactions import Reactions
 from sheldrake.multibody.plant._step.reports import Reports
+from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import ModelInstanceIndex
-from sheldrake.systems.framework import Context, LeafSystem
+from sheldrake.systems.framework import BusValue, Context, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._index import ContinuousStateIndex, DiscreteStateIndex
+    from sheldrake.systems.framework._vector import BasicVector
 
 GEOMETRY_POSE, DEFORMABLE_BODY_CONFIGURATION = 0, 1
 """Numbers of the ports that are there before Finalize()."""
@@ -54,6 +60,7 @@ class OutputPorts:
         reports: Forces and contacts.
         reactions: Forces of joints.
         accelerations: Of the last step.
+        speeds: How far surfaces have come.
     """
 
     def __init__(
@@ -66,10 +73,12 @@ class OutputPorts:
         reports: Reports,
         reactions: Reactions,
         accelerations: Accelerations,
+        speeds: SurfaceSpeeds,
     ) -> None:
         self._elements, self._settings, self._contexts = elements, settings, contexts
         self._coordinates, self._models = coordinates, models
         self._reports, self._reactions, self._accelerations = reports, reactions, accelerations
+        self._speeds = speeds
         self._numbers: dict[tuple[str, int | None], int] = {}
         self._frames: tuple[tuple[FrameId, ...], np.ndarray] | None = None  # and their bodies' rows in X_WB
 
@@ -107,7 +116,7 @@ class OutputPorts:
         state = plant.xd_ticket() if self._settings.is_discrete() else plant.xc_ticket()
         return {state, plant.all_parameters_ticket()}
 
-    def declare(self, plant: LeafSystem, state_index: Any) -> None:
+    def declare(self, plant: LeafSystem, state_index: DiscreteStateIndex | ContinuousStateIndex) -> None:
         """Declares the ports of a finalized plant.
 
         Args:
@@ -125,7 +134,7 @@ class OutputPorts:
             port = plant.DeclareAbstractOutputPort(what, allocate, compute, tickets)
             self._numbers[what, None] = int(port.get_index())
 
-        self._numbers["state", None] = int(plant.DeclareStateOutputPort("state", state_index).get_index())
+        self._declare_state(plant, None, "state", np.arange(model.nq + model.nv), state_index, kinematic)
         objects("body_poses", _list_of(RigidTransform_, one_a_body), _calc_body_poses, kinematic)
         objects("body_spatial_velocities", _list_of(SpatialVelocity_, one_a_body), _calc_body_velocities, kinematic)
         accelerations = _list_of(SpatialAcceleration_, one_a_body)
@@ -141,6 +150,7 @@ class OutputPorts:
             self._declare_vector(plant, instance, "generalized_acceleration", nv, sampled)
             self._declare_vector(plant, instance, "generalized_contact_forces", nv, sampled)
             self._declare_vector(plant, instance, "net_actuation", nu, sampled)
+        objects("surface_displacements", _new_bus, _calc_surface_displacements, {plant.all_state_ticket()})
 
     def _declare_vector(
         self, plant: LeafSystem, instance: ModelInstanceIndex | None, what: str, size: int, tickets: set[Any]
@@ -153,7 +163,7 @@ class OutputPorts:
         else:
             name, at = self._name(instance, what), self._coordinates.indices(what, "v", instance)
 
-        def fill(plant: Any, context: Context, vector: Any) -> None:
+        def fill(plant: MultibodyPlant, context: Context, vector: BasicVector) -> None:
             vector.SetFromVector(plant._parts.output_ports.values(what, context)[at])
 
         port = plant.DeclareVectorOutputPort(name, size, types.MethodType(fill, plant), tickets)
@@ -172,18 +182,35 @@ class OutputPorts:
         return f"{self._elements.GetModelInstanceName(instance)}_{what}"
 
     def _declare_state_of(
-        self, plant: LeafSystem, instance: ModelInstanceIndex, state_index: Any, tickets: set[Any]
+        self,
+        plant: LeafSystem,
+        instance: ModelInstanceIndex,
+        state_index: DiscreteStateIndex | ContinuousStateIndex,
+        tickets: set[Any],
     ) -> None:
         name, model = self._name(instance, "state"), self._elements.model("Finalize")
         q, v = self._coordinates.indices(name, "q", instance), self._coordinates.indices(name, "v", instance)
         at = np.concatenate([q, model.nq + v]).astype(np.int64)
-        if len(at) == model.nq + model.nv:
+        self._declare_state(plant, instance, name, at, state_index, tickets)
+
+    def _declare_state(
+        self,
+        plant: LeafSystem,
+        instance: ModelInstanceIndex | None,
+        name: str,
+        at: np.ndarray,
+        state_index: Any,
+        tickets: set[Any],
+    ) -> None:
+        """A port with the elements `at` of the state."""
+        model = self._elements.model("Finalize")
+        if len(at) == model.nq + model.nv + self._contexts.num_misc_states():
             port = plant.DeclareStateOutputPort(name, state_index)
         else:
             kernel = select_discrete_state if self._settings.is_discrete() else select_continuous_state
             port = plant.DeclareVectorOutputPort(name, len(at), kernel, tickets)
             plant._output_models[int(port.get_index())] = {"select_model": at}
-        self._numbers["state", int(instance)] = int(port.get_index())
+        self._numbers["state", None if instance is None else int(instance)] = int(port.get_index())
 
     # --- names
 
@@ -220,7 +247,7 @@ class OutputPorts:
         poses.clear()
         if not self._elements.is_finalized():
             return
-        X_WB = self._contexts.view(context).positions().X_WB
+        X_WB = self._contexts.view(context).X_WB()
         if X_WB.dtype == float:
             if self._frames is None:
                 frames = {frame: row for frame, row in self._models.rows_of_frames().items() if row}
@@ -235,8 +262,7 @@ class OutputPorts:
     def body_poses(self, context: Context) -> list[RigidTransform]:
         """X_WB by body."""
         view = self._contexts.view(context)
-        X_WB = view.positions().X_WB
-        return self._contexts.transforms(context, X_WB[view.frozen.rows])
+        return self._contexts.transforms(context, view.X_WB()[view.frozen.rows])
 
     def body_velocities(self, context: Context) -> list[SpatialVelocity]:
         """V_WB by body."""
@@ -254,6 +280,10 @@ class OutputPorts:
         """All contacts."""
         return self._reports.contact_results(context)
 
+    def surface_displacements(self, context: Context) -> BusValue:
+        """How far surfaces have come, by body."""
+        return self._speeds.displacements(context)
+
     def reaction_forces(self, context: Context) -> list[SpatialForce]:
         """F_CJc_Jc by joint."""
         return self._reactions.forces(context)
@@ -265,7 +295,7 @@ class OutputPorts:
 def _list_of(family: Any, count: int) -> Callable[[Any], AbstractValue]:
     """Makes a list of poses or spatial vectors of the plant's scalar."""
 
-    def make(plant: Any) -> AbstractValue:
+    def make(plant: MultibodyPlant) -> AbstractValue:
         cls = family[plant._scalar]
         one = cls() if family is RigidTransform_ else cls(np.zeros(6))
         return AbstractValue.Make([one] * count)
@@ -273,29 +303,37 @@ def _list_of(family: Any, count: int) -> Callable[[Any], AbstractValue]:
     return make
 
 
-def _new_contact_results(plant: Any) -> AbstractValue:
+def _new_bus(plant: Any) -> AbstractValue:
+    return AbstractValue.Make(BusValue())
+
+
+def _new_contact_results(plant: MultibodyPlant) -> AbstractValue:
     return AbstractValue.Make(ContactResults())
 
 
-def _calc_geometry_pose(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_geometry_pose(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     plant._parts.output_ports.fill_geometry_poses(context, value.get_mutable_value())
 
 
-def _calc_body_poses(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_body_poses(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.body_poses(context)
 
 
-def _calc_body_velocities(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_body_velocities(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.body_velocities(context)
 
 
-def _calc_body_accelerations(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_body_accelerations(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.body_accelerations(context)
 
 
-def _calc_contact_results(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_contact_results(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.contact_results(context)
 
 
-def _calc_reactions(plant: Any, context: Context, value: AbstractValue) -> None:
+def _calc_reactions(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     value._held = plant._parts.output_ports.reaction_forces(context)
+
+
+def _calc_surface_displacements(plant: Any, context: Context, value: AbstractValue) -> None:
+    value._held = plant._parts.output_ports.surface_displacements(context)

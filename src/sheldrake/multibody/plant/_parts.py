@@ -1,10 +1,11 @@
 """The parts of a plant, put together: each takes what it needs, and knows nothing of those after it.
 
 elements, settings            what is registered; Finalize() freezes it into a model
-geometry, topology            its shapes in a SceneGraph; its graph
+geometry, surface_axes        its shapes in a SceneGraph; which surfaces run as belts do
+topology                      its graph
 contexts                      a view of each context: state and parameters as arrays, queries bound to them
 coordinates, free_bodies, kinematics, dynamics, constraints       questions to a context
-inputs, applied_forces        what acts from outside
+inputs, applied_forces, surface_speeds        what acts from outside
 kernel_models                 the arrays of the kernels
 advance                       the step or the derivatives, and the scratch that they leave
 accelerations, reports, reactions, contact_in_words               what the scratch says
@@ -14,7 +15,7 @@ output_ports                  all of it as ports
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
@@ -22,6 +23,7 @@ from sheldrake.multibody.plant._building.finalize import freeze
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.loops import Loops
 from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.coordinates import Coordinates
@@ -38,8 +40,12 @@ from sheldrake.multibody.plant._step.input_ports import InputPorts
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reactions import Reactions
 from sheldrake.multibody.plant._step.reports import Reports
+from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import JointActuator
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 
 
 class PlantParts:
@@ -56,8 +62,9 @@ class PlantParts:
         self.elements = elements = Elements(self)
         self.settings = settings = Settings(elements, time_step)
         self.geometry = geometry = PlantGeometry(elements)
+        self.surface_axes = axes = SurfaceAxes(elements)
         self.topology = Topology(elements)
-        self.contexts = contexts = Contexts(plant, elements, self.family, settings.is_discrete())
+        self.contexts = contexts = Contexts(plant, elements, self.family, settings.is_discrete(), axes)
         self.constraints = Constraints(elements, contexts, settings)
         self.loops = Loops(elements, self.constraints, geometry)
         self.coordinates = coordinates = Coordinates(elements, contexts)
@@ -66,15 +73,18 @@ class PlantParts:
         self.dynamics = Dynamics(elements, contexts, kinematics)
         self.inputs = inputs = InputPorts()
         self.applied_forces = applied = AppliedForces(elements, contexts, inputs)
-        self.kernel_models = models = KernelModels(elements, settings, geometry, self.constraints, coordinates, inputs)
+        self.surface_speeds = speeds = SurfaceSpeeds(axes, settings, inputs)
+        self.kernel_models = models = KernelModels(
+            elements, settings, geometry, axes, self.constraints, coordinates, inputs
+        )
         self.failures = Failures(elements, settings, geometry, contexts, models)
-        self.advance = advance = Advance(elements, settings, contexts, models, applied, self.failures)
+        self.advance = advance = Advance(elements, settings, contexts, models, applied, speeds, self.failures)
         self.accelerations = Accelerations(elements, settings, contexts, kinematics, advance)
         self.reports = reports = Reports(plant, contexts, models, advance)
         self.reactions = Reactions(elements, settings, geometry, contexts, applied, models, advance, reports)
         self.contact_in_words = ContactInWords(geometry, settings, kinematics)
         self.output_ports = OutputPorts(
-            elements, settings, contexts, coordinates, models, reports, self.reactions, self.accelerations
+            elements, settings, contexts, coordinates, models, reports, self.reactions, self.accelerations, speeds
         )
 
     def finalize(self) -> None:
@@ -94,6 +104,7 @@ class PlantParts:
         self.kernel_models.compile()
         self.output_ports.declare(self.plant, state_index)
         self.advance.declare(self.plant)
+        self.surface_speeds.declare(self.plant)
 
     def gravity_changed(self) -> None:
         """Gravity has another vector: after Finalize() it is among the model's arrays."""
@@ -120,6 +131,6 @@ class PlantParts:
         return copy.deepcopy(self, memo)
 
 
-def parts_of(plant: Any) -> PlantParts:
+def parts_of(plant: MultibodyPlant) -> PlantParts:
     """The parts of a MultibodyPlant, for packages that need more than its calls."""
     return plant._parts

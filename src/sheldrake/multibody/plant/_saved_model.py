@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.multibody.plant._building.registry import Numbered
 from sheldrake.multibody.plant._parts import parts_of
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+
 
 @contextmanager
-def all_or_nothing(plant: Any, *others: Any) -> Iterator[None]:
+def all_or_nothing(plant: MultibodyPlant, *others: object) -> Iterator[None]:
     """When the block raises, the plant before Finalize(), its geometry, and `others` are as they were.
 
     What the block changes of elements that were there before is not undone. Model numbers are used again.
@@ -40,7 +43,7 @@ def all_or_nothing(plant: Any, *others: Any) -> Iterator[None]:
         raise
 
 
-def _containers(owner: Any) -> Iterable[Any]:
+def _containers(owner: object) -> Iterable[Any]:
     """The lists, dictionaries and sets that an object and its registries consist of."""
     for value in vars(owner).values():
         if isinstance(value, Numbered):

@@ -6,13 +6,13 @@ Force elements with several terms: parameters here, forces in `_kernels/forces.p
 from __future__ import annotations
 
 import copy
-import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._kernels.generic import tanh
+from sheldrake.common._options import Options
 from sheldrake.multibody.math import SpatialForce_
 from sheldrake.multibody.tree._element import nonnegative, vector
 from sheldrake.multibody.tree._force_element import ForceElement, JointElement
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-@dataclasses.dataclass(slots=True)
-class DoorHingeConfig:
+class DoorHingeConfig(Options):
     """Numbers of a door hinge.
 
     Attributes:
@@ -53,12 +52,6 @@ class DoorHingeConfig:
     catch_torque: float = 15.0
     motion_threshold: float = 0.001
 
-    def __copy__(self) -> DoorHingeConfig:
-        return dataclasses.replace(self)
-
-    def __deepcopy__(self, memo: dict) -> DoorHingeConfig:
-        return copy.copy(self)
-
 
 class DoorHinge(JointElement):
     """A revolute joint's spring, catch and friction, as of a dishwasher's door."""
@@ -67,9 +60,8 @@ class DoorHinge(JointElement):
 
     def __init__(self, joint: RevoluteJoint, config: DoorHingeConfig):
         super().__init__(joint)
-        numbers = dataclasses.asdict(config)
-        del numbers["spring_zero_angle_rad"]  # any angle will do
-        nonnegative("DoorHinge", **numbers)
+        _, *others = config._defaults  # any angle will do
+        nonnegative("DoorHinge", **{name: getattr(config, name) for name in others})
         self._config = copy.copy(config)
 
     def config(self) -> DoorHingeConfig:

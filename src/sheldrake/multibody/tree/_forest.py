@@ -15,7 +15,7 @@ class Step(NamedTuple):
 
     body: RigidBody
     parent: RigidBody
-    joint: Joint
+    joint: Any
     reversed: bool
     """The joint names this body as its parent."""
 
@@ -79,7 +79,7 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
 class Cut(NamedTuple):
     """A joint that closes a loop, and the body at one end of it to divide."""
 
-    body: Any
+    body: RigidBody
     joint: Any
 
 

@@ -42,7 +42,7 @@ class Joint(NamedElement):
     """What it turns about or slides along, a unit vector in F and in M, shape (3,); None without such an axis."""
     _classes: ClassVar[dict[str, type[Joint]]] = {}
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
+    def __init_subclass__(cls, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)
         name = vars(cls).get("kTypeName")
         if name is not None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 
 
 class MultibodyForces:
@@ -15,7 +18,7 @@ class MultibodyForces:
 
     _scalar: type = float
 
-    def __init__(self, plant: Any = None, nv: int | None = None, *, nb: int | None = None):
+    def __init__(self, plant: MultibodyPlant | None = None, nv: int | None = None, *, nb: int | None = None):
         """
         Args:
             plant: The MultibodyPlant they are for, or its number of bodies.

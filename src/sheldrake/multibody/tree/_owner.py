@@ -93,7 +93,7 @@ class FrameMotions(Protocol):
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
 
-    def CalcRelativeTransform(self, context: Any, frame_A: Any, frame_B: Any) -> Any:
+    def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> Any:
         """X_AB."""
 
 

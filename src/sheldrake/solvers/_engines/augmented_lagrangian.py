@@ -87,7 +87,7 @@ def _residues(y: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list:
     return out
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any) -> float:
     return float(value) if isinstance(value, np.floating) else value
 
 

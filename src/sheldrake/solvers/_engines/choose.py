@@ -5,7 +5,7 @@ By the kind of program: for each kind a list of solvers, the best first, of whic
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common._crew import in_parallel, threads_of
 from sheldrake.common._overloads import incompatible
@@ -163,7 +163,7 @@ def Solve(
 def SolveInParallel(
     progs: list[MathematicalProgram],
     initial_guesses: list | None = None,
-    solver_options: Any = None,
+    solver_options: SolverOptions | None = None,
     solver_ids: list | None = None,
     parallelism: Parallelism | int | bool | None = None,
     dynamic_schedule: bool = False,

@@ -17,6 +17,7 @@ from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
+    import scipy.sparse
     from numpy.typing import ArrayLike
 
 _RESULTS = {
@@ -136,7 +137,9 @@ class ClpSolver(SolverInterface):
             set_box_duals(prog, result, found.lower.marginals, found.upper.marginals)
 
 
-def _least_violation(M: Any, low: np.ndarray, high: np.ndarray, x_low: np.ndarray, x_high: np.ndarray) -> np.ndarray:
+def _least_violation(
+    M: scipy.sparse.spmatrix | np.ndarray, low: np.ndarray, high: np.ndarray, x_low: np.ndarray, x_high: np.ndarray
+) -> np.ndarray:
     """The point within the bounds of the variables whose violations of the rows have the smallest sum."""
     from scipy.optimize import linprog
     from scipy.sparse import hstack, identity, vstack

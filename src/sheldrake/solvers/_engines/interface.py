@@ -22,7 +22,7 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
 if TYPE_CHECKING:
-    pass
+    from numpy.typing import ArrayLike
 
 
 def attribute_name(attribute: ProgramAttribute) -> str:
@@ -99,7 +99,7 @@ class SolverInterface:
     def Solve(
         self,
         prog: MathematicalProgram,
-        initial_guess: Any = None,
+        initial_guess: ArrayLike | None = None,
         solver_options: SolverOptions | None = None,
         result: MathematicalProgramResult | None = None,
     ) -> Any:

@@ -202,8 +202,8 @@ class Factors:
         order = _elimination_order(size, rows[half], cols[half])
         place = np.empty(size, dtype=np.int64)
         place[order] = np.arange(size)
-        a, b = place[rows[half]], place[cols[half]]
-        keys, found = np.unique(np.maximum(a, b) * size + np.minimum(a, b), return_inverse=True)
+        i, j = place[rows[half]], place[cols[half]]
+        keys, found = np.unique(np.maximum(i, j) * size + np.minimum(i, j), return_inverse=True)
         slots = np.full(len(rows), -1, dtype=np.int64)
         slots[half] = found
         starts = np.searchsorted(keys // size, np.arange(size + 1)).astype(np.int64)
@@ -212,14 +212,13 @@ class Factors:
         ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
         L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
         at = np.cumsum([len(program.H_rows), n, len(program.J_rows)])
-        self.system = System(
-            *(np.ascontiguousarray(part) for part in np.split(slots, at)),
-            *(starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))),
-            *(np.where(order < n, _SHIFT, -_SHIFT), parent),
-            *(L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)),
-            *(flag, flag.copy(), flag.copy(), np.zeros(size)),
-            *(order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)),
-        )
+        parts: list[np.ndarray] = [np.ascontiguousarray(part) for part in np.split(slots, at)]
+        parts += [starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))]
+        parts += [np.where(order < n, _SHIFT, -_SHIFT), parent]
+        parts += [L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)]
+        parts += [flag, flag.copy(), flag.copy(), np.zeros(size)]
+        parts += [order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)]
+        self.system = System._make(parts)
         self._m = m
 
     def factor(self, W: np.ndarray, diagonal: np.ndarray, J: np.ndarray, gamma: float) -> bool:
@@ -289,21 +288,18 @@ class InteriorPoint:
         self._numbers = np.zeros(Progress.SIZE)
         self._now = _Now(self._numbers)
         self._now.mu, self._now.tolerance = mu, tolerance
-        of_point, of_system = (it, self._numbers), (self._factors.system, it, self._numbers)
-        blocks: dict = {}
-        self._look, self._go, self._judge, self._accept = (
-            kernel.bind(*of_point, blocks=blocks)
-            for kernel in (barrier.look, barrier.go, barrier.judge, barrier.accept)
-        )
-        self._newton_step, self._correct = (
-            kernel.bind(*of_system, blocks=blocks) for kernel in (barrier.newton_step, barrier.correct)
-        )
+        self._bound = barrier.advance.bind(self._factors.system, it, self._numbers, barrier.LOOK)
         it.z[:] = self._inside(it.z)
         self._evaluate()
         it.lam[:] = self._least_multipliers()
         self._filter: list[tuple[float, float]] = []
         theta = float(np.abs(it.c).sum())
         self._theta_max, self._theta_min = 1e4 * max(1.0, theta), 1e-4 * max(1.0, theta)
+
+    def _do(self, what: int) -> int:
+        """Runs one of the kernels of `barrier`."""
+        self._bound.set("what", what)
+        return int(self._bound())
 
     # The point
 
@@ -350,7 +346,7 @@ class InteriorPoint:
             return self._found(Ending.STUCK, 0)
         near = 0
         for k in range(iterations):
-            lowered = self._look()
+            lowered = self._do(barrier.LOOK)
             error, is_feasible = now.error, self._program.violation(it.c) <= self._feasibility
             near = near + 1 if is_feasible and error <= 100.0 * self._tolerance else 0
             if (is_feasible and error <= self._tolerance) or near >= 12:
@@ -358,11 +354,11 @@ class InteriorPoint:
             if lowered:
                 self._filter = []
             it.W[:] = self._program.hessian(it.z, it.lam)
-            if self._newton_step():
+            if self._do(barrier.NEWTON_STEP):
                 return self._found(Ending.STUCK, k)
             ending = self._advance()
             if ending is not None:
-                self._look()
+                self._do(barrier.LOOK)
                 return self._found(Ending.CONVERGED if now.error <= 1e3 * self._tolerance else ending, k + 1)
             self._program.show(it.z)
             if self._stop is not None and self._stop(it.z):
@@ -377,10 +373,10 @@ class InteriorPoint:
         now = self._now
         if now.relative < 1e-15:
             now.alpha = now.longest
-            self._go()
+            self._do(barrier.GO)
         elif not self._search():
             return self._restore(now.theta, now.phi)
-        self._accept()
+        self._do(barrier.ACCEPT)
         self._evaluate()
         return None
 
@@ -397,7 +393,7 @@ class InteriorPoint:
         first = True
         while alpha > smallest:
             now.alpha = alpha
-            self._go()
+            self._do(barrier.GO)
             if self._takes(alpha):
                 return True
             if first and theta <= now.theta_trial < np.inf and self._corrected(alpha):
@@ -412,7 +408,7 @@ class InteriorPoint:
         theta_old = now.theta_trial
         it.c_corrected[:] = alpha * it.c + it.c_trial
         for _ in range(4):
-            if self._correct():
+            if self._do(barrier.CORRECT):
                 return False
             longest = now.alpha
             if self._takes(alpha):
@@ -430,7 +426,7 @@ class InteriorPoint:
         it, now = self._at, self._now
         theta, phi, m = now.theta, now.phi, now.descent
         now.f_trial, it.c_trial[:] = self._program.values(it.trial)
-        self._judge()
+        self._do(barrier.JUDGE)
         theta_new, phi_new = now.theta_trial, now.phi_trial
         if not math.isfinite(now.f_trial) or not theta_new <= self._theta_max:
             now.theta_trial = np.inf

@@ -49,10 +49,10 @@ class IpoptSolverDetails(NamedTuple):
     """What the solver tells of a solve: IPOPT's status, 0 for success, and its multipliers of bounds and of rows."""
 
     status: int
-    z_L: Any
-    z_U: Any
-    g: Any
-    lambda_val: Any
+    z_L: np.ndarray
+    z_U: np.ndarray
+    g: np.ndarray
+    lambda_val: np.ndarray
 
     def ConvertStatusToString(self) -> str:
         """Returns the status as a word."""
@@ -126,7 +126,7 @@ class IpoptSolver(NonlinearSolver):
         def hessian(y: np.ndarray, multipliers: np.ndarray, cost_weight: float, out: np.ndarray) -> None:
             out[:] = form.hessian(y, cost_weight, multipliers)[half]
 
-        def watch(*_: Any) -> bool:
+        def watch(*_: object) -> bool:
             if not failures:
                 form.show(seen)
             return not failures

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqu
 from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _ROWS: tuple[type[Constraint], ...] = (
     LinearEqualityConstraint,
@@ -214,14 +217,14 @@ class NonlinearForm:
         return dual, np.maximum(box, 0.0), np.minimum(box, 0.0)
 
 
-def _joined(arrays: list[np.ndarray], kind: Any = int) -> np.ndarray:
+def _joined(arrays: list[np.ndarray], kind: type = int) -> np.ndarray:
     return np.concatenate(arrays) if arrays else np.zeros(0, dtype=kind)
 
 
 class _Last:
     """A function that remembers its last value."""
 
-    def __init__(self, function: Any):
+    def __init__(self, function: Callable[[np.ndarray], Any]):
         self._function = function
         self._key: bytes | None = None
         self._found: Any = None

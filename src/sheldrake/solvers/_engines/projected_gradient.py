@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -118,7 +117,9 @@ class ProjectedGradientDescentSolver(SolverInterface):
             outcome = SolutionResult.kInfeasibleConstraints
         result._finish(outcome, x, form.cost(x)[0])
 
-    def _line_search(self, form: Any, x: np.ndarray, f: float, gradient: np.ndarray, given: dict) -> np.ndarray:
+    def _line_search(
+        self, form: NonlinearForm, x: np.ndarray, f: float, gradient: np.ndarray, given: dict
+    ) -> np.ndarray:
         """A point along the negative gradient where the cost is enough less (Armijo's rule); constraints come after."""
         alpha, square = given["BacktrackingAlpha0"], float(gradient @ gradient)
         for _ in range(self.kDefaultMaxLineSearchSteps):

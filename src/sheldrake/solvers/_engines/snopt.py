@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,9 +24,9 @@ class SnoptSolverDetails(NamedTuple):
 
     info: int
     solve_time: float
-    xmul: Any
-    F: Any
-    Fmul: Any
+    xmul: np.ndarray
+    F: np.ndarray
+    Fmul: np.ndarray
 
 
 _INFO = {

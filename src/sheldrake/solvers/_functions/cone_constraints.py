@@ -44,7 +44,7 @@ class _ConeConstraint(Constraint):
             pattern.append((alone, column))
         return pattern
 
-    def _set_affine(self, A: Any, b: Any) -> None:
+    def _set_affine(self, A: Any, b: ArrayLike) -> None:
         A = A.toarray() if _arrays.is_sparse(A) else _arrays.float_matrix(A)
         b = _arrays.float_vector(b)
         if A.shape[0] != b.size or A.shape[0] < self._fewest_rows:
@@ -64,7 +64,7 @@ class _ConeConstraint(Constraint):
         """Returns the constant of z = A x + b, shape `(m,)`."""
         return self._b.copy()
 
-    def UpdateCoefficients(self, new_A: Any, new_b: Any) -> None:
+    def UpdateCoefficients(self, new_A: Any, new_b: ArrayLike) -> None:
         """Sets A and b.
 
         Raises:
@@ -85,7 +85,7 @@ class _ConeConstraint(Constraint):
         return _arrays.affine(self._A, x, self._b)
 
 
-def _objects(*items: Any) -> np.ndarray:
+def _objects(*items: object) -> np.ndarray:
     out = np.empty(len(items), dtype=object)
     out[:] = items
     return out

@@ -149,7 +149,7 @@ class LinearEqualityConstraint(LinearConstraint):
     def __init__(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: np.ndarray):
         self._set_linear(Aeq, beq, beq)
 
-    def UpdateCoefficients(self, Aeq: Any, beq: Any) -> None:  # type: ignore[override]
+    def UpdateCoefficients(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: ArrayLike) -> None:  # type: ignore[override]
         """Sets matrix and right hand side."""
         LinearConstraint.UpdateCoefficients(self, Aeq, beq, beq)
 

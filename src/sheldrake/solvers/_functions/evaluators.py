@@ -44,7 +44,7 @@ class EvaluatorBase:
     _sparsity: list[tuple[int, int]] | None = None
     _thread_safe = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{_python_name(type(self))}: No constructor defined!")
 
     def _set_sizes(self, num_outputs: int, num_vars: int, description: str = "") -> None:
@@ -185,7 +185,7 @@ class Constraint(EvaluatorBase):
         """Returns how many values there are."""
         return self._num_outputs
 
-    def CheckSatisfied(self, x: ArrayLike, tol: float = 1e-6) -> Any:
+    def CheckSatisfied(self, x: ArrayLike, tol: float = 1e-6) -> bool | Formula:
         """Tells whether the values at x are within the bounds, up to `tol`; a Formula where x is symbolic."""
         x, kind = _arrays.kind_of(x)
         if self._num_vars not in (ANY, len(x)):
@@ -359,6 +359,6 @@ class PyFunctionConstraint(_PyFunction, Constraint):
     _latex = EvaluatorBase._latex
 
 
-def takes_vector_function(value: Any) -> bool:
+def takes_vector_function(value: object) -> bool:
     """Whether a value can be called with a vector (and is no evaluator)."""
     return callable(value) and not isinstance(value, EvaluatorBase) and not inspect.isclass(value)

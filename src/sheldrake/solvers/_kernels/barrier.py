@@ -191,8 +191,8 @@ def solved(system, right, found):
         system.y[i] = 0.0
 
 
-@kernel(top=True)
-def look(it: Iterate, progress: Progress) -> int:
+@kernel(outline=True)
+def look(it, progress):
     """How far from optimal the point is, eq. (5), and the next barrier parameters that it is good for, eq. (7).
 
     Gives 1 if there is another barrier parameter.
@@ -233,8 +233,8 @@ def gap_error(it, mu):
     return most
 
 
-@kernel(top=True)
-def newton_step(system: System, it: Iterate, progress: Progress) -> int:
+@kernel(outline=True)
+def newton_step(system, it, progress):
     """Steps of z and of the multipliers, eq. (13), with as much regularization as a step of descent takes.
 
     Gives 1 where there is none.
@@ -319,22 +319,22 @@ def longest_of(it, d, mu):
     return part
 
 
-@kernel(top=True)
-def go(it: Iterate, progress: Progress) -> None:
+@kernel(outline=True)
+def go(it, progress):
     """The trial point: `alpha` times the step."""
     for i in range(len(it.z)):
         it.trial[i] = it.z[i] + progress.alpha * it.found[i]
 
 
-@kernel(top=True)
-def judge(it: Iterate, progress: Progress) -> None:
+@kernel(outline=True)
+def judge(it, progress):
     """Residuals and barrier function at the trial point, of which `c_trial` and `f_trial` are known."""
     progress.theta_trial = sum_of_sizes(it.c_trial)
     progress.phi_trial = barrier_of(it, it.trial, progress.f_trial, progress.mu)
 
 
-@kernel(top=True)
-def correct(system: System, it: Iterate, progress: Progress) -> int:
+@kernel(outline=True)
+def correct(system, it, progress):
     """The trial point of a correction of second order, eq. (27), and its `alpha`; 1 where there is none."""
     n = len(it.z)
     for i in range(n):
@@ -350,8 +350,8 @@ def correct(system: System, it: Iterate, progress: Progress) -> int:
     return 0
 
 
-@kernel(top=True)
-def accept(it: Iterate, progress: Progress) -> None:
+@kernel(outline=True)
+def accept(it, progress):
     """The trial point becomes the point; multipliers follow, and stay near those of the barrier, eq. (16)."""
     n, mu = len(it.z), progress.mu
     share, tau = 1.0, max(0.99, 1.0 - mu)
@@ -384,3 +384,24 @@ def accept(it: Iterate, progress: Progress) -> None:
                 it.upper[i] = z + little
             high = it.upper[i] - z
             it.zU[i] = max(mu / high / FAR, min(it.zU[i] + share * it.step_U[i], mu / high * FAR))
+
+
+LOOK, NEWTON_STEP, GO, JUDGE, CORRECT, ACCEPT = range(6)
+
+
+@kernel(top=True)
+def advance(system: System, it: Iterate, progress: Progress, what: int) -> int:
+    """One of the above; its answer, or 0. They have one entry, so that all of them are bound at once."""
+    if what == LOOK:
+        return look(it, progress)
+    if what == NEWTON_STEP:
+        return newton_step(system, it, progress)
+    if what == CORRECT:
+        return correct(system, it, progress)
+    if what == GO:
+        go(it, progress)
+    elif what == JUDGE:
+        judge(it, progress)
+    else:
+        accept(it, progress)
+    return 0

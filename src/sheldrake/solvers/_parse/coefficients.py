@@ -12,7 +12,7 @@ from sheldrake.symbolic import _traverse as traverse
 
 
 class Coefficients:
-    """A polynomial of degree two at most as 1/2 x' Q x + b' x + c."""
+    """A polynomial of degree two at most as 1/2 x' Q x + b' x + c; of one of higher degree, that degree."""
 
     def __init__(self, e: Expression):
         self.Q: np.ndarray | None = None
@@ -29,6 +29,9 @@ class Coefficients:
         places = {v: i for i, v in enumerate(found)}
         flat = decompose.flat_terms(e)
         if flat is None:
+            self.degree = decompose.degree_of_product(e)
+            if self.degree > 2:
+                return
             terms_of = decompose.decompose(e, set(variables)).items()
             flat = [(coefficient.Evaluate(), list(m._powers.items())) for m, coefficient in terms_of]
         for value, powers in flat:

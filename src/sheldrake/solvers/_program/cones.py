@@ -5,7 +5,7 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -327,7 +327,7 @@ def _inequality_of_expressions(X: np.ndarray) -> BindingBase[LinearMatrixInequal
     return _inequality(F, a.vars)
 
 
-def _matrices(value: Any) -> list[Matrix]:
+def _matrices(value: Iterable[ArrayLike]) -> list[Matrix]:
     if isinstance(value, np.ndarray) and value.ndim != 3:
         raise Mismatch
     return [kinds.matrix(f) for f in instance_of(list, tuple, np.ndarray)(value)]

@@ -114,7 +114,7 @@ def _of_function(
     return bind(Constraint, PyFunctionConstraint(len(vars), func, lb, ub, description), vars)
 
 
-def _constraint_binding(value: Any) -> BindingBase[Constraint]:
+def _constraint_binding(value: object) -> BindingBase[Constraint]:
     binding: BindingBase[Constraint] = instance_of(BindingBase)(value)
     instance_of(Constraint)(binding.evaluator())
     return binding
@@ -161,7 +161,7 @@ def _callback(func: Callable[[np.ndarray], Any], vars: np.ndarray) -> BindingBas
     return bind(VisualizationCallback, VisualizationCallback._make(func, len(vars)), vars)
 
 
-def _bound(value: Any) -> np.ndarray:
+def _bound(value: ArrayLike) -> np.ndarray:
     if not np.ndim(value):
         raise Mismatch
     return kinds.vector(np.ravel(value, order="F"))

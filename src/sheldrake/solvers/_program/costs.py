@@ -85,7 +85,7 @@ def _of_function(func: Callable[..., Any], vars: np.ndarray, description: str) -
     return bind(Cost, PyFunctionCost(len(vars), func, description), vars)
 
 
-def _cost_binding(value: Any) -> BindingBase[Cost]:
+def _cost_binding(value: object) -> BindingBase[Cost]:
     binding: BindingBase[Cost] = instance_of(BindingBase)(value)
     instance_of(Cost)(binding.evaluator())
     return binding

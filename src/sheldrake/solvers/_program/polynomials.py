@@ -6,7 +6,7 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from sheldrake.symbolic import (
 )
 from sheldrake.symbolic import _build as build
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 
 class NonnegativePolynomial(BoundEnum):
     """Ways to say that a polynomial is not negative."""
@@ -45,7 +48,7 @@ NonnegativePolynomial.__qualname__ = "MathematicalProgram.NonnegativePolynomial"
 _SOS = NonnegativePolynomial.kSos
 
 
-def _basis(value: Any) -> np.ndarray:
+def _basis(value: ArrayLike) -> np.ndarray:
     array = np.asarray(value, dtype=object)
     if array.ndim == 0 or not all(isinstance(m, Monomial) for m in array.flat):
         raise Mismatch

@@ -231,7 +231,7 @@ class ProgramVariables:
         """Returns the guess of all decision variables, nan where there is none."""
         return np.array(self._guess)
 
-    def GetInitialGuess(self, decision_variable: Variable | VariablesLike) -> Any:
+    def GetInitialGuess(self, decision_variable: Variable | VariablesLike) -> float | np.ndarray:
         """Returns the guess of a variable, or of an array of them in its shape.
 
         Raises:

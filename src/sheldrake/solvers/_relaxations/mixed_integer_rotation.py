@@ -59,7 +59,7 @@ class MixedIntegerRotationConstraintGenerator:
         B_: list[list[np.ndarray]]
         lambda_: list[list[np.ndarray]]
 
-        def __init__(self, *args: Any, **kwargs: Any):
+        def __init__(self, *args: object, **kwargs: object):
             raise TypeError("pydrake.solvers.ReturnType: No constructor defined!")
 
     def __init__(self, approach: Approach, num_intervals_per_half_axis: int, interval_binning: IntervalBinning):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from sheldrake.symbolic import Expression
 from sheldrake.symbolic import _build as build
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import ArrayLike
 
     from sheldrake.solvers._arrays import VariablesLike
@@ -26,7 +28,7 @@ class IntervalBinning(BoundEnum):
     kLinear = 1
 
 
-def _sum(items: Any) -> Expression:
+def _sum(items: Iterable[Expression | Variable]) -> Expression:
     return build.sum_of([_arrays.expression(e) for e in items])
 
 
@@ -110,7 +112,7 @@ def _logarithmic_sos2(prog: MathematicalProgram, weights: np.ndarray, y: np.ndar
 def AddBilinearProductMcCormickEnvelopeSos2(
     prog: MathematicalProgram,
     x: Variable,
-    y: ArrayLike,
+    y: Variable,
     w: Variable | Expression,
     phi_x: ArrayLike,
     phi_y: ArrayLike,

@@ -17,8 +17,11 @@ _COLUMNS = 64
 """How many a thread takes at a time."""
 
 if TYPE_CHECKING:
+    from sheldrake.common._parallelism import Parallelism
+    from sheldrake.common.kernel import Kernel
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._engine.store import Store
+    from sheldrake.systems.framework._port import InputPort
 
 
 def BatchEvalTimeDerivatives(
@@ -27,8 +30,8 @@ def BatchEvalTimeDerivatives(
     times: Any,
     states: Any,
     inputs: Any,
-    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
-    parallelize: Any = None,
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    parallelize: Parallelism | int | bool | None = None,
 ) -> np.ndarray:
     """Time derivatives, one column for each column of `times`, `states` and `inputs`.
 
@@ -71,8 +74,8 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
     states: Any,
     inputs: Any,
     num_time_steps: int = 1,
-    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
-    parallelize: Any = None,
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    parallelize: Parallelism | int | bool | None = None,
 ) -> np.ndarray:
     """Discrete states some steps later, one column for each column of `times`, `states` and `inputs`.
 
@@ -115,8 +118,11 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
 def _rows_of(layout: Any, group: int) -> list[int]:
     """Rows of a group, and those that it reads."""
     program = layout.program
-    acts = program.act[program.act_ptr[group] : program.act_ptr[group + 1]].tolist()
-    return acts + program.pre[program.pre_ptr[group] : program.pre_ptr[group + 1]].tolist()
+    acts = program.calls[program.calls_begin[group] : program.calls_begin[group + 1]].tolist()
+    return (
+        acts
+        + program.prerequisites[program.prerequisites_begin[group] : program.prerequisites_begin[group + 1]].tolist()
+    )
 
 
 def _is_native(store: Store, group: int) -> bool:
@@ -125,7 +131,13 @@ def _is_native(store: Store, group: int) -> bool:
 
 
 def _on_threads(
-    kernel: Any, context: Context, port: Any, group: int, columns: list, parallelize: Any, *more: Any
+    kernel: Kernel,
+    context: Context,
+    port: Any,
+    group: int,
+    columns: list,
+    parallelize: Parallelism | int | bool | None,
+    *more: Any,
 ) -> np.ndarray | None:
     """What a kernel of `columns` finds, one column for each; None if it fails somewhere, which Python can explain.
 
@@ -159,7 +171,14 @@ def _on_threads(
     return found.T if all(good) else None
 
 
-def _prepare(system: System, context: Context, times: Any, states: Any, inputs: Any, selection: Any) -> tuple:
+def _prepare(
+    system: System,
+    context: Context,
+    times: Any,
+    states: Any,
+    inputs: Any,
+    selection: InputPortSelection | int,
+) -> tuple:
     system.ValidateContext(context)
     times, states = np.ravel(times), np.atleast_2d(states)
     port = _port(system, selection)
@@ -173,7 +192,7 @@ def _prepare(system: System, context: Context, times: Any, states: Any, inputs: 
     return context.Clone(), port, list(zip(times, states.T, inputs.T))
 
 
-def _port(system: System, selection: Any) -> Any:
+def _port(system: System, selection: InputPortSelection | int) -> InputPort | None:
     if selection is InputPortSelection.kNoInput:
         return None
     if selection is InputPortSelection.kUseFirstInputIfItExists:

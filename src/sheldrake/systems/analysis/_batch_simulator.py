@@ -8,7 +8,7 @@ import itertools
 import operator
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
 
@@ -29,6 +29,8 @@ from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Progress
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._engine.memory import Place, Slot
     from sheldrake.systems.framework._engine.store import Store
@@ -122,7 +124,7 @@ class BatchSimulator:
                 f"BatchSimulator(): {self._count} worlds of about {size} bytes each do not fit into memory."
             ) from error
         program, rows = self._layout.program, self._layout.rows
-        in_loop = {*program.act.tolist(), *program.pre.tolist()}
+        in_loop = {*program.calls.tolist(), *program.prerequisites.tolist()}
         self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
         self._begun = np.zeros(self._count, bool)
         self._failures: dict[int, WorldFailure] = {}
@@ -216,7 +218,7 @@ class BatchSimulator:
             self._generators[world] = RandomGenerator(int(words[0]))
         return self._generators[world]
 
-    def _number(self, call: str, world: Any) -> int:
+    def _number(self, call: str, world: SupportsIndex) -> int:
         number = _whole(f"BatchSimulator.{call}()", "world", world, None)
         if not 0 <= number < self._count:
             raise IndexError(f"BatchSimulator.{call}({world}): there are worlds 0 to {self._count - 1}.")
@@ -301,7 +303,7 @@ class BatchSimulator:
             self._call_each("EvalOutputs", plan, self._count, tables.OUTPUTS)
         return _read_only(self._columns(slot.span))
 
-    def _context_of(self, port: Any, w: int) -> Context:
+    def _context_of(self, port: InputPort | OutputPort, w: int) -> Context:
         return port.get_system().GetMyContextFromRoot(self.context(w))
 
     def _columns(self, span: tuple[int, int]) -> np.ndarray:
@@ -342,7 +344,7 @@ class BatchSimulator:
         """Whether each world reached its termination condition and was not set back since, shape (num_worlds,)."""
         return self._terminated.copy()
 
-    def _numbers_of(self, call: str, worlds: Any) -> np.ndarray:
+    def _numbers_of(self, call: str, worlds: ArrayLike | None) -> np.ndarray:
         """Numbers of worlds that are given as a mask, as numbers, or as None for all."""
         if worlds is None:
             return np.arange(self._count)
@@ -358,7 +360,7 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): worlds must be different numbers below {self._count}.")
         return who
 
-    def _going(self, call: str, worlds: Any) -> np.ndarray:
+    def _going(self, call: str, worlds: ArrayLike | None) -> np.ndarray:
         """Those that may advance: of all, those that have not come to an end."""
         at_end = self._terminated | self._failed
         if worlds is None:
@@ -385,7 +387,7 @@ class BatchSimulator:
         self._monitor, self._native = monitor, None
         self._simulated = self._with_simulators()
 
-    def SetTime(self, time: Any, worlds: Any = None) -> None:
+    def SetTime(self, time: Any, worlds: ArrayLike | None = None) -> None:
         """Sets the time of worlds [s]: a number, or one for each; they begin anew when they are advanced.
 
         Args:
@@ -402,7 +404,7 @@ class BatchSimulator:
         self._worlds.S[who, 0] = times
         self._begun[who] = False
 
-    def Reset(self, worlds: Any = None) -> None:
+    def Reset(self, worlds: ArrayLike | None = None) -> None:
         """Sets worlds back to how they were at first: time and state. Parameters and inputs stay; logs are empty.
 
         Args:
@@ -413,7 +415,7 @@ class BatchSimulator:
             self._worlds.set_back(who)
         self._forget_end(who)
 
-    def _times_of(self, call: str, time: Any, who: np.ndarray) -> np.ndarray:
+    def _times_of(self, call: str, time: ArrayLike, who: np.ndarray) -> np.ndarray:
         """A time for each of these worlds [s]."""
         times = np.asarray(time, float)
         if times.shape not in ((), (1,), who.shape):
@@ -436,12 +438,12 @@ class BatchSimulator:
         for w in who.tolist() if self._failures else ():
             self._failures.pop(w, None)
 
-    def SetRandomContexts(self, worlds: Any = None) -> None:
+    def SetRandomContexts(self, worlds: ArrayLike | None = None) -> None:
         """Gives worlds random states and parameters, each from its own generator: see `System.SetRandomContext`."""
         for w in self._numbers_of("SetRandomContexts", worlds).tolist():
             self._system.SetRandomContext(self.context(w), self.generator(w))
 
-    def Initialize(self, worlds: Any = None) -> None:
+    def Initialize(self, worlds: ArrayLike | None = None) -> None:
         """Runs initialization events, sets the clocks, and publishes what is due at the beginning.
 
         Worlds that are new, were set back or got another time are initialized when they are advanced.
@@ -451,7 +453,7 @@ class BatchSimulator:
         """
         self._begin("Initialize", self._going("Initialize", worlds))
 
-    def AdvanceTo(self, boundary_time: Any, worlds: Any = None) -> None:
+    def AdvanceTo(self, boundary_time: ArrayLike, worlds: ArrayLike | None = None) -> None:
         """Advances worlds to a time [s], each as `Simulator.AdvanceTo` would.
 
         Args:
@@ -479,7 +481,7 @@ class BatchSimulator:
         time[: len(who), 0] = T
         self._roll_out("AdvanceTo", self._plan, who, 1)
 
-    def AdvanceSteps(self, num_steps: int, worlds: Any = None) -> None:
+    def AdvanceSteps(self, num_steps: int, worlds: ArrayLike | None = None) -> None:
         """Advances worlds by a number of periods of the system's only clock.
 
         Args:
@@ -647,7 +649,7 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")
         return slot
 
-    def _put_inputs(self, call: str, plan: RolloutPlan, count: int, num_samples: int, inputs: Any) -> None:
+    def _put_inputs(self, call: str, plan: RolloutPlan, count: int, num_samples: int, inputs: ArrayLike | None) -> None:
         if inputs is None:
             return
         size, shape = len(plan.rollout.inputs_at), np.shape(inputs)
@@ -658,7 +660,9 @@ class BatchSimulator:
             )
         plan.rollout.inputs[: count * num_samples].reshape(count, num_samples, size)[:] = inputs
 
-    def _sample(self, call: str, plan: RolloutPlan, who: np.ndarray, num_samples: int, ports: Any) -> Any:
+    def _sample(
+        self, call: str, plan: RolloutPlan, who: np.ndarray, num_samples: int, ports: Any
+    ) -> np.ndarray | list[np.ndarray]:
         """Takes worlds through a plan; its outputs."""
         kept = plan.rollout.outputs[: len(who) * num_samples].reshape(len(who), num_samples, -1)
         self._roll_out(call, plan, who, num_samples, kept)
@@ -766,7 +770,7 @@ class BatchSimulator:
         return WorldFailure(w, time, "" if system is None else system.GetSystemPathname(), error)
 
 
-def _whole(call: str, name: str, number: Any, least: int | None, most: int | None = 1 << 53) -> int:
+def _whole(call: str, name: str, number: SupportsIndex, least: int | None, most: int | None = 1 << 53) -> int:
     """A number that must be whole and neither too small nor too large; errors begin with the name of the call.
 
     Raises:

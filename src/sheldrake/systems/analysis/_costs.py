@@ -17,6 +17,8 @@ from sheldrake.systems.framework._kernels.replay import replay
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
     from sheldrake.systems.analysis._span import Span
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.layout import Layout
     from sheldrake.systems.framework._engine.store import Store
 
 _PATIENCE = 0.3  # [s] in which each chain of rows is called again, about
@@ -99,9 +101,13 @@ def _ticks(clock: tuple[float, float], first: float, last: float, closed: bool) 
     return max(0, math.floor((end - offset) / period) - math.ceil(max(0.0, (first - slack - offset) / period)) + 1)
 
 
-def _prerequisites(layout: Any, g: int) -> list[int]:
+def _prerequisites(layout: Layout, g: int) -> list[int]:
     P = layout.program
-    return [r for r in P.pre[P.pre_ptr[g] : P.pre_ptr[g + 1]].tolist() if P.level[r] != _program.CONSTANT]
+    return [
+        r
+        for r in P.prerequisites[P.prerequisites_begin[g] : P.prerequisites_begin[g + 1]].tolist()
+        if P.level[r] != _program.CONSTANT
+    ]
 
 
 # Python rows.
@@ -144,7 +150,7 @@ def _names(store: Store, r: int) -> tuple[str, str]:
 # Kernels.
 
 
-def _chains(layout: Any, calls: dict[int, int]) -> list[tuple[list[int], float]]:
+def _chains(layout: Layout, calls: dict[int, int]) -> list[tuple[list[int], float]]:
     """Kernels and logs that are called after each other, and the period of their clock or 0 [s].
 
     What several groups call is in the chain of the one that calls it most.
@@ -160,7 +166,7 @@ def _chains(layout: Any, calls: dict[int, int]) -> list[tuple[list[int], float]]
     return chains
 
 
-def _slabs(root: Any, chain: list[int], period: float, set_state: Any, times: Sequence[float]) -> list[np.ndarray]:
+def _slabs(root: Context, chain: list[int], period: float, set_state: Any, times: Sequence[float]) -> list[np.ndarray]:
     """The slab at these times, each with the memory that the chain left one period before."""
     store = root._store
     kernels = [(r, store.layout.rows[r]) for r in chain if r >= 0]

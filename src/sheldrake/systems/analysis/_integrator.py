@@ -14,6 +14,7 @@ from sheldrake.systems.framework._vector import plain
 if TYPE_CHECKING:
     from sheldrake.systems.analysis._span import Span
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._system import System
     from sheldrake.trajectories import PiecewisePolynomial
 
 nan = float("nan")
@@ -51,12 +52,12 @@ class IntegratorBase:
     # Accuracy unless set, accuracy that no setting exceeds, and the first step as a fraction of the largest.
     _default_accuracy, _loosest_accuracy, _first_step = 1e-3, 0.1, 0.1
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
-    def _set_up(self, system: Any, context: Context | None) -> None:
+    def _set_up(self, system: System, context: Context | None) -> None:
         self._system, self._context = system, context
-        self._numbers: Any = Integrator(np.zeros(IntegratorNumbers.SIZE))
+        self._numbers: Integrator = Integrator(np.zeros(IntegratorNumbers.SIZE))
         self._run: Any = Run(np.zeros(RunWords.SIZE, np.int64))
         self._number: Any = self._numbers.number.data  # which is faster than the array
         numbers = self._numbers

@@ -13,6 +13,8 @@ import numpy as np
 from sheldrake.systems.analysis._batch_simulator import BatchSimulator
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from sheldrake.systems.framework import System
 
 Job = Callable[[BatchSimulator, np.ndarray], Any]
@@ -117,7 +119,7 @@ def SimulateWorlds(
     return _joined(_told(found, parts, num_worlds, progress), len(parts))
 
 
-def _system_of(make_system: Any) -> Any:
+def _system_of(make_system: Callable[[], System] | System) -> Any:
     return make_system() if callable(make_system) else make_system
 
 
@@ -154,7 +156,9 @@ def _numbered(k: int, *args: Any) -> tuple[int, Any]:
     return k, _sent_chunk(*args)
 
 
-def _by_joblib(make_system: Any, job: Job, plan: _Plan, parts: list) -> Iterator[tuple[int, Any]]:
+def _by_joblib(
+    make_system: Callable[[], System] | System, job: Job, plan: _Plan, parts: list
+) -> Iterator[tuple[int, Any]]:
     """Chunks as they are done, by joblib."""
     joblib = _needed("joblib", "joblib")
     sent = _needed("cloudpickle", "joblib").dumps((make_system, job))
@@ -181,7 +185,7 @@ def _by_ray(
             ray.cancel(left, force=True)
 
 
-def _needed(name: str, extra: str) -> Any:
+def _needed(name: str, extra: str) -> ModuleType:
     """An engine.
 
     Raises:

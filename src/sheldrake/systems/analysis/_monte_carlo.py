@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 class RandomSimulationResult:
     """One sample: `output`, and `generator_snapshot`, the generator from which it can be had again."""
 
-    generator_snapshot: Any
+    generator_snapshot: RandomGenerator
     output: float
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("RandomSimulationResult: No constructor defined!")
 
     @classmethod

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sheldrake.systems.framework._engine.worlds import Worlds
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Progress
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
 
 _PARTS = 8  # that each thread takes at least, so that the last one does not let the others wait
 _LONG, _SHORT = 0.02, 0.0002  # [s] that a part should take: Ctrl-C waits for it; taking it costs some microseconds
@@ -94,7 +97,7 @@ class NativeWorlds:
         """Output rows that are computed."""
         self._chain[0], self._chain[1 : 1 + len(rows)] = len(rows), rows
 
-    def _bound(self, kernel: Any, plan: RolloutPlan, thread: int) -> Any:
+    def _bound(self, kernel: Kernel, plan: RolloutPlan, thread: int) -> Any:
         """The kernel's call of a thread on a plan; made once."""
         key = kernel, thread
         if key not in plan.calls:
@@ -120,5 +123,5 @@ class NativeWorlds:
 def slow_rows(layout: Layout) -> list[int]:
     """Rows of the event loop, and what they read, that are Python."""
     program = layout.program
-    used = {*program.act.tolist(), *program.pre.tolist()}
+    used = {*program.calls.tolist(), *program.prerequisites.tolist()}
     return sorted(r for r in used if r >= 0 and not layout.rows[r].native)

@@ -12,7 +12,9 @@ from sheldrake.systems.analysis._schemes import SCHEMES
 from sheldrake.systems.framework._kernels import integrate as _integrate
 
 if TYPE_CHECKING:
+    from sheldrake.systems.analysis._span import Span
     from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._engine.store import Store
     from sheldrake.systems.framework._kernels.program import Run
 
 
@@ -20,18 +22,18 @@ class PythonIntegrator(IntegratorBase):
     """A step is made by `_step`, which may evaluate derivatives; the event loop does the rest."""
 
     _scheme = _integrate.PYTHON
-    _rates_there: Any = None
+    _rates_there: Rates | None = None
 
     def __init__(self, system: System, context: Context | None = None):
         self._set_up(system, context)
 
-    def _rates_in(self, store: Any) -> Rates:
+    def _rates_in(self, store: Store) -> Rates:
         """How velocities change positions in this context."""
         if self._rates_there is None or self._rates_there.memory is not store.S:
             self._rates_there = Rates(store)
         return self._rates_there
 
-    def _derivatives(self, span: Any, t: float, x: np.ndarray) -> np.ndarray:
+    def _derivatives(self, span: Span, t: float, x: np.ndarray) -> np.ndarray:
         """f(t, x)."""
         store = span.store
         store.S[0] = t
@@ -41,7 +43,7 @@ class PythonIntegrator(IntegratorBase):
             raise _Stopped
         return store.S[slice(*store.layout.xdot)].copy()
 
-    def _make_step(self, span: Any) -> None:
+    def _make_step(self, span: Span) -> None:
         """Steps by `h_try` [s], or less if that fails; leaves the state in the slab, length and error in `_numbers`."""
         store, numbers = span.store, self._numbers
         t, h = float(store.S[0]), float(numbers.h_try)
@@ -69,7 +71,7 @@ class PythonIntegrator(IntegratorBase):
         self._run.shrinks_failure += 1
         return h
 
-    def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
+    def _step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
         """State after h [s] and the norm of its estimated error; None if the step is too long to be made."""
         raise NotImplementedError
 
@@ -91,7 +93,7 @@ class SemiExplicitEulerIntegrator(PythonIntegrator):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 
-    def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
+    def _step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
         rates = self._rates_in(span.store)
         moved = x + h * self._derivatives(span, t, x)
         moved[rates.q] = x[rates.q] + h * rates.qdot(x[rates.q], moved[rates.v])

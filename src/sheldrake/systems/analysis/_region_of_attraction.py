@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._options import Options
 from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 
 if TYPE_CHECKING:
+    from sheldrake.solvers._program.program import MathematicalProgram
     from sheldrake.systems.framework import Context, System
 
 _STANDS_STILL = 1e-14
 
 
-@dataclasses.dataclass(eq=False, slots=True)
-class RegionOfAttractionOptions:
+class RegionOfAttractionOptions(Options):
     """Options of `RegionOfAttraction`.
 
     Attributes:
@@ -30,8 +30,8 @@ class RegionOfAttractionOptions:
             at most; finite and not negative. It is no option of the solver.
     """
 
-    lyapunov_candidate: Expression = dataclasses.field(default_factory=lambda: Expression(0.0))
-    state_variables: np.ndarray = dataclasses.field(default_factory=lambda: np.array([], dtype=object))
+    lyapunov_candidate: Any = Expression(0.0)
+    state_variables: Any = np.array([], dtype=object)
     use_implicit_dynamics: bool = False
     solver_id: Any = None
     solver_options: Any = None
@@ -226,7 +226,7 @@ def _falls_near_zero(rate: Expression, x: np.ndarray) -> bool:
     return bool(np.linalg.eigvalsh(0.5 * (hessian + hessian.T)).max() < -1e-8)
 
 
-def _solved(program: Any, options: RegionOfAttractionOptions) -> Any:
+def _solved(program: MathematicalProgram, options: RegionOfAttractionOptions) -> Any:
     from sheldrake.solvers import MakeSolver, Solve
 
     solve = Solve if options.solver_id is None else MakeSolver(options.solver_id).Solve
@@ -243,7 +243,7 @@ def _solved(program: Any, options: RegionOfAttractionOptions) -> Any:
     return result
 
 
-def _level(program: Any, rho: Variable, options: RegionOfAttractionOptions) -> float:
+def _level(program: MathematicalProgram, rho: Variable, options: RegionOfAttractionOptions) -> float:
     result = _solved(program, options)
     if not result.is_success():
         raise RuntimeError(

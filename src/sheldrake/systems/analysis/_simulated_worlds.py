@@ -53,7 +53,7 @@ class SimulatedWorlds:
 
         self._crew.run(work, count)
 
-    def _guarded(self, w: int, do: Callable[..., int], *args: Any) -> None:
+    def _guarded(self, w: int, do: Callable[..., int], *args: object) -> None:
         """Does something with a world and notes how it went."""
         try:
             code = do(*args)

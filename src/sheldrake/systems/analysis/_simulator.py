@@ -6,7 +6,7 @@ import math
 import operator
 import time
 import weakref
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -29,8 +29,12 @@ from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import plain
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from collections.abc import Callable
 
+    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.store import Store
+
+Simulated = TypeVar("Simulated", bound=System)
 _Reason = SimulatorStatus.ReturnReason
 _HAS_COMMIT, _HAS_WITNESS, _HAS_MONITOR, _HAS_EVERY_STEP, _BUDGET, _FRESH = map(
     operator.index,
@@ -56,7 +60,10 @@ class InitializeParams(Options):
     suppress_initialization_events: bool = False
 
 
-class Simulator(SimulatorSettings):
+_ALL_EVENTS = InitializeParams()
+
+
+class Simulator(SimulatorSettings, Generic[Simulated]):
     """Advances a system in time.
 
     Args:
@@ -64,7 +71,7 @@ class Simulator(SimulatorSettings):
         context: Its root context; a default one if not given. It is not copied.
     """
 
-    def __init__(self, system: System, context: Any = None):
+    def __init__(self, system: Simulated, context: Context | None = None):
         if not isinstance(system, System):
             raise Mismatch(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
         self._system = system
@@ -87,14 +94,14 @@ class Simulator(SimulatorSettings):
         self._integrator.request_initial_step_size_target(1e-4)
         self._integrator.set_target_accuracy(1e-4)
 
-    def __reduce_ex__(self, protocol: Any) -> str | tuple:
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple:
         raise TypeError(
             "Simulator: it can be neither copied nor pickled; make another, Simulator(system, context.Clone())."
         )
 
     # What it works on.
 
-    def get_system(self) -> Any:
+    def get_system(self) -> Simulated:
         """The system, of whatever class it is."""
         return self._system
 
@@ -177,7 +184,7 @@ class Simulator(SimulatorSettings):
         Raises:
             RuntimeError: there is no context; another thread or simulator works on it; an event handler failed.
         """
-        return self._alone("Initialize", self._initialize, params or InitializeParams())
+        return self._alone("Initialize", self._initialize, params or _ALL_EVENTS)
 
     def _alone(self, call: str, work: Any, *args: Any) -> Any:
         """Does the work of a call while the context is this simulator's, in this thread."""
@@ -223,7 +230,7 @@ class Simulator(SimulatorSettings):
             note_status(status, self._span.outcome, store)
         return self._status(t, _program.TERMINATED if store.i[_TERMINATE] else _program.DONE)
 
-    def _last_instant(self, store: Any) -> float:
+    def _last_instant(self, store: Store) -> float:
         """Time [s] from which numbers lie so far apart that steps or periods are lost between them."""
         shortest = store.layout.shortest_period
         if store.layout.xc[1] > store.layout.xc[0]:
@@ -340,7 +347,7 @@ class Simulator(SimulatorSettings):
             if store.goes_on is not None and store.goes_on[0] == store.S[0]:
                 self._go_on(store)
             else:
-                self._initialize(InitializeParams())
+                self._initialize(_ALL_EVENTS)
         if store.unsettled:
             store.settle()
         if not self._span.is_current() or self._span.numbers is not self._integrator._numbers:
@@ -500,5 +507,5 @@ def first_tick(offset: float, period: float, t: float) -> int:
 _SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step", "_python_step")
 
 
-def _method(reference: Any, name: str) -> Any:
+def _method(reference: Any, name: str) -> Callable[[], Any]:
     return lambda: getattr(reference(), name)()

@@ -15,6 +15,9 @@ from sheldrake.systems.framework._vector import plain
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._event import EventStatus
+
 _COUNTS = slice(operator.index(RunWords.steps), operator.index(RunWords.unrestricteds) + 1)
 
 
@@ -32,8 +35,15 @@ class SimulatorSettings:
     # Settings.
 
     def set_target_realtime_rate(self, realtime_rate: float) -> None:
-        """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes."""
-        self._rate = max(float(realtime_rate), 0.0)
+        """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes.
+
+        Raises:
+            RuntimeError: the rate is nan.
+        """
+        rate = float(realtime_rate)
+        if math.isnan(rate):
+            raise RuntimeError("Simulator.set_target_realtime_rate(): realtime_rate is nan; it must be a number.")
+        self._rate = max(rate, 0.0)
 
     def get_target_realtime_rate(self) -> float:
         """The rate asked for."""
@@ -58,7 +68,7 @@ class SimulatorSettings:
         """Whether to force a publish in `Initialize`."""
         self._publish_at_initialization = bool(publish)
 
-    def set_monitor(self, monitor: Any) -> None:
+    def set_monitor(self, monitor: Callable[[Context], EventStatus | None] | None) -> None:
         """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus."""
         if not callable(monitor):
             raise Mismatch(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")

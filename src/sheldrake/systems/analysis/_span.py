@@ -23,6 +23,8 @@ from sheldrake.systems.framework._kernels.integrate import Integrator
 from sheldrake.systems.framework._kernels.program import Run
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.systems.framework._engine.layout import Row
 
 _MOVE = 2
@@ -82,8 +84,11 @@ class Span:
         for g, (kind, *_) in enumerate(self.layout.group_list):
             if of_publishes and kind != PUBLISH:
                 continue
-            called = program.act[program.act_ptr[g] : program.act_ptr[g + 1]].tolist()
-            for r in called + program.pre[program.pre_ptr[g] : program.pre_ptr[g + 1]].tolist():
+            called = program.calls[program.calls_begin[g] : program.calls_begin[g + 1]].tolist()
+            for r in (
+                called
+                + program.prerequisites[program.prerequisites_begin[g] : program.prerequisites_begin[g + 1]].tolist()
+            ):
                 if r >= 0 and rows[r].free:
                     self.store.check_inputs(rows[r])
 
@@ -115,7 +120,7 @@ class Span:
 
         return update
 
-    def _checked_kernel(self, r: int, row: Row) -> Any:
+    def _checked_kernel(self, r: int, row: Row) -> Callable[[], int]:
         """A kernel called from Python, by `Initialize` or without a compiler: it must have its inputs."""
         store, outcome = self.store, self.outcome
 
@@ -144,7 +149,7 @@ class Span:
         if self.native:
             self._bind()
 
-    def set_step(self, function: Any, native: tuple[int, np.ndarray] | None) -> None:
+    def set_step(self, function: Callable[..., Any] | None, native: tuple[int, np.ndarray] | None) -> None:
         """Has a kernel make the steps of the continuous state.
 
         Args:
@@ -160,7 +165,7 @@ class Span:
             self.program = self.program._replace(at=at, words=np.concatenate([self.program.words, words]))
             self._logs = None  # to be bound anew
 
-    def guard(self, function: Any) -> Any:
+    def guard(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A call that stops the span with the error of the function."""
         return _guard(function, self.outcome, self.store, None, "")
 
@@ -263,7 +268,7 @@ class Span:
         else:
             self._others(unraisable)
 
-    def interpreted(self, function: Any, *args: Any) -> Any:
+    def interpreted(self, function: Callable[..., Any], *args: object) -> Any:
         """Runs another function of the loop, interpreted."""
         store = self.store
         store.enter()
@@ -299,11 +304,11 @@ def failure(store: Store, numbers: Integrator, status: int, r: int) -> tuple[Bas
     return store.explain(row, status), system, KIND_NAMES[row.kind]
 
 
-def _plain(t: Any) -> Any:
+def _plain(t: Any) -> float:
     return float(t) if isinstance(t, np.floating) else t
 
 
-def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str) -> Any:
+def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str) -> Callable[..., Any]:
     """A call that never raises: an error stops the span and waits to be raised by the simulator."""
 
     def run() -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common._enums import IndexEnum
 
@@ -16,7 +16,7 @@ class SimulatorStatus:
     _boundary: float
     _time: float
     _reason: SimulatorStatus.ReturnReason
-    _system: Any
+    _system: System | None
     _message: str
 
     class ReturnReason(IndexEnum):
@@ -26,7 +26,7 @@ class SimulatorStatus:
         kReachedTerminationCondition = 1
         kEventHandlerFailed = 2
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("SimulatorStatus: No constructor defined!")
 
     @classmethod

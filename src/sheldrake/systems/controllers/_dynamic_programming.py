@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._logging import logger
+from sheldrake.common._options import Options
 from sheldrake.math import BarycentricMesh
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.primitives import BarycentricMeshSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._port import InputPort
 
 
 class PeriodicBoundaryCondition:
@@ -32,7 +36,7 @@ class PeriodicBoundaryCondition:
         return self.low + (x - self.low) % (self.high - self.low)
 
 
-class DynamicProgrammingOptions:
+class DynamicProgrammingOptions(Options):
     """Options of `FittedValueIteration` and `LinearProgrammingApproximateDynamicProgramming`.
 
     Attributes:
@@ -44,23 +48,14 @@ class DynamicProgrammingOptions:
         visualization_callback: Called after each iteration with its number, the mesh, costs and policy; or None.
     """
 
-    __slots__ = (
-        "assume_non_continuous_states_are_fixed",
-        "convergence_tol",
-        "discount_factor",
-        "input_port_index",
-        "periodic_boundary_conditions",
-        "visualization_callback",
-    )
-    PeriodicBoundaryCondition = PeriodicBoundaryCondition
+    discount_factor: float = 1.0
+    convergence_tol: float = 1e-4
+    periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
+    assume_non_continuous_states_are_fixed: bool = False
+    visualization_callback: Callable[..., None] | None = None
 
-    def __init__(self) -> None:
-        self.discount_factor = 1.0
-        self.convergence_tol = 1e-4
-        self.periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
-        self.input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists
-        self.assume_non_continuous_states_are_fixed = False
-        self.visualization_callback: Callable[..., None] | None = None
+    PeriodicBoundaryCondition = PeriodicBoundaryCondition
 
 
 def FittedValueIteration(
@@ -123,7 +118,9 @@ def _checked(simulator: Simulator, states: Any, inputs: Any, time_step: float, o
     return chosen_input(call, simulator, inputs.get_input_size(), options)
 
 
-def check_settings(call: str, simulator: Simulator, num_states: int, time_step: float, options: Any) -> None:
+def check_settings(
+    call: str, simulator: Simulator, num_states: int, time_step: float, options: DynamicProgrammingOptions
+) -> None:
     """Raises RuntimeError where the settings of `call` are out of range, or do not fit the system's state."""
     context = simulator.get_context()
     if not time_step > 0.0:
@@ -139,7 +136,7 @@ def check_settings(call: str, simulator: Simulator, num_states: int, time_step: 
         )
 
 
-def chosen_input(call: str, simulator: Simulator, size: int, options: Any) -> Any:
+def chosen_input(call: str, simulator: Simulator, size: int, options: DynamicProgrammingOptions) -> InputPort:
     """The input port to control, of this size."""
     index = options.input_port_index
     port = simulator.get_system().get_input_port(0 if isinstance(index, InputPortSelection) else int(index))
@@ -150,13 +147,13 @@ def chosen_input(call: str, simulator: Simulator, size: int, options: Any) -> An
 
 def _transitions(
     simulator: Simulator,
-    cost_function: Any,
-    port: Any,
+    cost_function: Callable[..., Any],
+    port: InputPort,
     states: Any,
     x: np.ndarray,
     u: np.ndarray,
     h: float,
-    options: Any,
+    options: DynamicProgrammingOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For each input and state: cost of the step, and the grid points about where it leads, with their weights."""
     k = states.get_num_interpolants()
@@ -170,7 +167,13 @@ def _transitions(
 
 
 def steps_of(
-    simulator: Simulator, cost_function: Any, port: Any, x: np.ndarray, u: np.ndarray, h: float, options: Any
+    simulator: Simulator,
+    cost_function: Callable[..., Any],
+    port: InputPort,
+    x: np.ndarray,
+    u: np.ndarray,
+    h: float,
+    options: DynamicProgrammingOptions,
 ) -> Iterator[tuple[int, int, float, np.ndarray]]:
     """Simulates h [s] with each input (column of u) from each state (column of x).
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._options import Options
 from sheldrake.systems.analysis import SimulatorConfig
 from sheldrake.systems.controllers._lqr import _square
 from sheldrake.systems.framework import InputPortSelection, LeafSystem, OutputPortSelection, System
@@ -13,13 +14,16 @@ from sheldrake.systems.primitives import FirstOrderTaylorApproximation
 from sheldrake.trajectories import PiecewisePolynomial, Trajectory
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._vector import BasicVector
 
 _SAMPLES = 201
 """At how many times the solution is sampled for the trajectories returned."""
 
 
-class FiniteHorizonLinearQuadraticRegulatorOptions:
+class FiniteHorizonLinearQuadraticRegulatorOptions(Options):
     """Options of `FiniteHorizonLinearQuadraticRegulator`.
 
     Attributes:
@@ -34,18 +38,15 @@ class FiniteHorizonLinearQuadraticRegulatorOptions:
         simulator_config: Its `accuracy` is the largest relative error, unless that is coarser than 1e-8.
     """
 
-    __slots__ = ("N", "Qf", "input_port_index", "simulator_config", "u0", "ud", "use_square_root_method", "x0", "xd")
-
-    def __init__(self) -> None:
-        self.Qf: Any = None
-        self.N: Any = None
-        self.x0: Trajectory | None = None
-        self.u0: Trajectory | None = None
-        self.xd: Trajectory | None = None
-        self.ud: Trajectory | None = None
-        self.input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists
-        self.use_square_root_method = False
-        self.simulator_config = SimulatorConfig()
+    Qf: np.ndarray | None = None
+    N: np.ndarray | None = None
+    x0: Trajectory | None = None
+    u0: Trajectory | None = None
+    xd: Trajectory | None = None
+    ud: Trajectory | None = None
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
+    use_square_root_method: bool = False
+    simulator_config: SimulatorConfig = SimulatorConfig()
 
     def __repr__(self) -> str:
         return (
@@ -70,7 +71,16 @@ class FiniteHorizonLinearQuadraticRegulatorResult(NamedTuple):
 class _Problem:
     """The Riccati equation of one call, backwards in time (Anderson and Moore 1990, section 2.3)."""
 
-    def __init__(self, system: System, context: Context, t0: float, tf: float, Q: Any, R: Any, options: Any):
+    def __init__(
+        self,
+        system: System,
+        context: Context,
+        t0: float,
+        tf: float,
+        Q: ArrayLike,
+        R: ArrayLike,
+        options: FiniteHorizonLinearQuadraticRegulatorOptions,
+    ):
         call = "FiniteHorizonLinearQuadraticRegulator"
         system.ValidateContext(context)
         if not tf > t0:
@@ -159,8 +169,8 @@ def FiniteHorizonLinearQuadraticRegulator(
     context: Context,
     t0: float,
     tf: float,
-    Q: Any,
-    R: Any,
+    Q: ArrayLike,
+    R: ArrayLike,
     options: FiniteHorizonLinearQuadraticRegulatorOptions | None = None,
 ) -> FiniteHorizonLinearQuadraticRegulatorResult:
     """Returns the regulator that minimizes ∫ (x-xd)'Q(x-xd) + (u-ud)'R(u-ud) + 2(x-xd)'N(u-ud) from t0 to tf.
@@ -223,7 +233,7 @@ class _Regulator(LeafSystem):
         self.DeclareVectorInputPort("plant_state", result.x0.rows())
         self.DeclareVectorOutputPort("command", result.u0.rows(), self._calc_command)
 
-    def _calc_command(self, context: Context, output: Any) -> None:
+    def _calc_command(self, context: Context, output: BasicVector) -> None:
         t, r = context.get_time(), self._result
         deviation = np.array(self.get_input_port(0).Eval(context)) - r.x0.value(t)[:, 0]
         output.SetFromVector(r.u0.value(t)[:, 0] - r.K.value(t) @ deviation - r.k0.value(t)[:, 0])
@@ -234,8 +244,8 @@ def MakeFiniteHorizonLinearQuadraticRegulator(
     context: Context,
     t0: float,
     tf: float,
-    Q: Any,
-    R: Any,
+    Q: ArrayLike,
+    R: ArrayLike,
     options: FiniteHorizonLinearQuadraticRegulatorOptions | None = None,
 ) -> System:
     """Returns the regulator of `FiniteHorizonLinearQuadraticRegulator` as a system from plant_state to command."""

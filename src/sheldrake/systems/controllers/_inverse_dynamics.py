@@ -21,7 +21,11 @@ from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, Leaf
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class InverseDynamicsMode(IndexEnum):
@@ -50,8 +54,7 @@ class _PlantKeeper(LeafSystem):
         """A kernel computes the first output port on doubles."""
         model = parts_of(self._plant).elements.model(type(self).__name__)
         n, bodies = model.nv, model.num_bodies
-        v, vdot, force, F, A = *np.zeros((3, n)), *np.zeros((2, bodies, 6))
-        motion = kernels.Motion(v, vdot, force, F, A)
+        motion = kernels.Motion._make(np.zeros(shape) for shape in (n, n, n, (bodies, 6), (bodies, 6)))
         self._declare_scratch(kernels.Work(make_work(model.tree), motion))
         self._compute_natively(0, kernel)
 
@@ -64,7 +67,7 @@ class _PlantKeeper(LeafSystem):
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
         return self._plant_context
 
-    def _applied_forces(self, context: Context) -> Any:
+    def _applied_forces(self, context: Context) -> MultibodyForces:
         plant, forces = self._forces
         if plant is not self._plant:
             forces = MultibodyForces_[self._plant._scalar](self._plant)
@@ -97,7 +100,7 @@ class InverseDynamics(_PlantKeeper):
         self,
         plant: MultibodyPlant,
         mode: Any = InverseDynamicsMode.kInverseDynamics,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
     ):
         super().__init__()
         states = plant.num_positions() + plant.num_velocities()
@@ -110,7 +113,7 @@ class InverseDynamics(_PlantKeeper):
         gravity = self.is_pure_gravity_compensation()
         self._compute_with(kernels.force_against_gravity if gravity else kernels.force_for_acceleration)
 
-    def _calc_force(self, context: Context, output: Any) -> None:
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
         x = np.array(self.get_input_port(0).Eval(context))
         plant = self._plant
         if self.is_pure_gravity_compensation():
@@ -171,11 +174,11 @@ class InverseDynamicsController(Diagram):
     def __init__(
         self,
         robot: MultibodyPlant,
-        kp: Any,
-        ki: Any,
-        kd: Any,
+        kp: ArrayLike,
+        ki: ArrayLike,
+        kd: ArrayLike,
         has_reference_acceleration: bool,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
     ):
         super().__init__()
         call = "InverseDynamicsController"
@@ -203,7 +206,7 @@ class InverseDynamicsController(Diagram):
         builder.ExportOutput(dynamics.get_output_port_generalized_force(), "generalized_force")
         builder.BuildInto(self)
 
-    def set_integral_value(self, context: Context, value: Any, /) -> None:
+    def set_integral_value(self, context: Context, value: ArrayLike, /) -> None:
         """Sets the integral of the error in positions, shape `(n,)`."""
         self.GetMutableSubsystemContext(self._pid, context).SetContinuousState(value)
 
@@ -247,7 +250,7 @@ class JointStiffnessController(_PlantKeeper):
         RuntimeError: the plant is not fully actuated, or gains have another size.
     """
 
-    def __init__(self, plant: MultibodyPlant, kp: Any, kd: Any):
+    def __init__(self, plant: MultibodyPlant, kp: ArrayLike, kd: ArrayLike):
         super().__init__()
         self._kp, self._kd = (_vector("JointStiffnessController", n, g) for n, g in (("kp", kp), ("kd", kd)))
         _require_fully_actuated("JointStiffnessController", plant, self._kp, self._kd)
@@ -263,7 +266,7 @@ class JointStiffnessController(_PlantKeeper):
         stiffness = kernels.Stiffness(self._kp, self._kd, np.ascontiguousarray(self._to_actuators))
         return super()._kernel_models(root) | {"stiffness_model": stiffness}
 
-    def _calc_actuation(self, context: Context, output: Any) -> None:
+    def _calc_actuation(self, context: Context, output: BasicVector) -> None:
         x, desired = (np.array(self.get_input_port(i).Eval(context)) for i in range(2))
         n = self._plant.num_positions()
         forces = self._applied_forces(self._plant_at(x))

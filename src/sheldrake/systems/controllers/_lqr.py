@@ -5,7 +5,7 @@ Of matrices, of a linear system, or of any system about a point: `Linearize`, th
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -15,16 +15,20 @@ from sheldrake.systems.framework import InputPortSelection, OutputPortSelection,
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
 
 
-def _matrix(value: Any) -> np.ndarray:
+def _matrix(value: ArrayLike) -> np.ndarray:
     """A matrix; one list of numbers is a column, as for Eigen."""
     array = np.array(value, dtype=float)
     return array[:, np.newaxis] if array.ndim == 1 else array
 
 
-def _square(call: str, name: str, value: Any, n: int) -> np.ndarray:
+def _square(call: str, name: str, value: ArrayLike, n: int) -> np.ndarray:
     array = _matrix(value)
     if array.shape != (n, n):
         raise RuntimeError(f"{call}(): {name} must be {n} x {n}, it is {array.shape}.")
@@ -33,7 +37,7 @@ def _square(call: str, name: str, value: Any, n: int) -> np.ndarray:
     return array
 
 
-def _checked(call: str, A: Any, B: Any, Q: Any, R: Any, N: Any) -> tuple[np.ndarray, ...]:
+def _checked(call: str, A: Any, B: Any, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None) -> tuple[np.ndarray, ...]:
     A, B = _matrix(A), _matrix(B)
     if A.ndim != 2 or A.shape[0] != A.shape[1] or B.ndim != 2 or B.shape[0] != A.shape[0]:
         raise RuntimeError(f"{call}(): A must be n x n and B n x m; they are {A.shape} and {B.shape}.")
@@ -47,7 +51,9 @@ def _checked(call: str, A: Any, B: Any, Q: Any, R: Any, N: Any) -> tuple[np.ndar
     return A, B, Q, R, N
 
 
-def _riccati(call: str, solve: Any, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray) -> np.ndarray:
+def _riccati(
+    call: str, solve: Callable[..., np.ndarray], A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray
+) -> np.ndarray:
     try:
         S = solve(A, B, Q, R)
     except (np.linalg.LinAlgError, ValueError) as error:
@@ -58,7 +64,24 @@ def _riccati(call: str, solve: Any, A: np.ndarray, B: np.ndarray, Q: np.ndarray,
     return S
 
 
-def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> Any:
+@overload
+def LinearQuadraticRegulator(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, F: ArrayLike | None = None
+) -> tuple[np.ndarray, np.ndarray]: ...
+@overload
+def LinearQuadraticRegulator(
+    system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
+) -> LinearSystem: ...
+@overload
+def LinearQuadraticRegulator(
+    system: System,
+    context: Context,
+    Q: ArrayLike,
+    R: ArrayLike,
+    N: ArrayLike | None = None,
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+) -> AffineSystem: ...
+def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> tuple[np.ndarray, np.ndarray] | AffineSystem:
     """Returns the linear feedback that minimizes ∫ x'Qx + u'Ru + 2x'Nu.
 
     Called as
@@ -82,7 +105,9 @@ def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> Any:
 
 
 @one_thread()
-def _of_matrices(A: Any, B: Any, Q: Any, R: Any, N: Any = None, F: Any = None) -> tuple[np.ndarray, np.ndarray]:
+def _of_matrices(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, F: ArrayLike | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     from scipy.linalg import null_space, solve_continuous_are
 
     call = "LinearQuadraticRegulator"
@@ -102,7 +127,7 @@ def _of_matrices(A: Any, B: Any, Q: Any, R: Any, N: Any = None, F: Any = None) -
 
 @one_thread()
 def DiscreteTimeLinearQuadraticRegulator(
-    A: Any, B: Any, Q: Any, R: Any, N: Any = None
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns K and S: u = -K x minimizes Σ x'Qx + u'Ru + 2x'Nu for x[k+1] = A x[k] + B u[k], at the cost x'Sx.
 
@@ -121,13 +146,13 @@ def DiscreteTimeLinearQuadraticRegulator(
     return K, S
 
 
-def _gain(system: LinearSystem, Q: Any, R: Any, N: Any) -> np.ndarray:
+def _gain(system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None) -> np.ndarray:
     if system.time_period() > 0.0:
         return DiscreteTimeLinearQuadraticRegulator(system.A(), system.B(), Q, R, N)[0]
     return _of_matrices(system.A(), system.B(), Q, R, N)[0]
 
 
-def _of_linear_system(system: LinearSystem, Q: Any, R: Any, N: Any = None) -> LinearSystem:
+def _of_linear_system(system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None) -> LinearSystem:
     K = _gain(system, Q, R, N)
     m, n = K.shape
     empty = np.zeros
@@ -137,10 +162,10 @@ def _of_linear_system(system: LinearSystem, Q: Any, R: Any, N: Any = None) -> Li
 def _of_system_at(
     system: System,
     context: Context,
-    Q: Any,
-    R: Any,
-    N: Any = None,
-    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
+    Q: ArrayLike,
+    R: ArrayLike,
+    N: ArrayLike | None = None,
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
 ) -> AffineSystem:
     linear = Linearize(system, context, input_port_index, OutputPortSelection.kNoOutput)
     K = _gain(linear, Q, R, N)

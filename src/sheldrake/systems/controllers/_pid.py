@@ -5,7 +5,7 @@ A block with the integral as its state, native in a span, and the diagram that c
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,8 +15,13 @@ from sheldrake.systems.controllers._kernels import pid
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
 from sheldrake.systems.primitives import Adder
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def _vector(call: str, name: str, value: Any) -> np.ndarray:
+    from sheldrake.systems.framework._engine.memory import RootView
+
+
+def _vector(call: str, name: str, value: ArrayLike) -> np.ndarray:
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -28,7 +33,7 @@ def _vector(call: str, name: str, value: Any) -> np.ndarray:
     return array
 
 
-def _matrix(call: str, name: str, value: Any) -> np.ndarray:
+def _matrix(call: str, name: str, value: ArrayLike) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.ndim != 2:
         raise Mismatch(f"{call}(): incompatible constructor arguments; {name} must be a matrix, got {value!r}.")
@@ -41,7 +46,7 @@ _PORTS = {"state_output_port_index": (count, 0), "plant_input_port_index": (coun
 
 
 @kind("float array of shape (2 n, m)")
-def _selector(value: Any) -> Any:
+def _selector(value: ArrayLike | None) -> Any:
     """A matrix (one column would be gains), or None."""
     if value is not None and (np.ndim(value) != 2 or np.shape(value)[1] == 1):
         raise Mismatch
@@ -72,7 +77,7 @@ class PidController(LeafSystem):
         overload(lambda self, P, *gains: self.__init__(P, None, *gains), state_projection=_PROJECTION, **_GAINS),
         overload(state_projection=_PROJECTION, output_projection=_PROJECTION, **_GAINS),
     )
-    def __init__(self, P: Any, O: Any, kp: Any, ki: Any, kd: Any):
+    def __init__(self, P: ArrayLike, O: ArrayLike, kp: ArrayLike, ki: ArrayLike, kd: ArrayLike):
         super().__init__()
         kp, ki, kd = (_vector("PidController", n, g) for n, g in (("kp", kp), ("ki", ki), ("kd", kd)))
         if not kp.size == ki.size == kd.size:
@@ -96,7 +101,7 @@ class PidController(LeafSystem):
         self.DeclareVectorInputPort("desired_state", 2 * n)
         self.DeclareVectorOutputPort("control", O.shape[0], pid.control)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"model": self._model}
 
     def get_Kp_vector(self) -> np.ndarray:
@@ -150,7 +155,16 @@ class PidControlledSystem(Diagram):
             **_PORTS,
         ),
     )
-    def __init__(self, plant: System, selector: Any, kp: Any, ki: Any, kd: Any, state_output: int, plant_input: int):
+    def __init__(
+        self,
+        plant: System,
+        selector: ArrayLike | None,
+        kp: Any,
+        ki: Any,
+        kd: Any,
+        state_output: int,
+        plant_input: int,
+    ):
         super().__init__()
         self._state_port = state_output
         target = plant.get_input_port(plant_input)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from sheldrake.systems.framework import (
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework import Context
 
 
@@ -142,7 +144,13 @@ class LuenbergerObserver(LeafSystem):
         return self.get_output_port(0)
 
 
-def SteadyStateKalmanFilter(*args: Any, **kwargs: Any) -> Any:
+@overload
+def SteadyStateKalmanFilter(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray: ...
+@overload
+def SteadyStateKalmanFilter(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver: ...
+@overload
+def SteadyStateKalmanFilter(system: System, context: Context, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver: ...
+def SteadyStateKalmanFilter(*args: Any, **kwargs: Any) -> np.ndarray | LuenbergerObserver:
     """Returns the observer gain that is best for white noise in state and output.
 
     Called as
@@ -164,20 +172,20 @@ def SteadyStateKalmanFilter(*args: Any, **kwargs: Any) -> Any:
     return _of_system_at(*args, **kwargs)
 
 
-def _check(call: str, A: Any, C: Any, W: Any, V: Any) -> None:
+def _check(call: str, A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> None:
     n, p = np.shape(A)[0], np.shape(C)[0]
     _square(call, "W", W, n)
     if np.linalg.eigvalsh(_square(call, "V", V, p)).min(initial=np.inf) <= 0.0:
         raise RuntimeError(f"{call}(): V must be positive definite")
 
 
-def _continuous_gain(A: Any, C: Any, W: Any, V: Any) -> np.ndarray:
+def _continuous_gain(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray:
     _check("SteadyStateKalmanFilter", A, C, W, V)
     K, _ = LinearQuadraticRegulator(np.transpose(A), np.transpose(C), W, V)
     return K.T
 
 
-def DiscreteTimeSteadyStateKalmanFilter(A: Any, C: Any, W: Any, V: Any) -> np.ndarray:
+def DiscreteTimeSteadyStateKalmanFilter(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray:
     """Returns the observer gain L that is best for x[k+1] = A x[k] + w[k], y[k] = C x[k] + v[k].
 
     Args:
@@ -194,15 +202,15 @@ def DiscreteTimeSteadyStateKalmanFilter(A: Any, C: Any, W: Any, V: Any) -> np.nd
     return K.T
 
 
-def _gain(system: LinearSystem, W: Any, V: Any) -> np.ndarray:
+def _gain(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> np.ndarray:
     discrete = system.time_period() > 0.0
     solve = DiscreteTimeSteadyStateKalmanFilter if discrete else _continuous_gain
     return solve(system.A(), system.C(), W, V)
 
 
-def _of_linear_system(system: LinearSystem, W: Any, V: Any) -> LuenbergerObserver:
+def _of_linear_system(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver:
     return LuenbergerObserver(system, system.CreateDefaultContext(), _gain(system, W, V))
 
 
-def _of_system_at(system: System, context: Context, W: Any, V: Any) -> LuenbergerObserver:
+def _of_system_at(system: System, context: Context, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver:
     return LuenbergerObserver(system, context, _gain(Linearize(system, context), W, V))

@@ -39,9 +39,9 @@ class CacheEntryValue:
     """The kept value of a cache entry in one context."""
 
     _entry: CacheEntry
-    _context: Any
+    _context: Context
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("CacheEntryValue: No constructor defined!")
 
     @classmethod
@@ -84,7 +84,7 @@ class CacheEntry:
     _number: int
     _values: weakref.WeakValueDictionary[int, CacheEntryValue]  # by id of their context, which they hold
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
 
     @classmethod
@@ -223,7 +223,7 @@ class CacheEntry:
         return not self._declaration.enabled
 
 
-def _as_value(value: Any, name: str) -> AbstractValue:
+def _as_value(value: object, name: str) -> AbstractValue:
     if not isinstance(value, AbstractValue):
         raise TypeError(f"The allocate function of {name} must give an AbstractValue, not {value!r}.")
     return value

@@ -14,6 +14,8 @@ from sheldrake.systems.framework._index import PortDataType
 from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
+    from sheldrake.common._random import RandomDistribution
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._system import System
     from sheldrake.systems.framework._system_base import SystemBase
@@ -32,7 +34,7 @@ class Callback:
     owned: bool = False
 
     @staticmethod
-    def of(system: SystemBase, function: Any, what: str) -> Callback | Kernel | Stages:
+    def of(system: SystemBase, function: object, what: str) -> Callback | Kernel | Stages:
         """A callback; a kernel or stages as they were given.
 
         Raises:
@@ -92,7 +94,7 @@ class InputDeclaration:
     data_type: PortDataType
     size: int
     model: Any
-    random_type: Any = None
+    random_type: RandomDistribution | None = None
     ticket: int = 0
     optional: bool = False
 
@@ -143,7 +145,7 @@ class CacheDeclaration:
     enabled: bool = True
 
 
-def vector_model(value: Any, what: str) -> BasicVector:
+def vector_model(value: BasicVector | int | Scalars, what: str) -> BasicVector:
     """A BasicVector of `value`: a size (zeros), a vector, or an array."""
     import numpy as np
 

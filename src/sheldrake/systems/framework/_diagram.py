@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from sheldrake.common.value import AbstractValue
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._port import OutputPort
+    from sheldrake.systems.framework._state import State
+    from sheldrake.systems.framework._system import SystemVisitor
 
 
 class Diagram(System):
@@ -111,7 +113,7 @@ class Diagram(System):
             f"{{{valid}}}."
         )
 
-    def GetMutableSubsystemState(self, subsystem: System, context: Context) -> Any:
+    def GetMutableSubsystemState(self, subsystem: System, context: Context) -> State:
         """State of a subsystem, to be changed."""
         return self.GetSubsystemContext(subsystem, context).get_mutable_state()
 
@@ -143,14 +145,14 @@ class Diagram(System):
         child, j = self._exported_outputs[operator.index(port_index)]
         return self._systems[child], OutputPortIndex(j)
 
-    def Accept(self, v: Any) -> None:
+    def Accept(self, v: SystemVisitor) -> None:
         """Shows itself to a visitor, who goes on to `GetSystems()` if it likes."""
         v.VisitDiagram(self)
 
     def _is_generic(self) -> bool:
         return all(s._is_generic() or s._scalar_converter is not None for s in self._systems)
 
-    def _converted(self, scalar: Any) -> Any:
+    def _converted(self, scalar: type) -> Any:
         systems = [s._convert(scalar) for s in self._systems]
         if any(s is None for s in systems):
             return None

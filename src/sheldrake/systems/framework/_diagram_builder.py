@@ -29,7 +29,7 @@ _System = TypeVar("_System", bound=System)
 class DiagramBuilder:
     """Collects systems and connections; `Build` makes a Diagram of them, once."""
 
-    _scalar: Any = float
+    _scalar: type = float
 
     def __init__(self) -> None:
         self._systems: list[System] = []
@@ -233,7 +233,12 @@ class DiagramBuilder:
             )
         del self._wires[key]
 
-    def ConnectInput(self, diagram_port: Any = None, input: Any = None, **kwargs: Any) -> None:
+    def ConnectInput(
+        self,
+        diagram_port: Any = None,
+        input: Any = None,
+        **kwargs: Any,
+    ) -> None:
         """Lets an exported input port, by name or index, feed one more input port."""
         self._not_built("ConnectInput")
         for name in ("diagram_port_name", "diagram_port_index"):
@@ -295,7 +300,9 @@ class DiagramBuilder:
         self._outputs.append((self._export_name(output, name, [n for n, _ in self._outputs], "output"), output))
         return OutputPortIndex(len(self._outputs) - 1)
 
-    def _export_name(self, port: Any, name: Any, taken: list[str], kind: str) -> str:
+    def _export_name(
+        self, port: InputPort | OutputPort, name: str | UseDefaultName, taken: list[str], kind: str
+    ) -> str:
         if isinstance(name, UseDefaultName):
             name = f"{port.get_system().get_name()}_{port.get_name()}"
         if not isinstance(name, str):

@@ -42,7 +42,7 @@ class EventStatus:
     """How handling an event went."""
 
     _severity: EventStatus.Severity
-    _system: Any
+    _system: System | None
     _message: str
 
     class Severity(IndexEnum):
@@ -53,7 +53,7 @@ class EventStatus:
         kReachedTermination = 2
         kFailed = 3
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("EventStatus: No constructor defined! Use EventStatus.Succeeded() and its like.")
 
     @classmethod
@@ -90,7 +90,7 @@ class EventStatus:
         """How bad it is."""
         return self._severity
 
-    def system(self) -> Any:
+    def system(self) -> System | None:
         """The system that reported, or None."""
         return self._system
 
@@ -117,7 +117,7 @@ class PeriodicEventData:
     _period: float
     _offset: float
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("PeriodicEventData: No constructor defined!")
 
     @classmethod
@@ -208,13 +208,13 @@ class UnrestrictedUpdateEvent(Event):
 class WitnessFunction:
     """A function of a context whose change of sign triggers an event. Made by `LeafSystem.MakeWitnessFunction`."""
 
-    _system: Any
+    _system: System
     _description: str
     _direction: WitnessFunctionDirection
     _calc: Callable
     _event: Event | None
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("WitnessFunction: No constructor defined! Use LeafSystem.MakeWitnessFunction().")
 
     @classmethod

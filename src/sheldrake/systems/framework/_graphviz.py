@@ -5,9 +5,14 @@ Text only, for whoever has Graphviz; `visualization.DrawDiagram` draws without i
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._index import PortDataType
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
+    from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._system import System
 
 
 class GraphvizFragment:
@@ -66,7 +71,7 @@ def escape(text: str) -> str:
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
-def _box(system: Any, params: GraphvizFragmentParams) -> GraphvizFragment:
+def _box(system: System, params: GraphvizFragmentParams) -> GraphvizFragment:
     inputs, outputs = ([_label(port) for port in ports] for ports in (system._inputs, system._outputs))
     node, most = params.node_id, max(len(inputs), len(outputs))
     if params.options.get("split") == "I/O":
@@ -80,7 +85,7 @@ def _box(system: Any, params: GraphvizFragmentParams) -> GraphvizFragment:
     )
 
 
-def _label(port: Any) -> str:
+def _label(port: InputDeclaration | OutputDeclaration) -> str:
     """A port's name, grey if it carries nothing."""
     empty = port.data_type == PortDataType.kVectorValued and port.size == 0
     return f'<FONT COLOR="grey">{escape(port.name)}</FONT>' if empty else escape(port.name)
@@ -120,7 +125,7 @@ def _cell(letter: str, sides: str, names: list[str] | None, row: int, rows: int,
     return []
 
 
-def _diagram(system: Any, params: GraphvizFragmentParams) -> GraphvizFragment:
+def _diagram(system: Diagram, params: GraphvizFragmentParams) -> GraphvizFragment:
     node, number = params.node_id, system._system_id
     header = "<BR/>\n".join(params.header_lines)
     text = [

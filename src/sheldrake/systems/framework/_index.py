@@ -5,7 +5,7 @@ Ports, states, parameters and cache entries are numbered; each kind of number is
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, SupportsIndex
 
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._overloads import Mismatch
@@ -23,7 +23,7 @@ class _TypedIndex:
         super().__init_subclass__(**kwargs)
         _register_value_type(cls)
 
-    def __init__(self, value: Any = _UNSET, /):
+    def __init__(self, value: SupportsIndex = _UNSET, /):
         if isinstance(value, _TypedIndex) and type(value) is not type(self):
             raise Mismatch(
                 f"__init__(): incompatible constructor arguments. {type(self).__name__} takes an int, not {value!r}."
@@ -45,7 +45,7 @@ class _TypedIndex:
     def __index__(self) -> int:
         return self._value
 
-    def _other(self, other: Any) -> int | None:
+    def _other(self, other: object) -> int | None:
         if type(other) is type(self):
             return other._value
         return None if isinstance(other, _TypedIndex) or not hasattr(other, "__index__") else int(other)
@@ -56,7 +56,7 @@ class _TypedIndex:
         value = self._other(other)
         return NotImplemented if value is None else self._value == value
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: object) -> bool:
         value = self._other(other)
         return NotImplemented if value is None else self._value < value
 

@@ -22,7 +22,11 @@ from sheldrake.systems.framework._event import (
 from sheldrake.systems.framework._system import System
 
 if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._declarations import Stages
+    from sheldrake.systems.framework._state import State
+    from sheldrake.systems.framework._values import DiscreteValues
 
 _KIND_OF = {PublishEvent: PUBLISH, DiscreteUpdateEvent: DISCRETE, UnrestrictedUpdateEvent: UNRESTRICTED}
 _CLASS_OF = {kind: cls for cls, kind in _KIND_OF.items()}
@@ -40,7 +44,14 @@ class LeafEvents(System):
 
     _events: list[EventDeclaration]
 
-    def _declare_event(self, kind: int, trigger: str, handler: Any, period: Any = 0.0, offset: Any = 0.0) -> None:
+    def _declare_event(
+        self,
+        kind: int,
+        trigger: str,
+        handler: Callable[..., Any] | Event | Stages | str | None,
+        period: float = 0.0,
+        offset: float = 0.0,
+    ) -> None:
         if trigger == "periodic":
             period, offset = float(period), float(offset)
             if not period > 0 or not offset >= 0 or not np.isfinite(period) or not np.isfinite(offset):
@@ -59,15 +70,21 @@ class LeafEvents(System):
         self._events.append(EventDeclaration(kind, trigger, handler, event, offset, period))
         self._changed()
 
-    def DeclarePeriodicPublishEvent(self, period_sec: float, offset_sec: float, publish: Any) -> None:
+    def DeclarePeriodicPublishEvent(
+        self, period_sec: float, offset_sec: float, publish: Callable[..., Any] | Stages
+    ) -> None:
         """`publish(context)` at offset + k period [s]."""
         self._declare_event(PUBLISH, "periodic", publish, period_sec, offset_sec)
 
-    def DeclarePeriodicDiscreteUpdateEvent(self, period_sec: float, offset_sec: float, update: Any) -> None:
+    def DeclarePeriodicDiscreteUpdateEvent(
+        self, period_sec: float, offset_sec: float, update: Callable[..., Any] | Stages
+    ) -> None:
         """`update(context, discrete_state)` at offset + k period [s]."""
         self._declare_event(DISCRETE, "periodic", update, period_sec, offset_sec)
 
-    def DeclarePeriodicUnrestrictedUpdateEvent(self, period_sec: float, offset_sec: float, update: Any) -> None:
+    def DeclarePeriodicUnrestrictedUpdateEvent(
+        self, period_sec: float, offset_sec: float, update: Callable[..., Any] | Stages
+    ) -> None:
         """`update(context, state)` at offset + k period [s]."""
         self._declare_event(UNRESTRICTED, "periodic", update, period_sec, offset_sec)
 
@@ -149,12 +166,12 @@ class LeafEvents(System):
         for event in events:
             event._call(self, context)
 
-    def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: Any) -> None:
+    def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: DiscreteValues) -> None:
         """Handles discrete updates that happen together; may be overridden."""
         for event in events:
             event._call(self, context, discrete_state)
 
-    def DoCalcUnrestrictedUpdate(self, context: Context, events: list, state: Any) -> None:
+    def DoCalcUnrestrictedUpdate(self, context: Context, events: list, state: State) -> None:
         """Handles unrestricted updates that happen together; may be overridden."""
         for event in events:
             event._call(self, context, state)
@@ -183,17 +200,17 @@ class _Dispatch(Event):
         super().__init__()
         self._name, self._events = name, events
 
-    def _call(self, system: System, context: Context, *target: Any) -> Any:
+    def _call(self, system: System, context: Context, *target: object) -> Any:
         return getattr(system, self._name)(context, self._events, *target)
 
 
-def _kind_of(event: Any) -> int:
+def _kind_of(event: Event) -> int:
     if type(event) not in _KIND_OF:
         raise Mismatch(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
     return _KIND_OF[type(event)]
 
 
-def _event_of(kind: int, trigger: str, handler: Any) -> Event:
+def _event_of(kind: int, trigger: str, handler: Callback | Kernel | Stages | str | None) -> Event:
     event = object.__new__(_CLASS_OF[kind])
     Event.__init__(event)
     event._trigger = _TRIGGERS[trigger]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import operator
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,7 +37,13 @@ from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
+    from sheldrake.common._random import RandomDistribution
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._index import DependencyTicket
+    from sheldrake.systems.framework._scalar_conversion import SystemScalarConverter
+    from sheldrake.systems.framework._values import ContinuousState
 
 _VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
 
@@ -61,7 +67,7 @@ class LeafSystem(LeafEvents):
     """Whether its kernels may be compiled on complex numbers (see `_engine/complex_rows.py`): none asks for an absolute
     value, a minimum, a maximum or an integer of what has derivatives."""
 
-    def __init__(self, converter: Any = None):
+    def __init__(self, converter: SystemScalarConverter | None = None):
         super().__init__()
         self._scalar_converter = converter
         self._xc_model, self._xc_counts = _NO_STATE, (0, 0, 0)
@@ -80,13 +86,18 @@ class LeafSystem(LeafEvents):
     # Input ports.
 
     def DeclareVectorInputPort(
-        self, name: Any, model_vector: Any = None, random_type: Any = None, *, size: int | None = None
+        self,
+        name: str | UseDefaultName,
+        model_vector: Any = None,
+        random_type: RandomDistribution | None = None,
+        *,
+        size: int | None = None,
     ) -> InputPort:
         """Declares an input port for a vector of the size of `model_vector` (a BasicVector or an int)."""
         model = vector_model(model_vector if size is None else size, "DeclareVectorInputPort()")
         return self._declare_input(name, _VECTOR, model.size(), model, random_type)
 
-    def DeclareAbstractInputPort(self, name: Any, model_value: AbstractValue) -> InputPort:
+    def DeclareAbstractInputPort(self, name: str | UseDefaultName, model_value: AbstractValue) -> InputPort:
         """Declares an input port for values of the type of `model_value`."""
         _need_abstract(model_value, "DeclareAbstractInputPort()")
         return self._declare_input(name, _ABSTRACT, 0, model_value.Clone())
@@ -95,10 +106,10 @@ class LeafSystem(LeafEvents):
 
     def DeclareVectorOutputPort(
         self,
-        name: Any,
+        name: str | UseDefaultName,
         model_value: Any = None,
-        calc: Any = None,
-        prerequisites_of_calc: Any = None,
+        calc: Callable[..., Any] | Kernel | Stages | None = None,
+        prerequisites_of_calc: Iterable[DependencyTicket | int] | None = None,
         *,
         size: int | None = None,
     ) -> LeafOutputPort:
@@ -116,7 +127,11 @@ class LeafSystem(LeafEvents):
         return self._declare_output(name, _VECTOR, model.size(), model, calc, prerequisites_of_calc)
 
     def DeclareAbstractOutputPort(
-        self, name: Any, alloc: Callable, calc: Any, prerequisites_of_calc: Any = None
+        self,
+        name: str | UseDefaultName,
+        alloc: Callable,
+        calc: Callable[..., Any],
+        prerequisites_of_calc: Iterable[DependencyTicket | int] | None = None,
     ) -> LeafOutputPort:
         """Declares an output port for an abstract value.
 
@@ -130,7 +145,14 @@ class LeafSystem(LeafEvents):
         return self._declare_output(name, _ABSTRACT, 0, model, calc, prerequisites_of_calc)
 
     def _declare_output(
-        self, name: Any, data_type: Any, size: int, model: Any, calc: Any, prerequisites: Any, state: Any = None
+        self,
+        name: str | UseDefaultName,
+        data_type: PortDataType,
+        size: int,
+        model: Any,
+        calc: Any,
+        prerequisites: Iterable[DependencyTicket | int] | None,
+        state: tuple[str, int] | None = None,
     ) -> LeafOutputPort:
         j = len(self._outputs)
         name = f"y{j}" if isinstance(name, UseDefaultName) else name
@@ -151,7 +173,9 @@ class LeafSystem(LeafEvents):
         self._changed()
         return self._output_port(j)  # type: ignore[return-value]
 
-    def DeclareStateOutputPort(self, name: Any, state_index: Any) -> LeafOutputPort:
+    def DeclareStateOutputPort(
+        self, name: str | UseDefaultName, state_index: ContinuousStateIndex | DiscreteStateIndex | AbstractStateIndex
+    ) -> LeafOutputPort:
         """Declares an output port that shows a state; `state_index` is what a Declare...State() call gave."""
         if isinstance(state_index, ContinuousStateIndex):
             model: Any = self._xc_model.Clone()
@@ -207,7 +231,9 @@ class LeafSystem(LeafEvents):
         self._changed()
         return ContinuousStateIndex(0)
 
-    def DeclareDiscreteState(self, model_vector: Any = None, **kwargs: Any) -> DiscreteStateIndex:
+    def DeclareDiscreteState(
+        self, model_vector: BasicVector | int | Scalars | None = None, **kwargs: Any
+    ) -> DiscreteStateIndex:
         """Declares a group of discrete state: a BasicVector, an array, or a size (then zeros)."""
         for name in ("vector", "num_state_variables"):
             model_vector = kwargs.pop(name, model_vector)
@@ -244,13 +270,13 @@ class LeafSystem(LeafEvents):
 
     # Derivatives.
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Computes the derivatives of the continuous state; to be overridden by a system that has some."""
         raise NotImplementedError(
             f"{self._describe()} has continuous state, so it must override DoCalcTimeDerivatives(context, derivatives)."
         )
 
-    def DeclareTimeDerivatives(self, calc: Any) -> None:
+    def DeclareTimeDerivatives(self, calc: Callable[..., Any] | Kernel | Stages) -> None:
         """Declares what computes the derivatives of the continuous state, instead of `DoCalcTimeDerivatives`.
 
         Args:
@@ -293,7 +319,7 @@ class LeafSystem(LeafEvents):
                 new._compute_natively(j, kernel)
         return new
 
-    def _declare_scratch(self, prototype: Any) -> None:
+    def _declare_scratch(self, prototype: int | NamedTuple) -> None:
         """Memory in the context for kernels: a size, or a NamedTuple of arrays to copy, or of NamedTuples of arrays.
 
         Kernels see it as `work`; the fields of a NamedTuple are also parameters of their own.
@@ -316,32 +342,32 @@ class LeafSystem(LeafEvents):
                 return ticket
         return self._new_ticket("work", 0)
 
-    def _scratch_in(self, root: Any) -> Any:
+    def _scratch_in(self, root: RootView) -> int | NamedTuple:
         """Prototype of the scratch in contexts of a root, as in `_kernel_models`."""
         return self._scratch_prototype
 
-    def _carry_scratch(self, old: Any, new: Any) -> None:
+    def _carry_scratch(self, old: np.ndarray | NamedTuple, new: np.ndarray | NamedTuple) -> None:
         """Fills scratch of another prototype with what is still true, when the memory of a context moves."""
 
     _integers_kept: frozenset[str] = frozenset()
     """Integers of the scratch, FIELD.PART, that still mean something when a step is over; others are not loaded."""
 
-    def _scratch_fault(self, scratch: Any) -> str:
+    def _scratch_fault(self, scratch: np.ndarray | NamedTuple) -> str:
         """What is wrong with scratch that a file brings, or "": it may hold anything where `_integers_kept` says."""
         return ""
 
     _structured = False
     """Whether `_structure_in` may say something."""
 
-    def _structure_in(self, context: Context) -> Any:
+    def _structure_in(self, context: Context) -> object:
         """What kernels must be made anew for where a context has it otherwise than new ones; None: nothing.
 
-        It is compared, and whatever feeds from this system finds it in `RootView.given`. After a change of it the
-        system calls `Store.restructure`.
+        It is compared, and whatever feeds from this system finds it in `RootView.structure_behind`. After a change of
+        it the system calls `Store.restructure`.
         """
         return None
 
-    def _kernel_models(self, root: Any) -> dict[str, Any]:
+    def _kernel_models(self, root: RootView) -> dict[str, Any]:
         """Constant arrays for kernels, by parameter name; asked once per root.
 
         Args:
@@ -363,6 +389,6 @@ class LeafSystem(LeafEvents):
         """Sets random state and parameters."""
 
 
-def _need_abstract(value: Any, call: str) -> None:
+def _need_abstract(value: object, call: str) -> None:
     if not isinstance(value, AbstractValue):
         raise Mismatch(f"{call}: incompatible function arguments: expected an AbstractValue, got {value!r}")

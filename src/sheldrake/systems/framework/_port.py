@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.common._checked import checked
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
@@ -18,8 +20,15 @@ from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex,
 from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from typing_extensions import Self
+
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework._cache import CacheEntry
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
     from sheldrake.systems.framework._engine.memory import Slot
     from sheldrake.systems.framework._system_base import SystemBase
 
@@ -30,7 +39,7 @@ class FixedInputPortValue:
     _store: Store
     _port: tuple[int, int]
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("FixedInputPortValue: No constructor defined! Use InputPort.FixValue().")
 
     @classmethod
@@ -51,7 +60,7 @@ class FixedInputPortValue:
         return _value_on(store.S[slice(*slot.span)], lambda: store.touch(CONSTANT, ("fixed", slot.free)))
 
 
-def _value_on(memory: Any, on_write: Any) -> AbstractValue:
+def _value_on(memory: np.ndarray, on_write: Callable[[], None] | None) -> AbstractValue:
     """A vector's value that lies in this memory."""
     value = Value[BasicVector](BasicVector(0))
     value._held = BasicVector._view(memory, on_write)
@@ -65,14 +74,14 @@ class _Port:
     _system: Any
 
     @property
-    def _declaration(self) -> Any:
+    def _declaration(self) -> InputDeclaration | OutputDeclaration:
         raise NotImplementedError
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     @classmethod
-    def _make(cls, system: SystemBase, index: int) -> Any:
+    def _make(cls, system: SystemBase, index: int) -> Self:
         port = object.__new__(cls)
         port._system, port._index = system, index
         return port
@@ -97,7 +106,7 @@ class _Port:
         """Number, name and system, as errors name it."""
         return f"{self._kind}[{self._index}] ({self.get_name()}) of {self._system._describe()}"
 
-    def _as_vector(self, value: Any) -> BasicVector:
+    def _as_vector(self, value: Scalars) -> BasicVector:
         if self.get_data_type() is PortDataType.kAbstractValued:
             raise RuntimeError(
                 f"{self._kind}::Eval(): wrong value type BasicVector specified; actual type was {type(value).__name__} "
@@ -167,7 +176,7 @@ class InputPort(_Port):
     _kind = "InputPort"
 
     @property
-    def _declaration(self) -> Any:
+    def _declaration(self) -> InputDeclaration:
         return self._system._inputs[self._index]
 
     def get_index(self) -> InputPortIndex:
@@ -192,7 +201,7 @@ class InputPort(_Port):
             raise not_connected(self._system, self._index)
         return slot
 
-    def _late(self, context: Context) -> Any:
+    def _late(self, context: Context) -> AbstractValue | np.ndarray | None:
         """What it will be fixed to when memory may move; None if nothing waits."""
         if not context._store.unsettled:
             return None
@@ -268,9 +277,13 @@ class InputPort(_Port):
     def _is_vector(self) -> bool:
         return self._declaration.data_type is PortDataType.kVectorValued
 
-    def _numbers(self, value: Any, store: Store) -> Any:
+    def _numbers(self, value: Any, store: Store) -> np.ndarray:
         """A vector as an array for the slab."""
         declaration = self._declaration
+        if isinstance(value, (list, np.ndarray)) and store.scalar is float:
+            plain = as_vector(value)
+            if plain.dtype == float and len(plain) == declaration.size:
+                return plain
         if isinstance(value, AbstractValue):
             value = _vector_in(value)
         fresh = value if isinstance(value, BasicVector) else _coerced(value, store)
@@ -310,7 +323,7 @@ def _on_scalar(model: AbstractValue, scalar: type) -> AbstractValue:
     return AbstractValue.Make([one] if is_list else one)
 
 
-def _vector_in(value: AbstractValue) -> Any:
+def _vector_in(value: AbstractValue) -> np.ndarray:
     try:
         return as_vector(value.get_value())
     except TypeError:
@@ -320,7 +333,7 @@ def _vector_in(value: AbstractValue) -> Any:
         ) from None
 
 
-def _coerced(value: Any, store: Store) -> BasicVector:
+def _coerced(value: Scalars, store: Store) -> BasicVector:
     if store.S.dtype == object:
         return BasicVector._view(as_vector(value, object))
     return BasicVector(as_vector(value))
@@ -333,14 +346,14 @@ class OutputPort(_Port):
     _kind = "OutputPort"
 
     @property
-    def _declaration(self) -> Any:
+    def _declaration(self) -> OutputDeclaration:
         return self._system._outputs[self._index]
 
     def get_index(self) -> OutputPortIndex:
         """Its number."""
         return OutputPortIndex(self._index)
 
-    def _slot(self, context: Context) -> Any:
+    def _slot(self, context: Context) -> Slot:
         node = self._node_in(context)
         return _settled(context).layout.output_slot(node, self._index)[2]
 

@@ -64,7 +64,7 @@ class SystemOutput:
 
     _values: list[AbstractValue]
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError("SystemOutput: No constructor defined! Use System.AllocateOutput().")
 
     @classmethod

@@ -15,8 +15,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
 from sheldrake.systems.framework._event import Event, WitnessFunction
+from sheldrake.systems.framework._system_base import SystemBase
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
     from sheldrake.systems.framework._system import System
 
 
@@ -26,7 +29,7 @@ class _OfClass:
     def __init__(self, compute: Callable[[], Any]):
         self._compute = compute
 
-    def __get__(self, obj: Any, objtype: Any = None) -> Any:
+    def __get__(self, obj: object, objtype: type | None = None) -> Any:
         return self._compute()
 
 
@@ -44,14 +47,14 @@ class SystemScalarConverter:
     def __init__(self) -> None:
         self._entries: dict[tuple[Any, Any], Callable[[Any], Any]] = {}
 
-    def _Add(self, to: Any, source: Any, convert: Callable[[Any], Any]) -> None:
+    def _Add(self, to: type, source: type, convert: Callable[[Any], Any]) -> None:
         self._entries[to, source] = convert
 
-    def _convert(self, to: Any, system: System) -> Any:
+    def _convert(self, to: type, system: Any) -> Any:
         convert = self._entries.get((to, system._scalar))
         return None if convert is None else convert(system)
 
-    def _is_convertible(self, to: Any, source: Any) -> bool:
+    def _is_convertible(self, to: type, source: type) -> bool:
         return (to, source) in self._entries
 
     def __copy__(self) -> SystemScalarConverter:
@@ -60,14 +63,14 @@ class SystemScalarConverter:
         return new
 
 
-class ScalarConversion:
+class ScalarConversion(SystemBase):
     """The part of System that converts it to other scalars.
 
     The scalar belongs to the slab of a context, so a system whose behaviour is kernels and generic Python converts by
     a copy whose contexts hold the other scalar: such classes set `_generic`.
     """
 
-    _scalar: Any = float
+    _scalar: type = float
     _generic = False
     _symbolic = True
     """Whether a generic system converts to symbolic expressions too."""
@@ -75,13 +78,13 @@ class ScalarConversion:
     """Names of attributes: systems that it computes with, and of the context it has of each ("": none)."""
     _scalar_converter: SystemScalarConverter | None = None
 
-    def _convert(self: Any, scalar: Any) -> Any:
+    def _convert(self, scalar: type) -> Any:
         """This system on another scalar, or None."""
         if self._scalar_converter is not None:
             return self._scalar_converter._convert(scalar, self)
         return self._converted(scalar)
 
-    def _converted(self: Any, scalar: Any) -> Any:
+    def _converted(self, scalar: type) -> Self | None:
         if not self._is_generic() or not (self._symbolic or scalar is not expression_class()):
             return None
         new = self._copy()
@@ -94,7 +97,7 @@ class ScalarConversion:
         new._scalar = scalar
         return new
 
-    def _convert_kept(self: Any, new: Any, scalar: Any, system_name: str, context_name: str) -> bool:
+    def _convert_kept(self, new: Self, scalar: type, system_name: str, context_name: str) -> bool:
         system, context = getattr(self, system_name), getattr(self, context_name, None)
         converted = system if scalar is system._scalar else system._convert(scalar)
         if converted is None:
@@ -106,7 +109,7 @@ class ScalarConversion:
             setattr(new, context_name, own)
         return True
 
-    def _copy(self: Any) -> Any:
+    def _copy(self) -> Self:
         from sheldrake.systems.framework._system_base import _ids as system_ids
 
         new = object.__new__(type(self))
@@ -118,7 +121,7 @@ class ScalarConversion:
         new._entries_in_use = weakref.WeakValueDictionary()
         return new
 
-    def _clone(self: Any) -> Any:
+    def _clone(self) -> Self:
         new = self._convert(self._scalar)
         if new is None and self._is_generic():
             new = self._copy()
@@ -133,7 +136,7 @@ class ScalarConversion:
         new._name = self._name
         return new
 
-    def get_system_scalar_converter(self: Any) -> SystemScalarConverter:
+    def get_system_scalar_converter(self) -> SystemScalarConverter:
         """The converter this system was given, or an empty one."""
         if self._scalar_converter is not None:
             return self._scalar_converter
@@ -145,11 +148,11 @@ class ScalarConversion:
                 converter._Add(to, source, functools.partial(_converted_to, to))
         return converter
 
-    def _is_generic(self: Any) -> bool:
+    def _is_generic(self) -> bool:
         """Whether it converts to any scalar by a copy."""
         return self._generic
 
-    def _to(self: Any, scalar: Any, must: bool) -> Any:
+    def _to(self, scalar: type, must: bool) -> Any:
         new = None if scalar is self._scalar else self._convert(scalar)
         if new is None:
             if not must:
@@ -162,24 +165,24 @@ class ScalarConversion:
             new.set_name(self.get_name())
         return new
 
-    def ToAutoDiffXd(self: Any) -> Any:
+    def ToAutoDiffXd(self) -> Self:
         """This system on AutoDiffXd; RuntimeError if it cannot be."""
         return self._to(autodiff_class(), True)
 
-    def ToAutoDiffXdMaybe(self: Any) -> Any:
+    def ToAutoDiffXdMaybe(self) -> Self | None:
         """This system on AutoDiffXd, or None."""
         return self._to(autodiff_class(), False)
 
-    def ToSymbolic(self: Any) -> Any:
+    def ToSymbolic(self) -> Self:
         """This system on symbolic Expression; RuntimeError if it cannot be."""
         return self._to(expression_class(), True)
 
-    def ToSymbolicMaybe(self: Any) -> Any:
+    def ToSymbolicMaybe(self) -> Self | None:
         """This system on symbolic Expression, or None."""
         return self._to(expression_class(), False)
 
 
-def _rebound(value: Any, old: Any, new: Any) -> Any:
+def _rebound(value: Any, old: object, new: object) -> Any:
     """What a copy has for an attribute: lists and dicts of its own, its own methods and witness functions."""
     if isinstance(value, list):
         return [_rebound(v, old, new) for v in value]
@@ -194,7 +197,7 @@ def _rebound(value: Any, old: Any, new: Any) -> Any:
     return value
 
 
-def _converted_to(scalar: Any, system: System) -> Any:
+def _converted_to(scalar: type, system: System) -> System | None:
     return system._converted(scalar)
 
 
@@ -204,15 +207,15 @@ class _PerScalar:
     def __init__(self, call: Callable):
         self._call = call
 
-    def __get__(self, obj: Any, objtype: Any = None) -> Any:
+    def __get__(self, obj: object, objtype: type | None = None) -> _PerScalar | _BoundPerScalar:
         return self if obj is None else _BoundPerScalar(self._call, obj)
 
 
 class _BoundPerScalar:
-    def __init__(self, call: Callable, obj: Any):
+    def __init__(self, call: Callable, obj: object):
         self._call, self._obj = call, obj
 
-    def __getitem__(self, param: Any) -> Callable:
+    def __getitem__(self, param: type) -> Callable:
         return lambda *args: self._call(self._obj, param, *args)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, overload
 
 from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
@@ -33,11 +33,19 @@ class State:
         self._continuous._vector._wrote()
         return self._continuous
 
-    def get_discrete_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_discrete_state(self, index: None = None) -> DiscreteValues: ...
+    @overload
+    def get_discrete_state(self, index: int) -> BasicVector: ...
+    def get_discrete_state(self, index: int | None = None) -> DiscreteValues | BasicVector:
         """The discrete state, or its group `index`."""
         return self._discrete if index is None else self._discrete.get_vector(index)
 
-    def get_mutable_discrete_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_mutable_discrete_state(self, index: None = None) -> DiscreteValues: ...
+    @overload
+    def get_mutable_discrete_state(self, index: int) -> BasicVector: ...
+    def get_mutable_discrete_state(self, index: int | None = None) -> DiscreteValues | BasicVector:
         """The discrete state, or its group `index`, to be changed."""
         if index is None:
             for group in self._discrete._groups:
@@ -45,11 +53,19 @@ class State:
             return self._discrete
         return self._discrete.get_mutable_vector(index)
 
-    def get_abstract_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_abstract_state(self, index: None = None) -> AbstractValues: ...
+    @overload
+    def get_abstract_state(self, index: int) -> AbstractValue: ...
+    def get_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`."""
         return self._abstract if index is None else self._abstract.get_value(index)
 
-    def get_mutable_abstract_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_mutable_abstract_state(self, index: None = None) -> AbstractValues: ...
+    @overload
+    def get_mutable_abstract_state(self, index: int) -> AbstractValue: ...
+    def get_mutable_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`, to be changed."""
         if index is None:
             if self._abstract._on_write is not None:

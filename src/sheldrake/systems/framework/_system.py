@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import gc
 import operator
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._declarations import EventDeclaration
+    from sheldrake.systems.framework._diagram import Diagram
 
 
 @contextlib.contextmanager
@@ -50,9 +52,9 @@ class System(ScalarConversion, SystemPorts):
 
     # Contexts.
 
-    def _layout_with(self, overrides: frozenset = frozenset(), given: dict | None = None) -> Layout:
-        if given:
-            return Layout(self, overrides, given)
+    def _layout_with(self, overrides: frozenset = frozenset(), structures: dict | None = None) -> Layout:
+        if structures:
+            return Layout(self, overrides, structures)
         version = sum(s._version for s in tree_of(self))
         layout = self._layouts.get(overrides)
         if layout is None or layout.version != version:
@@ -202,7 +204,7 @@ class System(ScalarConversion, SystemPorts):
         """Runs all forced events and changes the state as they say."""
         self._execute(context, _evaluate.forced, publish)
 
-    def _execute(self, context: Context, select: Any, publish: bool) -> None:
+    def _execute(self, context: Context, select: Callable[[EventDeclaration], bool], publish: bool) -> None:
         self.ValidateContext(context)
         store, n = context._store, context._node
         _evaluate.apply_unrestricted(store, n, select)
@@ -212,7 +214,7 @@ class System(ScalarConversion, SystemPorts):
 
     # Periodic updates.
 
-    def _motion_and_slopes(self, context: Context, x: Any, u: Any, i: int | None, j: int | None) -> Any:
+    def _motion_and_slopes(self, context: Context, x: np.ndarray, u: Any, i: int | None, j: int | None) -> Any:
         """x' or x+ and output j, and their derivatives by x and input i = u, where a system knows them.
 
         Returns:
@@ -371,7 +373,7 @@ class System(ScalarConversion, SystemPorts):
                 found += store.systems[m].DoGetWitnessFunctions(store.context(m)) or []
         return found
 
-    def Accept(self, v: Any) -> None:
+    def Accept(self, v: SystemVisitor) -> None:
         """Shows itself to a visitor."""
         v.VisitSystem(self)
 
@@ -393,7 +395,7 @@ class System(ScalarConversion, SystemPorts):
     def __deepcopy__(self, memo: dict) -> System:
         return self.Clone()
 
-    def __reduce_ex__(self, protocol: Any) -> str | tuple:
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")
 
 
@@ -404,6 +406,6 @@ class SystemVisitor:
         """Called for a leaf system."""
         raise NotImplementedError("SystemVisitor.VisitSystem() must be overridden.")
 
-    def VisitDiagram(self, diagram: Any) -> None:
+    def VisitDiagram(self, diagram: Diagram) -> None:
         """Called for a diagram."""
         raise NotImplementedError("SystemVisitor.VisitDiagram() must be overridden.")

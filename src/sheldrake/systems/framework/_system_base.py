@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import operator
 import weakref
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
@@ -60,7 +60,7 @@ class SystemType(type):
         )
 
 
-def is_blank(system: Any) -> bool:
+def is_blank(system: object) -> bool:
     """Whether this is a system whose `__init__` has not run."""
     return isinstance(system, SystemBase) and "_system_id" not in system.__dict__
 
@@ -70,7 +70,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
 
     _inputs: list[InputDeclaration]
     _outputs: list[OutputDeclaration]
-    _scalar: Any
+    _scalar: type
     get_input_port: Callable[..., Any]
 
     def __init__(self) -> None:
@@ -185,13 +185,13 @@ class SystemBase(Graphviz, metaclass=SystemType):
     pc_ticket = _static(Ticket.PC, "conservative power")
     pnc_ticket = _static(Ticket.PNC, "non-conservative power")
 
-    def _new_ticket(self, *what: Any) -> int:
+    def _new_ticket(self, *what: object) -> int:
         ticket = self._next_ticket
         self._next_ticket += 1
         self._tickets[ticket] = what
         return ticket
 
-    def _indexed_ticket(self, kind: int, index: Any, count: int, call: str) -> DependencyTicket:
+    def _indexed_ticket(self, kind: int, index: SupportsIndex, count: int, call: str) -> DependencyTicket:
         i = operator.index(index)
         if not 0 <= i < count:
             raise IndexError(f"{call}(): there is no number {i}; there are {count}.")
@@ -200,20 +200,20 @@ class SystemBase(Graphviz, metaclass=SystemType):
             self._state_tickets[key] = self._new_ticket(kind, i)
         return DependencyTicket(self._state_tickets[key])
 
-    def discrete_state_ticket(self, index: Any) -> DependencyTicket:
+    def discrete_state_ticket(self, index: SupportsIndex) -> DependencyTicket:
         """Dependency on a group of discrete state."""
         return self._indexed_ticket(Ticket.XD, index, self.num_discrete_state_groups(), "discrete_state_ticket")
 
-    def abstract_state_ticket(self, index: Any) -> DependencyTicket:
+    def abstract_state_ticket(self, index: SupportsIndex) -> DependencyTicket:
         """Dependency on an abstract state."""
         return self._indexed_ticket(Ticket.XA, index, self.num_abstract_states(), "abstract_state_ticket")
 
-    def numeric_parameter_ticket(self, index: Any) -> DependencyTicket:
+    def numeric_parameter_ticket(self, index: SupportsIndex) -> DependencyTicket:
         """Dependency on a group of numeric parameters."""
         count = self.num_numeric_parameter_groups()
         return self._indexed_ticket(Ticket.PN, index, count, "numeric_parameter_ticket")
 
-    def abstract_parameter_ticket(self, index: Any) -> DependencyTicket:
+    def abstract_parameter_ticket(self, index: SupportsIndex) -> DependencyTicket:
         """Dependency on an abstract parameter."""
         return self._indexed_ticket(Ticket.PA, index, self.num_abstract_parameters(), "abstract_parameter_ticket")
 
@@ -222,14 +222,17 @@ class SystemBase(Graphviz, metaclass=SystemType):
         """Dependency on an input port."""
         return self.get_input_port(index).ticket()
 
-    def cache_entry_ticket(self, index: Any) -> DependencyTicket:
+    def cache_entry_ticket(self, index: int | CacheIndex) -> DependencyTicket:
         """Dependency on a cache entry."""
         return self.get_cache_entry(index).ticket()
 
     # Cache entries.
 
     def DeclareCacheEntry(
-        self, description: str, value_producer: ValueProducer, prerequisites_of_calc: Any = None
+        self,
+        description: str,
+        value_producer: ValueProducer,
+        prerequisites_of_calc: Iterable[DependencyTicket | int] | None = None,
     ) -> CacheEntry:
         """Declares a value to be computed on demand and kept until one of its prerequisites changes."""
         if not isinstance(value_producer, ValueProducer):

@@ -17,6 +17,7 @@ from sheldrake.systems.framework._system_base import SystemBase
 from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
+    from sheldrake.common._random import RandomDistribution
     from sheldrake.systems.framework._context.context import Context
 
 
@@ -27,13 +28,20 @@ class SystemPorts(SystemBase):
     """The part of System that is about ports."""
 
     def DeclareInputPort(
-        self, name: str | UseDefaultName, type: PortDataType, size: int, random_type: Any = None
+        self, name: str | UseDefaultName, type: PortDataType, size: int, random_type: RandomDistribution | None = None
     ) -> InputPort:
         """Declares an input port; an abstract one takes any object."""
         model: Any = BasicVector(np.zeros(size)) if type is PortDataType.kVectorValued else Value[object](None)
         return self._declare_input(name, type, size, model, random_type)
 
-    def _declare_input(self, name: Any, data_type: Any, size: int, model: Any, random_type: Any = None) -> InputPort:
+    def _declare_input(
+        self,
+        name: str | UseDefaultName,
+        data_type: PortDataType,
+        size: int,
+        model: BasicVector | AbstractValue,
+        random_type: RandomDistribution | None = None,
+    ) -> InputPort:
         i = len(self._inputs)
         name = f"u{i}" if isinstance(name, UseDefaultName) else name
         self._check_name(name, self._inputs, "input")
@@ -41,7 +49,7 @@ class SystemPorts(SystemBase):
         self._changed()
         return self._input_port(i)
 
-    def _check_name(self, name: Any, ports: list, kind: str) -> None:
+    def _check_name(self, name: object, ports: list, kind: str) -> None:
         if not isinstance(name, str):
             raise Mismatch(f"incompatible function arguments: the name of a port must be a str, not {name!r}")
         if not name:
@@ -57,7 +65,7 @@ class SystemPorts(SystemBase):
         """Output port `port_index`, or the only one."""
         return self._output_port(self._port_number(port_index, len(self._outputs), "output"))
 
-    def _port_number(self, index: Any, count: int, kind: str) -> int:
+    def _port_number(self, index: SupportsIndex | None, count: int, kind: str) -> int:
         if type(index) is int and 0 <= index < count:
             return index
         if index is None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 
-def on_scalar_of(builder: DiagramBuilder, cls: type) -> Any:
+def on_scalar_of(builder: DiagramBuilder, cls: type) -> type:
     """The version of a system's class for the scalar type of a DiagramBuilder."""
     return cls._template[builder._scalar]  # type: ignore[attr-defined]
 

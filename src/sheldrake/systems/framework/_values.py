@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -13,10 +13,13 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase, as_vector
 
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+
 Touch = Callable[[], None]
 
 
-def _index(what: str, index: Any, count: int) -> int:
+def _index(what: str, index: SupportsIndex, count: int) -> int:
     i = operator.index(index)
     if not 0 <= i < count:
         raise IndexError(f"{what}: there is no group {i}; there are {count}.")
@@ -81,7 +84,7 @@ class DiscreteValues:
         data: The groups, or the only one.
     """
 
-    def __init__(self, data: Any = None, *, datum: BasicVector | None = None):
+    def __init__(self, data: BasicVector | Sequence[BasicVector] | None = None, *, datum: BasicVector | None = None):
         data = datum if data is None else data
         groups: list[Any] = [] if data is None else [data] if isinstance(data, VectorBase) else list(data)
         for group in groups:
@@ -134,7 +137,7 @@ class DiscreteValues:
         """Elements of group `index`, as a view to write through."""
         return self.get_vector(index).get_mutable_value()
 
-    def set_value(self, *args: Any, index: int | None = None, value: Any = None) -> None:
+    def set_value(self, *args: Any, index: int | None = None, value: Scalars | None = None) -> None:
         """Sets a group: `set_value(value)` the only one, `set_value(index, value)` any."""
         if len(args) == 1 == len(self._groups) and index is None and value is None:
             self._groups[0].SetFromVector(args[0])
@@ -169,10 +172,10 @@ class DiscreteValues:
     def __deepcopy__(self, memo: dict) -> DiscreteValues:
         return self.Clone()
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: SupportsIndex) -> Any:
         return self._only("operator[]")[index]
 
-    def __setitem__(self, index: Any, value: Any) -> None:
+    def __setitem__(self, index: SupportsIndex | slice, value: Scalar | Scalars) -> None:
         self._only("operator[]")[index] = value
 
     def __iter__(self) -> Iterator[Any]:
@@ -273,7 +276,7 @@ class ContinuousState:
         """All variables, as the caller's own array."""
         return self._vector.CopyToVector()
 
-    def SetFromVector(self, value: Any) -> None:
+    def SetFromVector(self, value: Scalars | VectorBase) -> None:
         """Sets all variables."""
         self._vector.SetFromVector(value)
 
@@ -291,10 +294,10 @@ class ContinuousState:
     def __deepcopy__(self, memo: dict) -> ContinuousState:
         return self.Clone()
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: SupportsIndex | slice) -> Any:
         return self._vector[index]
 
-    def __setitem__(self, index: Any, value: Any) -> None:
+    def __setitem__(self, index: SupportsIndex | slice, value: Scalar | Scalars) -> None:
         self._vector[index] = value
 
     def __iter__(self) -> Iterator[Any]:

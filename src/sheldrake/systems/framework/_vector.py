@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -14,7 +14,10 @@ from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import _register_value_type
 
 if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
     from typing_extensions import Self
+
+    from sheldrake.common._types import Scalar, Scalars, Symbolics
 
 _FLOAT = np.dtype(float)
 
@@ -32,9 +35,10 @@ def _filled(v: np.ndarray, values: list) -> bool:
 
 
 _FLOAT64 = np.dtype(np.float64)
+_PLAIN = frozenset((float, int, np.float64))
 
 
-def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
+def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None = None) -> np.ndarray:
     """`value` as a fresh 1-D array of floats, or of objects where it holds other scalars.
 
     Raises:
@@ -44,6 +48,8 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
         return value.copy()
     if isinstance(value, VectorBase):
         return value.CopyToVector()
+    if type(value) is list and dtype is None and value and _PLAIN.issuperset(map(type, value)):
+        return np.array(value, float)
     try:
         a = np.asarray(value)
         if np.iscomplexobj(a) or (a.dtype == object and a.ndim == 0 and not _is_scalar(value)):
@@ -65,12 +71,12 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
     return np.array(a)
 
 
-def _is_scalar(value: Any) -> bool:
+def _is_scalar(value: object) -> bool:
     """Whether one object is a number: a dual, an expression or a variable, or what Python takes for one."""
     return hasattr(value, "__float__") or hasattr(value, "derivatives") or hasattr(value, "__add__")
 
 
-def is_size(value: Any) -> bool:
+def is_size(value: object) -> bool:
     """Whether `value` is an integer, not an array or a bool."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
@@ -80,7 +86,7 @@ def plain(x: Any) -> Any:
     return x.value() if hasattr(x, "value") else x.Evaluate() if hasattr(x, "Evaluate") else x
 
 
-def lifted(values: np.ndarray, scalar: Any) -> np.ndarray:
+def lifted(values: np.ndarray, scalar: type) -> np.ndarray:
     """`values` as an array of numbers of type `scalar`; of float64 where that is float."""
     if scalar is float:
         return values
@@ -99,11 +105,11 @@ class VectorBase:
     _v: np.ndarray
     _on_write: Callable[[], None] | None = None
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     @classmethod
-    def _view(cls, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Any:
+    def _view(cls, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Self:
         vector = object.__new__(cls)
         vector._v, vector._on_write = memory, on_write
         return vector
@@ -115,7 +121,7 @@ class VectorBase:
     def _describe(self) -> str:
         return f"this {type(self).__name__}"
 
-    def _checked(self, value: Any) -> Any:
+    def _checked(self, value: Any) -> np.ndarray:
         a = value
         if type(a) is not np.ndarray or a.ndim != 1 or a.dtype != self._v.dtype:
             a = as_vector(value, None if self._v.dtype == object else self._v.dtype)
@@ -136,11 +142,11 @@ class VectorBase:
         except (AttributeError, TypeError, ValueError):
             raise Mismatch(f"incompatible function arguments: expected a number, got {value!r}") from None
 
-    def _number_type(self) -> Any:
+    def _number_type(self) -> type:
         """Type of the numbers in memory of objects."""
         return type(self._v[0]) if self._v.size else float
 
-    def _index(self, index: Any) -> int:
+    def _index(self, index: SupportsIndex) -> int:
         i = operator.index(index)
         if not 0 <= i < self._v.size:
             raise IndexError(f"Index {i} is not within [0, {self._v.size}) while accessing {self._describe()}.")
@@ -181,11 +187,11 @@ class VectorBase:
         """Element `index`, counted from 0."""
         return self._item(self._v[self._index(index)])
 
-    def SetAtIndex(self, index: int, value: Any) -> None:
+    def SetAtIndex(self, index: int, value: Scalar) -> None:
         """Sets element `index`."""
         self[index] = value
 
-    def PlusEqScaled(self, scale: Any, rhs: VectorBase) -> VectorBase:
+    def PlusEqScaled(self, scale: Scalar, rhs: VectorBase) -> VectorBase:
         """Adds `scale * rhs` in place."""
         self._v += scale * self._checked(expect("PlusEqScaled", rhs, VectorBase)._v)
         self._wrote()
@@ -195,7 +201,7 @@ class VectorBase:
     def _item(value: Any) -> Any:
         return float(value) if isinstance(value, np.floating) else value
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: SupportsIndex | slice) -> Any:
         if type(index) is int and index >= 0:
             try:
                 return self._v.item(index)
@@ -205,7 +211,7 @@ class VectorBase:
             return self._v[index].copy()
         return self._item(self._v[self._index(index)])
 
-    def __setitem__(self, index: Any, value: Any) -> None:
+    def __setitem__(self, index: SupportsIndex | slice, value: Any) -> None:
         if isinstance(index, slice):
             self._v[index] = value
         else:
@@ -239,7 +245,7 @@ class BasicVector(VectorBase):
         size: how many, each not-a-number until set.
     """
 
-    _scalar: Any = float
+    _scalar: type = float
     _any_scalar = False
     """Whether a derived class is one of this name for other scalars too, where a context has these."""
 
@@ -268,7 +274,7 @@ class BasicVector(VectorBase):
         self._wrote()
         return self._v
 
-    def set_value(self, value: Any) -> None:
+    def set_value(self, value: Scalars | VectorBase) -> None:
         """Sets all elements; an IndexError if the size differs."""
         self.SetFromVector(value)
 
@@ -279,11 +285,11 @@ class BasicVector(VectorBase):
         new._v, new._on_write = memory, on_write
         return new
 
-    def _on_scalar(self, scalar: Any) -> BasicVector:
+    def _on_scalar(self, scalar: type) -> BasicVector:
         """A vector of the same numbers on a scalar type."""
         return self if scalar is float else self._on_objects(lifted(self._v, scalar), None, scalar)
 
-    def _on_objects(self, memory: np.ndarray, on_write: Callable[[], None] | None, scalar: Any) -> BasicVector:
+    def _on_objects(self, memory: np.ndarray, on_write: Callable[[], None] | None, scalar: type) -> BasicVector:
         """A vector on memory of another scalar."""
         if not self._any_scalar:
             return BasicVector._view(memory, on_write)
@@ -311,7 +317,7 @@ class Subvector(VectorBase):
 class Supervector(VectorBase):
     """Several vectors seen as one."""
 
-    def __init__(self, parts: list[VectorBase]):
+    def __init__(self, parts: Sequence[VectorBase]):
         self._parts = [p for p in parts if p.size()]
         self._on_write = None
 
@@ -319,7 +325,7 @@ class Supervector(VectorBase):
     def _v(self) -> np.ndarray:  # type: ignore[override]
         return np.concatenate([p._v for p in self._parts]) if self._parts else np.empty(0)
 
-    def SetFromVector(self, value: Any) -> None:
+    def SetFromVector(self, value: Scalars | VectorBase) -> None:
         at, a = 0, self._checked(value)
         for part in self._parts:
             part.SetFromVector(a[at : at + part.size()])
@@ -329,11 +335,11 @@ class Supervector(VectorBase):
         for part in self._parts:
             part.SetZero()
 
-    def PlusEqScaled(self, scale: Any, rhs: VectorBase) -> VectorBase:
+    def PlusEqScaled(self, scale: Scalar, rhs: VectorBase) -> VectorBase:
         self.SetFromVector(self._v + scale * self._checked(rhs._v))
         return self
 
-    def SetAtIndex(self, index: int, value: Any) -> None:
+    def SetAtIndex(self, index: int, value: Scalar) -> None:
         i = self._index(index)
         for part in self._parts:
             if i < part.size():
@@ -350,7 +356,7 @@ class Supervector(VectorBase):
             self.SetAtIndex(index, value)
 
 
-def _to_basic_vector(value: Any) -> BasicVector:
+def _to_basic_vector(value: Scalars | str) -> BasicVector:
     if isinstance(value, str):
         raise Mismatch(f"set_value(): incompatible function arguments: a BasicVector holds numbers, not {value!r}")
     return BasicVector(as_vector(value))
@@ -359,7 +365,7 @@ def _to_basic_vector(value: Any) -> BasicVector:
 _register_value_type(BasicVector, coerce=_to_basic_vector)
 
 
-def converted(values: np.ndarray, scalar: Any) -> np.ndarray:
+def converted(values: np.ndarray, scalar: type) -> np.ndarray:
     """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
     if scalar is float:
         return values if values.dtype == float else np.array([plain(x) for x in values], float)
@@ -367,5 +373,5 @@ def converted(values: np.ndarray, scalar: Any) -> np.ndarray:
 
 
 @functools.cache
-def _of_scalar(cls: Any, scalar: Any) -> Any:
+def _of_scalar(cls: type[BasicVector], scalar: type) -> type[BasicVector]:
     return type(cls.__name__, (cls,), {"_scalar": scalar, "__doc__": cls.__doc__, "__module__": cls.__module__})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from sheldrake.systems.framework._leaf_system import LeafSystem
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class VectorSystem(LeafSystem):
@@ -39,18 +41,18 @@ class VectorSystem(LeafSystem):
             return context.get_discrete_state_vector().CopyToVector()
         return context.get_continuous_state_vector().CopyToVector()
 
-    def _calc_output(self, context: Context, output: Any) -> None:
+    def _calc_output(self, context: Context, output: BasicVector) -> None:
         u = self._vector_input(context) if self._feeds_through else np.empty(0)
         y = np.zeros_like(output._v)
         self.DoCalcVectorOutput(context, u, self._vector_state(context), y)
         output.SetFromVector(y)
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         xdot = np.zeros_like(derivatives.get_vector()._v)
         self.DoCalcVectorTimeDerivatives(context, self._vector_input(context), self._vector_state(context), xdot)
         derivatives.SetFromVector(xdot)
 
-    def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: Any) -> None:
+    def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: DiscreteValues) -> None:
         if not discrete_state.num_groups():
             return
         x_next = np.zeros_like(discrete_state.get_vector()._v)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class AffineSystem(LeafSystem):
@@ -37,12 +38,12 @@ class AffineSystem(LeafSystem):
 
     def __init__(
         self,
-        A: Any = None,
-        B: Any = None,
-        f0: Any = None,
-        C: Any = None,
-        D: Any = None,
-        y0: Any = None,
+        A: ArrayLike | None = None,
+        B: ArrayLike | None = None,
+        f0: ArrayLike | None = None,
+        C: ArrayLike | None = None,
+        D: ArrayLike | None = None,
+        y0: ArrayLike | None = None,
         time_period: float = 0.0,
     ):
         super().__init__()
@@ -78,7 +79,7 @@ class AffineSystem(LeafSystem):
             through = coefficients.D.any()
             self.DeclareVectorOutputPort("y0", k, blocks.affine_output if through else blocks.affine_output_of_state)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"model": self._coefficients}
 
     def _motion_and_slopes(
@@ -96,7 +97,13 @@ class AffineSystem(LeafSystem):
         return values, slopes if i is not None else slopes[:, :n]
 
     def UpdateCoefficients(
-        self, A: Any = None, B: Any = None, f0: Any = None, C: Any = None, D: Any = None, y0: Any = None
+        self,
+        A: ArrayLike | None = None,
+        B: ArrayLike | None = None,
+        f0: ArrayLike | None = None,
+        C: ArrayLike | None = None,
+        D: ArrayLike | None = None,
+        y0: ArrayLike | None = None,
     ) -> None:
         """Replaces coefficients; those not given stay zero. Sizes and feedthrough stay as they are.
 
@@ -179,7 +186,7 @@ class AffineSystem(LeafSystem):
         """Period of the discrete update [s]; 0: continuous."""
         return self._period
 
-    def configure_default_state(self, x0: Any) -> None:
+    def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
         x0 = as_vector(x0)
         if len(x0) != self.num_states():
@@ -216,7 +223,14 @@ class LinearSystem(AffineSystem):
         time_period: Period of the discrete update [s]; 0: continuous.
     """
 
-    def __init__(self, A: Any = None, B: Any = None, C: Any = None, D: Any = None, time_period: float = 0.0):
+    def __init__(
+        self,
+        A: ArrayLike | None = None,
+        B: ArrayLike | None = None,
+        C: ArrayLike | None = None,
+        D: ArrayLike | None = None,
+        time_period: float = 0.0,
+    ):
         super().__init__(A, B, None, C, D, None, time_period)
 
 
@@ -227,13 +241,20 @@ class MatrixGain(LinearSystem):
         D: Shape (k, m).
     """
 
-    def __init__(self, D: Any):
+    def __init__(self, D: ArrayLike):
         if np.ndim(D) not in (1, 2):
             raise Mismatch(f"MatrixGain(): incompatible constructor arguments: D must be a matrix, got {D!r}")
         super().__init__(D=D)
 
 
-def _sized(A: Any, B: Any, f0: Any, C: Any, D: Any, y0: Any) -> blocks.Affine:
+def _sized(
+    A: ArrayLike | None,
+    B: ArrayLike | None,
+    f0: ArrayLike | None,
+    C: ArrayLike | None,
+    D: ArrayLike | None,
+    y0: ArrayLike | None,
+) -> blocks.Affine:
     """Coefficients of consistent sizes; what is not given is zero."""
     given = {k: None if v is None else np.asarray(v, float) for k, v in zip("ABfCDy", (A, B, f0, C, D, y0))}
     for name in "ABCD":

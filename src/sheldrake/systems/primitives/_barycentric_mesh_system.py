@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.math import BarycentricMesh
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class BarycentricMeshSystem(LeafSystem):
@@ -21,7 +24,7 @@ class BarycentricMeshSystem(LeafSystem):
         output_values: Values at the mesh's points, shape (number of outputs, number of points).
     """
 
-    def __init__(self, mesh: Any, output_values: Any, /):
+    def __init__(self, mesh: BarycentricMesh, output_values: ArrayLike, /):
         super().__init__()
         values = np.array(output_values, float)
         if values.ndim != 2 or values.shape[1] != mesh.get_num_mesh_points():
@@ -41,5 +44,5 @@ class BarycentricMeshSystem(LeafSystem):
         """Values at the mesh's points."""
         return self._values.copy()
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._mesh.Eval(self._values, self.get_input_port().Eval(context)))

@@ -6,6 +6,7 @@ Declarations only; what they compute is in `_kernels/blocks.py`.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -18,7 +19,12 @@ from sheldrake.systems.framework._vector import as_vector, is_size, plain
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework import Context, InputPort
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._index import UseDefaultName
 
 
 class Adder(LeafSystem):
@@ -57,7 +63,7 @@ class Gain(LeafSystem):
         self.DeclareVectorInputPort("u0", n)
         self.DeclareVectorOutputPort("y0", n, blocks.scale)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"model": self._k}
 
 
@@ -72,7 +78,7 @@ class Saturation(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, min_value: Any, max_value: Any):
+    def __init__(self, min_value: ArrayLike, max_value: ArrayLike):
         super().__init__()
         low, high = (np.array([float(plain(x)) for x in np.ravel(limit)]) for limit in (min_value, max_value))
         if low.shape != high.shape or not np.all(low <= high):
@@ -84,7 +90,7 @@ class Saturation(LeafSystem):
         self.DeclareVectorInputPort("u0", len(low))
         self.DeclareVectorOutputPort("y0", len(low), blocks.saturate)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"model": self._limits}
 
 
@@ -124,7 +130,13 @@ class Demultiplexer(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, size: Any = None, output_ports_size: int = 1, *, output_ports_sizes: Any = None):
+    def __init__(
+        self,
+        size: Any = None,
+        output_ports_size: int = 1,
+        *,
+        output_ports_sizes: Any = None,
+    ):
         super().__init__()
         if output_ports_sizes is None and not is_size(size):
             output_ports_sizes = size
@@ -159,7 +171,7 @@ class ConstantVectorSource(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, source_value: Any):
+    def __init__(self, source_value: BasicVector | Scalars):
         super().__init__()
         self.DeclareNumericParameter(BasicVector(as_vector(source_value)))
         self.DeclareVectorOutputPort("y0", self._pn_models[0].size(), blocks.copy_parameter)
@@ -254,7 +266,7 @@ class PortSwitch(LeafSystem):
         self.DeclareAbstractInputPort("port_selector", Value[object](InputPortIndex(0)))
         self.DeclareVectorOutputPort("value", self._n, self._calc)
 
-    def DeclareInputPort(self, name: Any, *args: Any) -> InputPort:
+    def DeclareInputPort(self, name: str | UseDefaultName, *args: Any) -> InputPort:
         """Declares one more input to choose from."""
         if args:
             return super().DeclareInputPort(name, *args)
@@ -282,6 +294,14 @@ class Sine(LeafSystem):
 
     _generic = True
 
+    @typing_overload
+    def __init__(
+        self, amplitude: float, frequency: float, phase: float, size: int, is_time_based: bool = True
+    ) -> None: ...
+    @typing_overload
+    def __init__(
+        self, amplitudes: ArrayLike, frequencies: ArrayLike, phases: ArrayLike, is_time_based: bool = True
+    ) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__()
         names = ["amplitude", "frequency", "phase", "size", "is_time_based"]

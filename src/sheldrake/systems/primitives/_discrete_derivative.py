@@ -11,7 +11,9 @@ from sheldrake.systems.primitives._blocks import Multiplexer
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class DiscreteDerivative(LeafSystem):
@@ -38,7 +40,7 @@ class DiscreteDerivative(LeafSystem):
         self.DeclareVectorOutputPort("dudt", n, blocks.difference_output)
         self.DeclarePeriodicDiscreteUpdateEvent(self._dt, 0.0, blocks.difference_next)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"difference_model": blocks.Difference.of(dt=self._dt, begins_with_zero=self._suppress)}
 
     def time_step(self) -> float:
@@ -49,7 +51,7 @@ class DiscreteDerivative(LeafSystem):
         """Whether the output is zero until there are two samples."""
         return self._suppress
 
-    def set_input_history(self, state: Any, u: Any, previous: Any = None) -> None:
+    def set_input_history(self, state: State | Context, u: Scalars, previous: Scalars | None = None) -> None:
         """Sets the newest sample and the one before (the same if not given), in a State or a context."""
         discrete = state.get_mutable_discrete_state()
         u = as_vector(u)
@@ -85,7 +87,9 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
         """Whether velocities are zero until there are two samples."""
         return self._derivative.suppress_initial_transient()
 
-    def set_initial_position(self, context: Context | None = None, position: Any = None, *, state: Any = None) -> None:
+    def set_initial_position(
+        self, context: Context | None = None, position: Scalars | None = None, *, state: State | None = None
+    ) -> None:
         """Sets the position as if it had stood still, in a context or a State."""
         target: Any = context if state is None else state
         if not isinstance(target, State):

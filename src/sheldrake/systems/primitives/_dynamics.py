@@ -14,7 +14,12 @@ from sheldrake.systems.framework._vector import as_vector, is_size
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._state import State
 
 
 class Integrator(LeafSystem):
@@ -36,12 +41,12 @@ class Integrator(LeafSystem):
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(BasicVector(initial)))
         self.DeclareTimeDerivatives(blocks.copy_input)
 
-    def set_integral_value(self, context: Context, value: Any) -> None:
+    def set_integral_value(self, context: Context, value: ArrayLike) -> None:
         """Sets the integral in a context."""
         self.ValidateContext(context)
         context.SetContinuousState(value)
 
-    def set_default_integral_value(self, initial_value: Any) -> None:
+    def set_default_integral_value(self, initial_value: Scalars) -> None:
         """Sets the integral in contexts made from now on."""
         self._xc_model.SetFromVector(initial_value)
         self._defaults_changed()
@@ -70,7 +75,7 @@ class FirstOrderLowPassFilter(LeafSystem):
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(n))
         self.DeclareTimeDerivatives(blocks.low_pass)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"model": self._tau}
 
     def get_time_constant(self) -> float:
@@ -87,7 +92,7 @@ class FirstOrderLowPassFilter(LeafSystem):
         """Time constants [s], shape (size,)."""
         return self._tau.copy()
 
-    def set_initial_output_value(self, context: Context, z0: Any, /) -> None:
+    def set_initial_output_value(self, context: Context, z0: Scalars, /) -> None:
         """Sets the output in a context."""
         self.ValidateContext(context)
         context.SetContinuousState(z0)
@@ -125,7 +130,7 @@ class ZeroOrderHold(LeafSystem):
             self.DeclareStateOutputPort("y", self.DeclareDiscreteState(int(model)))
             self.DeclarePeriodicDiscreteUpdateEvent(self._period, self._offset, blocks.copy_input)
 
-    def _hold_value(self, context: Context, state: Any) -> None:
+    def _hold_value(self, context: Context, state: State) -> None:
         state.get_mutable_abstract_state(0).SetFrom(self.get_input_port(0).EvalAbstract(context))
 
     def period(self) -> float:
@@ -136,7 +141,7 @@ class ZeroOrderHold(LeafSystem):
         """Time of the first sample [s]."""
         return self._offset
 
-    def SetVectorState(self, context: Context, value: Any, /) -> None:
+    def SetVectorState(self, context: Context, value: ArrayLike, /) -> None:
         """Sets what is held, in a context."""
         self.ValidateContext(context)
         context.SetDiscreteState(value)
@@ -178,7 +183,7 @@ class DiscreteTimeDelay(LeafSystem):
             self.DeclareVectorOutputPort("delayed_u", n, blocks.first_elements)
             self.DeclarePeriodicDiscreteUpdateEvent(float(update_sec), 0.0, blocks.delay)
 
-    def _shift(self, context: Context, state: Any) -> None:
+    def _shift(self, context: Context, state: State) -> None:
         values = state.get_mutable_abstract_state()
         last = values.size() - 2
         for k in range(last):
@@ -203,10 +208,10 @@ class DiscreteTimeIntegrator(LeafSystem):
         self.DeclareStateOutputPort("y", self.DeclareDiscreteState(int(size)))
         self.DeclarePeriodicDiscreteUpdateEvent(self._dt, 0.0, blocks.euler)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"step_model": blocks.Step.of(dt=self._dt)}
 
-    def set_integral_value(self, context: Context, value: Any) -> None:
+    def set_integral_value(self, context: Context, value: ArrayLike) -> None:
         """Sets the sum in a context."""
         self.ValidateContext(context)
         context.SetDiscreteState(value)
@@ -240,5 +245,5 @@ class WrapToSystem(LeafSystem):
             )
         self._intervals[index] = low, high
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: RootView) -> dict:
         return {"model": blocks.Intervals(self._intervals)}

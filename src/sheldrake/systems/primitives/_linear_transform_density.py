@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from sheldrake.common import CalcProbabilityDensity, RandomDistribution
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.systems.framework import Context, FixedInputPortValue, InputPort, OutputPort
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class LinearTransformDensity(LeafSystem):
@@ -58,7 +60,7 @@ class LinearTransformDensity(LeafSystem):
         """The output with the density of w_out."""
         return self.get_output_port(1)
 
-    def FixConstantA(self, context: Context, A: Any) -> FixedInputPortValue:
+    def FixConstantA(self, context: Context, A: Scalars) -> FixedInputPortValue:
         """Fixes A, shape (output_size, input_size)."""
         A = np.asarray(A)
         if A.shape != self._shape:
@@ -67,19 +69,19 @@ class LinearTransformDensity(LeafSystem):
             )
         return self.get_input_port_A().FixValue(context, A.reshape(-1, order="F"))
 
-    def FixConstantB(self, context: Context, b: Any) -> FixedInputPortValue:
+    def FixConstantB(self, context: Context, b: Scalars) -> FixedInputPortValue:
         """Fixes b, shape (output_size,)."""
         return self.get_input_port_b().FixValue(context, b)
 
     def _matrix(self, context: Context) -> np.ndarray:
         return self.get_input_port_A().Eval(context).reshape(self._shape, order="F")
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         w = self._matrix(context) @ self.get_input_port_w_in().Eval(context)
         port = self.get_input_port_b()
         output.SetFromVector(w + port.Eval(context) if port.HasValue(context) else w)
 
-    def CalcDensity(self, context: Context) -> Any:
+    def CalcDensity(self, context: Context) -> Scalar:
         """Density of w_out.
 
         Raises:
@@ -93,5 +95,5 @@ class LinearTransformDensity(LeafSystem):
         density = CalcProbabilityDensity(self._distribution, self.get_input_port_w_in().Eval(context))
         return density / abs(float(np.linalg.det(A)))
 
-    def _calc_density(self, context: Context, output: Any) -> None:
+    def _calc_density(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self.CalcDensity(context)])

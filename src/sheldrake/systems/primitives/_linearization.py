@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 def Linearize(
     system: System,
     context: Context,
-    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
-    output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
+    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    output_port_index: OutputPortSelection | int = OutputPortSelection.kUseFirstOutputIfItExists,
     equilibrium_check_tolerance: float = 1e-6,
 ) -> LinearSystem:
     """The linear system of deviations from an equilibrium.
@@ -50,7 +50,7 @@ def FirstOrderTaylorApproximation(
     system: System,
     context: Context,
     input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
-    output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
+    output_port_index: OutputPortSelection | int = OutputPortSelection.kUseFirstOutputIfItExists,
 ) -> AffineSystem:
     """The affine system that agrees with a system to first order; arguments as of `Linearize`."""
     values, slopes, x0, u0, period = _taylor(system, context, input_port_index, output_port_index)
@@ -59,7 +59,12 @@ def FirstOrderTaylorApproximation(
     return AffineSystem._of(A, B, values[:n] - A @ x0 - B @ u0, C, D, values[n:] - C @ x0 - D @ u0, period)
 
 
-def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
+def _chosen(
+    selection: InputPortSelection | OutputPortSelection | int,
+    ports: list,
+    none: InputPortSelection | OutputPortSelection,
+    first: InputPortSelection | OutputPortSelection,
+) -> int | None:
     if selection is none:
         return None
     if selection is first:
@@ -68,7 +73,9 @@ def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
     return operator.index(selection)
 
 
-def _taylor(system: System, context: Context, input_index: Any, output_index: Any) -> tuple:
+def _taylor(
+    system: System, context: Context, input_index: InputPortSelection | int, output_index: OutputPortSelection | int
+) -> tuple:
     """x' or x+ and y, their derivatives by x and u, x, u, and the period [s], 0 for continuous state."""
     system.ValidateContext(context)
     periods = system._periodic_discrete()

@@ -24,6 +24,7 @@ from sheldrake.systems.primitives._vector_log_sink import VectorLogSink
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
     from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._engine.store import Store
 
 # ---- written while a simulation runs
 
@@ -48,7 +49,7 @@ class LogStream:
     def __init__(self, simulator: Simulator, path: str | os.PathLike, sinks: Mapping[str, VectorLogSink], keep: bool):
         self.path = os.fspath(path)
         self._simulator, self._sinks, self._keep = simulator, dict(sinks), keep
-        self._store: Any = None
+        self._store: Store | None = None
         self._written = [0] * len(self._sinks)
         self._last = -np.inf
         self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0), 0o644)
@@ -125,7 +126,7 @@ class LogStream:
     def __enter__(self) -> LogStream:
         return self
 
-    def __exit__(self, *args: Any) -> None:
+    def __exit__(self, *args: object) -> None:
         self.Close()
 
 
@@ -234,19 +235,24 @@ def ReadLogs(path: str | os.PathLike) -> LogSet:
 
     Raises:
         FileNotFoundError: There is no such file.
-        ValueError: It holds no log.
+        ValueError: It holds no log, or is damaged.
         ImportError: It is a Parquet file, and pyarrow is not installed.
     """
     name = os.fspath(path)
+    if os.path.exists(name) and not os.path.isfile(name):
+        raise ValueError(f"'{name}' is no regular file.")  # a pipe or a device may never end
     with open(name, "rb") as file:
         start = file.read(len(MAGIC))
-    if start == MAGIC:
-        return read_stream(name)
-    if start.startswith(b"PK"):
-        return _read_npz(name)
-    if start.startswith(b"PAR1"):
-        return _read_parquet(name)
-    return _read_csv(name)
+    readers = {MAGIC: read_stream, b"PK": _read_npz, b"PAR1": _read_parquet}
+    read = next((reader for begin, reader in readers.items() if start.startswith(begin)), _read_csv)
+    try:
+        return read(name)
+    except (ImportError, FileNotFoundError):
+        raise
+    except Exception as error:  # what libraries raise for files of others is not listed anywhere
+        if type(error) is ValueError and name in str(error):
+            raise
+        raise ValueError(f"'{name}' can not be read: {error or type(error).__name__}") from error
 
 
 def _title(name: str) -> str:
@@ -254,11 +260,8 @@ def _title(name: str) -> str:
 
 
 def _read_npz(name: str) -> LogSet:
-    try:
-        with np.load(name, allow_pickle=False) as arrays:
-            held = {key: arrays[key] for key in arrays.files}
-    except (ValueError, OSError, KeyError) as error:
-        raise ValueError(f"'{name}' can not be read: {error}") from None
+    with np.load(name, allow_pickle=False) as arrays:
+        held = {key: arrays[key] for key in arrays.files}
     if "titles" in held:
         return LogSet(
             {

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,14 +18,27 @@ from sheldrake.systems.primitives._vector_log import (
     write_parquet,
 )
 
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    import xarray
+    from numpy.typing import ArrayLike
+
 
 class TableLog(VectorLog):
     """A log that holds times and samples it was given, as one read from a file does."""
 
-    def __init__(self, times: Any, data: Any, names: Any = None, units: Any = None):
-        data = np.asarray(data, dtype=float)
+    def __init__(
+        self, times: ArrayLike, data: ArrayLike, names: Sequence[str] | None = None, units: Sequence[str] | None = None
+    ):
+        times, data = np.asarray(times, dtype=float), np.asarray(data, dtype=float)
+        if times.ndim != 1 or data.ndim != 2 or data.shape[1] != len(times):
+            raise ValueError(f"times of shape {times.shape} and data of shape {data.shape} are no log")
+        for what, texts in (("names", names), ("units", units)):
+            if texts is not None and len(texts) != len(data):
+                raise ValueError(f"there are {len(texts)} {what} for {len(data)} elements")
         super().__init__(len(data))
-        self._own = np.column_stack([np.asarray(times, dtype=float), data.T])
+        self._own = np.column_stack([times, data.T])
         self._count = len(self._own)
         self._given = None if names is None else [str(name) for name in names]
         self._given_units = None if units is None else [str(unit) for unit in units]
@@ -93,7 +106,7 @@ class LogSet(Mapping):
             parts.append(part)
         return axis, np.column_stack(parts)
 
-    def ToDataFrame(self) -> Any:
+    def ToDataFrame(self) -> pandas.DataFrame:
         """All logs as one pandas DataFrame, indexed by time [s]; units are in `attrs["units"]`, by column.
 
         Raises:
@@ -105,7 +118,7 @@ class LogSet(Mapping):
         frame.attrs["units"] = dict(zip(self.columns(), self.units()))
         return frame
 
-    def ToXarray(self) -> Any:
+    def ToXarray(self) -> xarray.Dataset:
         """All logs as one xarray Dataset: a variable for each, on times and elements of its own.
 
         The log k has the dimensions `time_k` [s] and `element_k`, with names and units; logs with the same times share

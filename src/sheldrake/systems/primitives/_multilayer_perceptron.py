@@ -12,6 +12,8 @@ from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.primitives._kernels import perceptron as kernels
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework import Context
 
@@ -123,27 +125,45 @@ class MultilayerPerceptron(LeafSystem):
         self.ValidateContext(context)
         return context.get_mutable_numeric_parameter(0).get_mutable_value()
 
-    def SetParameters(self, context: Context, params: Any) -> None:
+    def SetParameters(self, context: Context, params: ArrayLike) -> None:
         """Sets all parameters."""
         self.ValidateContext(context)
         context.get_mutable_numeric_parameter(0).SetFromVector(params)
 
-    def GetWeights(self, context: Context | None = None, layer: int = 0, *, params: Any = None) -> np.ndarray:
+    def GetWeights(
+        self, context: Context | None = None, layer: int = 0, *, params: ArrayLike | None = None
+    ) -> np.ndarray:
         """Weights `layer`, shape (rows, cols), in a context or an array of parameters."""
         a, b, _ = self._at[layer]
         return self._vector(context if params is None else params)[a:b].reshape(self._shape(layer), order="F").copy()
 
-    def GetBiases(self, context: Context | None = None, layer: int = 0, *, params: Any = None) -> np.ndarray:
+    def GetBiases(
+        self, context: Context | None = None, layer: int = 0, *, params: ArrayLike | None = None
+    ) -> np.ndarray:
         """Biases `layer`, shape (rows,), in a context or an array of parameters."""
         _, b, c = self._at[layer]
         return self._vector(context if params is None else params)[b:c].copy()
 
-    def SetWeights(self, context: Context | None = None, layer: int = 0, W: Any = None, *, params: Any = None) -> None:
+    def SetWeights(
+        self,
+        context: Context | None = None,
+        layer: int = 0,
+        W: ArrayLike | None = None,
+        *,
+        params: np.ndarray | None = None,
+    ) -> None:
         """Sets weights `layer`."""
         a, b, _ = self._at[layer]
         self._write(context if params is None else params, a, b, np.asarray(W), self._shape(layer))
 
-    def SetBiases(self, context: Context | None = None, layer: int = 0, b: Any = None, *, params: Any = None) -> None:
+    def SetBiases(
+        self,
+        context: Context | None = None,
+        layer: int = 0,
+        b: ArrayLike | None = None,
+        *,
+        params: np.ndarray | None = None,
+    ) -> None:
         """Sets biases `layer`."""
         _, first, last = self._at[layer]
         self._write(context if params is None else params, first, last, np.asarray(b), (last - first,))
@@ -195,7 +215,9 @@ class MultilayerPerceptron(LeafSystem):
         else:
             output.SetFromVector(self._forward(context, x[:, None])[-1][:, 0])
 
-    def BatchOutput(self, context: Context, X: Any, Y: Any = None, dYdX: Any = None) -> Any:
+    def BatchOutput(
+        self, context: Context, X: ArrayLike, Y: np.ndarray | None = None, dYdX: np.ndarray | None = None
+    ) -> np.ndarray | None:
         """Outputs for columns of inputs; into `Y` if given, with gradients into `dYdX` for a single output."""
         self.ValidateContext(context)
         X = np.asarray(X, float)
@@ -234,7 +256,7 @@ class MultilayerPerceptron(LeafSystem):
             slopes = self.GetWeights(context, layer).T @ slopes
         return gradient, slopes
 
-    def Backpropagation(self, context: Context, X: Any, loss: Callable, dloss_dparams: np.ndarray) -> float:
+    def Backpropagation(self, context: Context, X: ArrayLike, loss: Callable, dloss_dparams: np.ndarray) -> float:
         """The loss of the outputs for columns of inputs, and its gradient by the parameters, into `dloss_dparams`.
 
         Args:
@@ -251,7 +273,7 @@ class MultilayerPerceptron(LeafSystem):
         return float(value)
 
     def BackpropagationMeanSquaredError(
-        self, context: Context, X: Any, Y_desired: Any, dloss_dparams: np.ndarray
+        self, context: Context, X: ArrayLike, Y_desired: ArrayLike, dloss_dparams: np.ndarray
     ) -> float:
         """`Backpropagation` with the mean over samples of the squared distance to `Y_desired`."""
         wanted = np.asarray(Y_desired, float)

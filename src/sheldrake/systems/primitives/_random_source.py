@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from sheldrake.systems.framework import LeafSystem, PortDataType
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework._state import State
 
 _seeds = itertools.count(RandomGenerator.default_seed)
 
@@ -82,7 +83,7 @@ class RandomSource(LeafSystem):
         self.DeclareAbstractState(Value[object](_Sampler(distribution, self._seed)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(float(sampling_interval_sec), 0.0, self._draw)
 
-    def _draw(self, context: Context, state: Any) -> None:
+    def _draw(self, context: Context, state: State) -> None:
         sampler = state.get_mutable_abstract_state(0).get_mutable_value()
         x = state.get_mutable_discrete_state(0)
         x.SetFromVector([sampler.draw() for _ in range(x.size())])

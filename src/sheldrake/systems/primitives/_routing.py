@@ -14,7 +14,11 @@ from sheldrake.systems.framework._vector import BasicVector
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.systems.framework import Context, DiagramBuilder
+    from sheldrake.systems.framework._port import InputPort
+    from sheldrake.systems.framework._system import System
 
 
 class BusCreator(LeafSystem):
@@ -38,7 +42,7 @@ class BusCreator(LeafSystem):
                 bus.Set(declaration.name, port.EvalAbstract(context))
         output.set_value(bus)
 
-    def DeclareVectorInputPort(self, name: Any, size: Any, *args: Any) -> Any:  # type: ignore[override]
+    def DeclareVectorInputPort(self, name: str | UseDefaultName, size: int, *args: Any) -> InputPort:  # type: ignore[override]
         """Declares one more vector input."""
         return super().DeclareVectorInputPort(name, size, *args)
 
@@ -66,12 +70,12 @@ class BusSelector(LeafSystem):
             )
         return found
 
-    def DeclareVectorOutputPort(self, name: Any, size: Any, *args: Any) -> Any:  # type: ignore[override]
+    def DeclareVectorOutputPort(self, name: str | UseDefaultName, size: int, *args: Any) -> Any:  # type: ignore[override]
         """Declares an output for the vector under its name."""
         j = len(self._outputs)
         name = f"y{j}" if isinstance(name, UseDefaultName) else name
 
-        def calc(system: Any, context: Context, output: BasicVector) -> None:
+        def calc(system: BusSelector, context: Context, output: BasicVector) -> None:
             found = system._find(context, name)
             if not isinstance(found, BasicVector):
                 raise RuntimeError(f"BusSelector: the input signal {name} is {found!r}, not a vector.")
@@ -80,7 +84,7 @@ class BusSelector(LeafSystem):
         return super().DeclareVectorOutputPort(name, size, _method_of(self, calc))
 
     def DeclareAbstractOutputPort(  # type: ignore[override]
-        self, name: Any, model_value: AbstractValue, *args: Any
+        self, name: str | UseDefaultName, model_value: AbstractValue, *args: Any
     ) -> Any:
         """Declares an output for the value under its name."""
         j = len(self._outputs)
@@ -92,7 +96,7 @@ class BusSelector(LeafSystem):
         )
 
 
-def _method_of(system: Any, function: Any) -> Any:
+def _method_of(system: System, function: Callable[..., Any]) -> Any:
     from types import MethodType
 
     return MethodType(function, system)

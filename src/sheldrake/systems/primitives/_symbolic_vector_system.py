@@ -10,7 +10,13 @@ from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.framework._index import Ticket
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sheldrake.common._types import Symbolics
+    from sheldrake.symbolic._expression import Expression
+    from sheldrake.symbolic._variable import Variable
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 
 class SymbolicVectorSystem(LeafSystem):
@@ -30,12 +36,12 @@ class SymbolicVectorSystem(LeafSystem):
 
     def __init__(
         self,
-        time: Any = None,
-        state: Any = (),
-        input: Any = (),
-        parameter: Any = (),
-        dynamics: Any = (),
-        output: Any = (),
+        time: Variable | None = None,
+        state: Sequence[Variable] | np.ndarray = (),
+        input: Sequence[Variable] | np.ndarray = (),
+        parameter: Sequence[Variable] | np.ndarray = (),
+        dynamics: Symbolics = (),
+        output: Symbolics = (),
         time_period: float = 0.0,
     ):
         super().__init__()
@@ -70,7 +76,7 @@ class SymbolicVectorSystem(LeafSystem):
                 tickets.add(ticket)
         return tickets
 
-    def dynamics_for_variable(self, var: Any) -> Any:
+    def dynamics_for_variable(self, var: Variable) -> Expression:
         """The expression for a state variable.
 
         Raises:
@@ -94,13 +100,13 @@ class SymbolicVectorSystem(LeafSystem):
             numbers += context.get_numeric_parameter(0).CopyToVector().tolist()
         return numbers
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._functions[1].at(self._numbers(context, self._functions[1].by_inputs)))
 
-    def _update(self, context: Context, x_next: Any) -> None:
+    def _update(self, context: Context, x_next: DiscreteValues) -> None:
         x_next.set_value(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         derivatives.SetFromVector(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
 
     def _motion_and_slopes(
@@ -168,7 +174,7 @@ class _Function:
         return np.array(self._slopes(numbers), dtype=float).reshape(shape)
 
 
-def _variables_of(expression: Any) -> list:
+def _variables_of(expression: Expression) -> list:
     if hasattr(expression, "GetVariables"):
         return list(expression.GetVariables())
     return [expression] if hasattr(expression, "get_id") else []

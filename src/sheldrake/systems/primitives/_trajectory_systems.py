@@ -21,9 +21,13 @@ from sheldrake.trajectories._base import kept
 from sheldrake.trajectories._pieces import as_piecewise_polynomial, is_piecewise
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
     from sheldrake.common.kernel import Kernel
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
+    from sheldrake.systems.framework._vector import BasicVector
     from sheldrake.trajectories import Trajectory
 
 
@@ -118,7 +122,7 @@ class TrajectorySource(LeafSystem):
             new._arrays, new._stores = None, []
         return new
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         t = context.get_time()
         time = number_of(t)
         parts = [value_at(self._trajectory, t).ravel()]
@@ -170,7 +174,16 @@ class TrajectoryAffineSystem(LeafSystem):
     _generic = True
     _symbolic = False
 
-    def __init__(self, A: Any, B: Any, f0: Any, C: Any, D: Any, y0: Any, time_period: float = 0.0):
+    def __init__(
+        self,
+        A: Any,
+        B: Any,
+        f0: Any,
+        C: Any,
+        D: Any,
+        y0: Any,
+        time_period: float = 0.0,
+    ):
         super().__init__()
         self._of = {"A": A, "B": B, "f0": f0, "C": C, "D": D, "y0": y0}
         self._period = float(time_period)
@@ -214,13 +227,13 @@ class TrajectoryAffineSystem(LeafSystem):
             out = out + self._at(N, t) @ self.get_input_port(0).Eval(context)
         return out
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._map(context, "C", "D", "y0"))
 
-    def _update(self, context: Context, x_next: Any) -> None:
+    def _update(self, context: Context, x_next: DiscreteValues) -> None:
         x_next.set_value(self._map(context, "A", "B", "f0"))
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         derivatives.SetFromVector(self._map(context, "A", "B", "f0"))
 
     def A(self, t: float, /) -> np.ndarray:
@@ -251,12 +264,12 @@ class TrajectoryAffineSystem(LeafSystem):
         """Period of the discrete update [s]; 0: continuous."""
         return self._period
 
-    def configure_default_state(self, x0: Any) -> None:
+    def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
         (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(as_vector(x0))
         self._defaults_changed()
 
-    def configure_random_state(self, covariance: Any) -> None:
+    def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)
 
@@ -280,5 +293,12 @@ class TrajectoryLinearSystem(TrajectoryAffineSystem):
         time_period: Period of the discrete update [s]; 0: continuous.
     """
 
-    def __init__(self, A: Any, B: Any, C: Any, D: Any, time_period: float = 0.0):
+    def __init__(
+        self,
+        A: Any,
+        B: Any,
+        C: Any,
+        D: Any,
+        time_period: float = 0.0,
+    ):
         super().__init__(A, B, None, C, D, None, time_period)

@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,15 @@ from sheldrake.common._files import whole_file
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.framework._engine.store import Store
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import numpy as np
+    import pandas
+    import xarray
+
+    from sheldrake.common._types import Scalars
 
 # ---- kinds and units of quantities, from their names
 
@@ -208,7 +217,7 @@ class VectorLog:
         samples.flags.writeable = False
         return samples
 
-    def AddData(self, time: float, sample: Any) -> None:
+    def AddData(self, time: float, sample: Scalars) -> None:
         """Appends a sample.
 
         Raises:
@@ -249,7 +258,7 @@ class VectorLog:
         """Units of the elements as far as their names tell, else ""."""
         return [quantity(name).unit for name in self.names()]
 
-    def ToDataFrame(self) -> Any:
+    def ToDataFrame(self) -> pandas.DataFrame:
         """The log as a pandas DataFrame, indexed by time [s].
 
         Raises:
@@ -259,7 +268,7 @@ class VectorLog:
         index = pandas.Index(self.sample_times(), name="time")
         return pandas.DataFrame(self.data().T, columns=self.names(), index=index)
 
-    def ToXarray(self) -> Any:
+    def ToXarray(self) -> xarray.DataArray:
         """The log as an xarray DataArray with dimensions `time` [s] and `element`, whose names and units it has.
 
         Raises:
@@ -309,7 +318,7 @@ class _ContextLog(VectorLog):
     def _names(self) -> list[str]:
         return self._source_names() or super()._names()
 
-    def AddData(self, time: float, sample: Any) -> None:
+    def AddData(self, time: float, sample: Scalars) -> None:
         sample = np.asarray(sample)
         if sample.shape != (self._size,):
             raise RuntimeError(f"VectorLog.AddData(): a sample has size {self._size}, got shape {sample.shape}.")
@@ -322,7 +331,7 @@ class _ContextLog(VectorLog):
         logs.reserve(self._store, self._number, int(capacity))
 
 
-def _need(module: str, call: str, hint: str) -> Any:
+def _need(module: str, call: str, hint: str) -> ModuleType:
     import importlib
 
     try:

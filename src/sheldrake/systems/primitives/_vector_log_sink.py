@@ -13,8 +13,11 @@ from sheldrake.systems.primitives._log_set import LogSet
 from sheldrake.systems.primitives._vector_log import VectorLog, _ContextLog
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from sheldrake.systems.framework import Context, DiagramBuilder, System
     from sheldrake.systems.framework._engine.store import Store
+    from sheldrake.systems.framework._port import OutputPort
 
 
 _SUPPORTED = (TriggerType.kForced, TriggerType.kPerStep, TriggerType.kPeriodic)
@@ -33,7 +36,9 @@ class VectorLogSink(LeafSystem):
 
     _generic = True
 
-    def __init__(self, input_size: int, publish_triggers: Any = None, publish_period: float = 0.0):
+    def __init__(
+        self, input_size: int, publish_triggers: Iterable[TriggerType] | None = None, publish_period: float = 0.0
+    ):
         super().__init__()
         if isinstance(publish_triggers, (int, float)):
             publish_triggers, publish_period = None, publish_triggers
@@ -102,7 +107,10 @@ class VectorLogSink(LeafSystem):
 
 
 def LogVectorOutput(
-    src: Any, builder: DiagramBuilder, publish_triggers: Any = None, publish_period: float = 0.0
+    src: OutputPort,
+    builder: DiagramBuilder,
+    publish_triggers: Iterable[TriggerType] | None = None,
+    publish_period: float = 0.0,
 ) -> VectorLogSink:
     """Adds a VectorLogSink to `builder`, connected to the output port `src`; its arguments as there."""
     sink = builder.AddSystem(on_scalar_of(builder, VectorLogSink)(src.size(), publish_triggers, publish_period))
@@ -165,7 +173,7 @@ def LogAll(
     return found
 
 
-def _why_not(builder: DiagramBuilder, system: System, port: Any) -> str:
+def _why_not(builder: DiagramBuilder, system: System, port: OutputPort) -> str:
     if port.size() == 0:
         return "it is empty"
     if hasattr(system, "GetModelInstanceName") and port.get_name() != "state":

@@ -31,7 +31,7 @@ class _OnBody(LeafSystem):
         super().__init__()
         self._body, self._X_BS = body.index(), RigidTransform(X_BS)
 
-    def _declare(self, name: str) -> Any:
+    def _declare(self, name: str) -> InputPort:
         return self.DeclareAbstractInputPort(name, AbstractValue.Make([]))
 
     def _of_body(self, port: Any, context: Context) -> Any:

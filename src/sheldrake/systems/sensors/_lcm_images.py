@@ -26,6 +26,9 @@ from sheldrake.lcm._messages import lcmt_header, lcmt_image, lcmt_image_array
 from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sheldrake.geometry._image import _Image
     from sheldrake.systems.framework import Context
 
 _FORMATS = {
@@ -158,7 +161,7 @@ class ImageToLcmImageArrayT(LeafSystem):
         output.set_value(lcmt_image_array(header=header, num_images=len(images), images=images))
 
 
-def _declare_method(kind: PixelType) -> Any:
+def _declare_method(kind: PixelType) -> Callable[..., InputPort]:
     def DeclareImageInputPort(self: ImageToLcmImageArrayT, name: str) -> InputPort:
         """Adds an input port for images of this type."""
         return self._declare(kind, name)
@@ -194,7 +197,7 @@ class LcmImageArrayToImages(LeafSystem):
         self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(kind()), calc)
 
     @staticmethod
-    def _color(images: list[Any]) -> Any:
+    def _color(images: list[Any]) -> _Image | None:
         coloured = (PixelFormat.kRgb, PixelFormat.kBgr, PixelFormat.kRgba, PixelFormat.kBgra)
         for image in images:
             if image.Traits.kPixelFormat in coloured:
@@ -207,7 +210,7 @@ class LcmImageArrayToImages(LeafSystem):
         return None
 
     @staticmethod
-    def _depth(images: list[Any]) -> Any:
+    def _depth(images: list[Any]) -> _Image | None:
         for image in images:
             if isinstance(image, ImageDepth32F):
                 return image

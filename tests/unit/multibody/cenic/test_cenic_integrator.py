@@ -362,7 +362,7 @@ def test_settings_of_the_solver():
     assert (parameters.max_iterations, parameters.min_tolerance, parameters.alpha_max) == (7, 1e-8, 1.0)
     assert copy.deepcopy(parameters).max_iterations == 7 and "max_iterations=7" in repr(parameters)
     assert {f.name for f in IcfSolverParameters.__fields__} == set(vars(parameters))
-    with pytest.raises(AttributeError, match="has no field 'iterations'"):
+    with pytest.raises(AttributeError, match="has no attribute 'iterations'"):
         IcfSolverParameters(iterations=1)
     simulator, plant, context, body = falling(height=0.0499, shape=ours.Box(0.1, 0.1, 0.1), stiffness=1e8)
     plant.SetFreeBodySpatialVelocity(context, body, ours.SpatialVelocity([3.0, 2.0, 1.0], [2.0, 1.0, -5.0]))

@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import json
 import logging
 import tarfile
 
@@ -9,6 +10,7 @@ import pytest
 
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.multibody.parsing import PackageMap
+from sheldrake.multibody.parsing._files import package_map, remote_package
 from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy, Location, ParseError
 from sheldrake.multibody.parsing._files.package_map import resolve_uri
 
@@ -213,3 +215,26 @@ def test_networking_can_be_switched_off(monkeypatch, tmp_path):
 def test_a_default_map_knows_drakes_models():
     assert PackageMap().Contains("drake_models")
     assert empty().size() == 0
+
+
+def test_models_that_drake_has_fetched_are_not_fetched_again(monkeypatch, tmp_path):
+    """Its cache names folders by the sums of archive and prefix; which models it points to, its resources say."""
+    monkeypatch.setenv("DRAKE_ALLOW_NETWORK", "none")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    root, prefix, sha256 = tmp_path / "drake_root" / "drake", "models-1", "1" * 64
+    (root / "multibody" / "parsing").mkdir(parents=True)
+    said = {"urls": ["https://example.invalid/models-1.tar.gz"], "sha256": sha256, "strip_prefix": prefix, "name": "x"}
+    (root / "multibody" / "parsing" / "drake_models.json").write_text(json.dumps(said))
+    monkeypatch.setattr(package_map, "_find_drake_root", lambda: str(root))
+    with pytest.raises(RuntimeError, match=r"example\.invalid.*switched off by DRAKE_ALLOW_NETWORK"):
+        PackageMap().GetPath("drake_models")
+    folder = tmp_path / "drake" / "package_map" / f"{sha256}-{hashlib.sha256(prefix.encode()).hexdigest()}"
+    folder.mkdir(parents=True)
+    assert PackageMap().GetPath("drake_models") == str(folder)
+
+
+def test_an_empty_list_of_who_may_use_the_network_is_none(monkeypatch):
+    monkeypatch.setenv("DRAKE_ALLOW_NETWORK", "")
+    assert remote_package._network_allowed()
+    monkeypatch.setenv("DRAKE_ALLOW_NETWORK", "meshcat")
+    assert not remote_package._network_allowed()

@@ -15,6 +15,7 @@ from sheldrake.multibody.plant import ContactModel, MultibodyPlant
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.finalize import freeze
 from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.coordinates import Coordinates
@@ -92,7 +93,7 @@ def test_topology_alone(elements):
 def test_kinematics_on_a_system_that_is_no_plant(elements):
     system = elements._owner.plant
     elements.finalize(freeze(elements, {}))
-    contexts = Contexts(system, elements, elements._owner.family, is_discrete=False)
+    contexts = Contexts(system, elements, elements._owner.family, False, SurfaceAxes(elements))
     contexts.declare()
     context = system.CreateDefaultContext()
     Coordinates(elements, contexts).SetPositions(context, [0.5])

@@ -232,3 +232,18 @@ def test_random_positions_come_from_the_joints_distributions():
     assert 5.0 <= min(angles) < max(angles) <= 6.0
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0)
     assert np.ptp(quaternions, axis=0).min() > 0.5
+
+
+@pytest.mark.parametrize("speed, count", [(0.005, 1), (0.03, 0)])
+def test_contacts_of_continuous_plants_are_those_that_push(speed, count):
+    """What separates faster than 1 / d = 0.02 m/s feels no force of Hunt and Crossley's; Drake reports nothing then."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    ball, friction = plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithMass(1.0, 0.1)), CoulombFriction(1.0, 1.0)
+    plant.RegisterCollisionGeometry(ball, RigidTransform(), Sphere(0.1), "ball", friction)
+    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
+    plant.Finalize()
+    context = plant.GetMyContextFromRoot(builder.Build().CreateDefaultContext())
+    plant.SetPositions(context, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.099])
+    plant.SetVelocities(context, [0.0, 0.0, 0.0, 0.1, 0.0, speed])
+    assert plant.get_contact_results_output_port().Eval(context).num_point_pair_contacts() == count

@@ -335,3 +335,31 @@ def test_bias_accelerations_in_the_world_are_those_turned_from_another_frame():
     motion = plant._parts.kinematics.motion(context, world, 1)
     with pytest.raises(ValueError, match="read-only"):
         motion.R[0, 0] = 2.0
+
+
+def test_bias_accelerations_are_those_of_steady_speeds_seen_from_what_moves_too():
+    plant = chain(n=4)
+    context, generator, h = plant.CreateDefaultContext(), np.random.default_rng(4), 1e-4
+    q, v = generator.normal(size=(2, 4))
+    A, B = plant.GetBodyByName("b1").body_frame(), plant.GetFrameByName("b3")
+    point = np.array([0.1, -0.2, 0.3])
+
+    def seen(t):
+        plant.SetPositions(context, q + t * v)
+        return plant.CalcPointsPositions(context, B, point, A)[:, 0], plant.CalcRelativeRotationMatrix(context, A, B)
+
+    (before, _), (now, R_AB), (after, R_later) = seen(-h), seen(0.0), seen(h)
+    plant.SetPositions(context, q)
+    plant.SetVelocities(context, v)
+    bias = plant.CalcBiasSpatialAcceleration(context, V, B, point, A, A)
+    # The tolerance is that of differences of second order: h² times fourth derivatives, rounding over h².
+    np.testing.assert_allclose(bias.translational(), (after - 2 * now + before) / h**2, atol=1e-5)
+    points = plant.CalcBiasTranslationalAcceleration(context, V, B, np.stack([point, point], axis=1), A, A)
+    np.testing.assert_array_equal(points, np.stack([bias.translational()] * 2, axis=1))
+    J = plant.CalcJacobianAngularVelocity(context, V, B, A, A)
+    plant.SetPositions(context, q + h * v)
+    J_later = plant.CalcJacobianAngularVelocity(context, V, B, A, A)
+    plant.SetPositions(context, q - h * v)
+    J_before = plant.CalcJacobianAngularVelocity(context, V, B, A, A)
+    np.testing.assert_allclose(bias.rotational(), (J_later - J_before) @ v / (2 * h), atol=1e-6)
+    assert J.shape == (3, 4) and not R_AB.IsNearlyEqualTo(R_later, 1e-9)

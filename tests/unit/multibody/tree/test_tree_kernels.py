@@ -2,39 +2,13 @@
 
 import numpy as np
 import pytest
+from benchmarks._loop import forward_dynamics
 from trees import ALL_TYPES, body_poses, random_tree
 
 from sheldrake import autodiffutils as autodiff
-from sheldrake.common.kernel import Vector, kernel
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels import dynamics, integrate, kinematics, queries
 from sheldrake.multibody.tree._kernels import model as m
-
-
-@kernel(top=True, short_loops=True)
-def forward_dynamics(
-    model: m.TreeModel, p: Vector, work: m.TreeWork, q: Vector, v: Vector, tau: Vector, dt: float, vdot: Vector
-) -> int:
-    """vdot for applied forces tau, joint damping implicit over dt (0: explicit); all stages.
-
-    Returns:
-        0, or 1 + the dof at which the mass matrix is not positive definite.
-    """
-    kinematics.position_kinematics(model, p, work, q)
-    dynamics.body_inertias(model, p, work)
-    kinematics.velocity_kinematics(model, p, work, q, v)
-    dynamics.bias_term(model, work, 1.0)
-    dynamics.mass_matrix(model, p, work)
-    for k in range(work.M.shape[0]):
-        work.L[k] = work.M[k]
-    for k in range(len(model.dofs)):
-        dof = model.dofs[k]
-        work.L[dof.row + dof.depth] += dt * p[dof.damping]
-    bad = dynamics.ltdl(model, work.L)
-    for k in range(vdot.shape[0]):
-        vdot[k] = tau[k] - work.bias[k] - p[model.dofs[k].damping] * v[k]
-    dynamics.ltdl_solve(model, work.L, vdot)
-    return bad + 1
 
 
 class Tree:

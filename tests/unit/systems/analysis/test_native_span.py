@@ -1,6 +1,7 @@
 """Spans of machine code between which Python looks at the world: budget, Ctrl-C, clock, progress, errors."""
 
 import _thread
+import math
 import os
 import signal
 import threading
@@ -179,6 +180,8 @@ def test_bad_calls():
         Simulator(diagram, Integrator(1).CreateDefaultContext())
     simulator.set_target_realtime_rate(-1.0)
     assert simulator.get_target_realtime_rate() == 0.0
+    with pytest.raises(RuntimeError, match="realtime_rate is nan"):
+        simulator.set_target_realtime_rate(math.nan)
     with pytest.raises(TypeError, match="no System"):
         Simulator(3)
 

@@ -18,6 +18,7 @@ from sheldrake.systems.framework import (
     LeafSystem,
     Parameters,
 )
+from sheldrake.systems.framework._engine.scratch import copy_of, size_of, write_prototype
 from sheldrake.systems.primitives import Gain, Integrator, LogVectorOutput, ZeroOrderHold
 
 
@@ -232,3 +233,20 @@ def test_a_thousand_diagrams_leave_nothing_behind():
     assert grown < 50
     if sys.platform == "linux":
         assert peak < 5000  # KiB
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux how much memory is in use")
+def test_scratch_of_zeros_takes_no_memory():
+    def in_use():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * resource.getpagesize()
+
+    prototype = (np.zeros(1 << 25), np.full(3, 7), np.full(2, -0.0))
+    before = in_use()
+    slab = np.zeros(1 + size_of(prototype))
+    write_prototype(prototype, slab[1:])
+    copies = [copy_of(slab) for _ in range(4)]
+    assert in_use() - before < slab.nbytes / 4
+    for made in (slab, *copies):
+        assert made[-5:-2].view(np.int64).tolist() == [7, 7, 7] and np.signbit(made[-2:]).all()
+        assert not made[:-5].any()

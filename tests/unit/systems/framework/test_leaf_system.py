@@ -368,3 +368,20 @@ def test_a_unique_periodic_update_is_computed_once_until_something_is_written():
     context.DisableCaching()
     system.EvalUniquePeriodicDiscreteUpdate(context)
     assert system.calls == 4
+
+
+def test_a_group_of_parameters_is_one_object_and_inputs_keep_their_own_numbers():
+    system = LeafSystem()
+    system.DeclareNumericParameter(BasicVector([1.0, 2.0]))
+    port = system.DeclareVectorInputPort("u", 2)
+    context = system.CreateDefaultContext()
+    vector = context.get_numeric_parameter(0)
+    assert context.get_numeric_parameter(0) is vector
+    context.get_mutable_numeric_parameter(0).SetFromVector([3.0, 4.0])
+    np.testing.assert_array_equal(vector.value(), [3.0, 4.0])
+    for given in (np.array([5.0, 6.0]), [5.0, 6], [np.float64(5.0), 6.0]):
+        port.FixValue(context, given)
+        given[0] = 9.0
+        np.testing.assert_array_equal(port.Eval(context), [5.0, 6.0])
+    with pytest.raises(RuntimeError, match="takes a vector of size 2, not one of size 3"):
+        port.FixValue(context, [1.0, 2.0, 3.0])

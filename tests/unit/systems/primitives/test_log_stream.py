@@ -1,5 +1,6 @@
 """Logs of everything, exports, and streams that survive the end of their process."""
 
+import os
 import re
 
 import numpy as np
@@ -281,3 +282,36 @@ def test_runs_killed_at_random_moments(tmp_path):
     moments = np.random.default_rng(7).uniform(0.0, 12.0, 5)
     lost = kill_at_moments(tmp_path, moments.tolist(), scene="block")
     assert max(lost) < 1.0, lost
+
+
+@pytest.mark.parametrize("cut", [2, 30, 100, -1])
+@pytest.mark.parametrize("name", ["a.npz", "a.parquet"])
+def test_a_file_that_was_cut_is_refused_by_name(tmp_path, name, cut):
+    if name == "a.parquet":
+        pytest.importorskip("pyarrow")
+    path = tmp_path / name
+    getattr(two_logs(), "ToNpz" if name == "a.npz" else "ToParquet")(path)
+    path.write_bytes(path.read_bytes()[:cut])
+    with pytest.raises(ValueError, match=re.escape(str(path))):
+        ReadLogs(path)
+
+
+@pytest.mark.parametrize(
+    ("array", "value"),
+    [("time", np.zeros((2, 2))), ("time", np.zeros(7)), ("data", np.array(3.0)), ("names", ["x"]), ("units", "m")],
+)
+def test_arrays_that_do_not_belong_together_are_refused_by_name(tmp_path, array, value):
+    path = tmp_path / "a.npz"
+    arrays = {"time": np.zeros(3), "data": np.zeros((2, 3)), "names": ["a", "b"], "units": ["m", ""]}
+    np.savez(path, **arrays)
+    assert len(ReadLogs(path)["a"].sample_times()) == 3
+    np.savez(path, **(arrays | {array: value}))
+    with pytest.raises(ValueError, match=re.escape(str(path))):
+        ReadLogs(path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="asks for a pipe in the file system")
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.csv")
+    with pytest.raises(ValueError, match="no regular file"):
+        ReadLogs(tmp_path / "a.csv")

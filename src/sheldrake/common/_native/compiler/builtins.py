@@ -6,7 +6,7 @@ import ast
 import builtins
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,13 +16,16 @@ from sheldrake.common._native.compiler import prelude, scalars
 from sheldrake.common._native.compiler.kinds import BOOL, COMPLEX, FLOAT, INT, Array, Rows, Tuple, Value, Vectors
 from sheldrake.common._native.compiler.scalars import Unfit, convert
 
+if TYPE_CHECKING:
+    from sheldrake.common._native.compiler.function import Function
+
 Builtin = Callable[..., Value]
 LLVM_NAMES = {"sin": "llvm.sin.f64", "cos": "llvm.cos.f64", "exp": "llvm.exp.f64", "log": "llvm.log.f64"}
 ANY = 99
 
 
 def _of_doubles(name: str) -> Builtin:
-    def call(f: Any, *args: Value) -> Value:
+    def call(f: Function, *args: Value) -> Value:
         if scalars.common(*args) is COMPLEX:
             return f.call(prelude.COMPLEX[name], [convert(f.b, a, COMPLEX) for a in args])
         return real(f, *args)
@@ -32,7 +35,7 @@ def _of_doubles(name: str) -> Builtin:
 
 
 def _of_floats(name: str) -> Builtin:
-    def call(f: Any, *args: Value) -> Value:
+    def call(f: Function, *args: Value) -> Value:
         return Value(FLOAT, (f.b.math(name, *(convert(f.b, a, FLOAT).leaves[0] for a in args)),))
 
     return call
@@ -45,7 +48,7 @@ def _kernel(function: Any) -> Builtin:
 def _raw(how: str) -> Builtin:
     """An instruction on two integers, for `prelude` alone: it is not for all integers."""
 
-    def call(f: Any, x: Value, y: Value) -> Value:
+    def call(f: Function, x: Value, y: Value) -> Value:
         if f.python.__module__ != prelude.__name__:
             raise Unfit("is for the compiler alone: write // or %")
         return Value(INT, (f.b.op(f"{how} i64 {x.leaves[0]}, {y.leaves[0]}"),))
@@ -53,12 +56,12 @@ def _raw(how: str) -> Builtin:
     return call
 
 
-def _remainder(f: Any, x: Value, y: Value) -> Value:
+def _remainder(f: Function, x: Value, y: Value) -> Value:
     x, y = convert(f.b, x, FLOAT), convert(f.b, y, FLOAT)
     return Value(FLOAT, (f.b.op(f"frem{f.b.flags} double {x.leaves[0]}, {y.leaves[0]}"),))
 
 
-def _abs(f: Any, x: Value) -> Value:
+def _abs(f: Function, x: Value) -> Value:
     if scalars.common(x) is FLOAT:
         return Value(FLOAT, (f.b.math("llvm.fabs.f64", x.leaves[0]),))
     x = convert(f.b, x, INT)
@@ -69,7 +72,7 @@ def _abs(f: Any, x: Value) -> Value:
 def _extreme(op: Any) -> Builtin:
     """The first of those that no other one is less (greater) than; a NaN stays if it comes first."""
 
-    def call(f: Any, *args: Value) -> Value:
+    def call(f: Function, *args: Value) -> Value:
         best = args[0]
         for x in args[1:]:
             kind = scalars.common(best, x)
@@ -80,14 +83,14 @@ def _extreme(op: Any) -> Builtin:
     return call
 
 
-def _math_floor(f: Any, x: Value) -> Value:
+def _math_floor(f: Function, x: Value) -> Value:
     """The largest integer that is not above x."""
     if scalars.common(x).rank <= INT.rank:
         return convert(f.b, x, INT)
     return _int(f, Value(FLOAT, (f.b.math("floor", convert(f.b, x, FLOAT).leaves[0]),)))
 
 
-def _floor(f: Any, x: Value) -> Value:
+def _floor(f: Function, x: Value) -> Value:
     """As a float that has been an integer: there is no -0.0."""
     if scalars.common(x) is COMPLEX:
         return f.call(prelude.COMPLEX["floor"], [x])
@@ -95,19 +98,19 @@ def _floor(f: Any, x: Value) -> Value:
     return Value(FLOAT, (f.b.op(f"fadd{f.b.flags} double {whole}, 0.0"),))
 
 
-def _int(f: Any, x: Value) -> Value:
+def _int(f: Function, x: Value) -> Value:
     if x.kind is FLOAT:
         return Value(INT, (f.b.to_integer(x.leaves[0]),))
     return convert(f.b, x, INT)
 
 
-def _complex(f: Any, x: Value, y: Value | None = None) -> Value:
+def _complex(f: Function, x: Value, y: Value | None = None) -> Value:
     if y is None:
         return convert(f.b, x, COMPLEX)
     return Value(COMPLEX, convert(f.b, x, FLOAT).leaves + convert(f.b, y, FLOAT).leaves)
 
 
-def _len(f: Any, x: Value) -> Value:
+def _len(f: Function, x: Value) -> Value:
     if isinstance(x.kind, Tuple):
         return scalars.number(len(x.kind.items))
     if isinstance(x.kind, (Array, Rows, Vectors)):
@@ -115,14 +118,14 @@ def _len(f: Any, x: Value) -> Value:
     raise Unfit(f"{x.kind!r} has no length")
 
 
-def _mul_add(f: Any, *args: Value) -> Value:
+def _mul_add(f: Function, *args: Value) -> Value:
     """One rounding where the processor can, unless it is to be Python's."""
     if f.b.flags and all(a.kind is FLOAT for a in args):
         return Value(FLOAT, (f.b.math("llvm.fmuladd.f64", *(a.leaves[0] for a in args)),))
     return f.call(prelude.mul_add, list(args))
 
 
-def _call_row(f: Any, table: Value, r: Value, t: Value, slab: Value, words: Value, at: Value) -> Value:
+def _call_row(f: Function, table: Value, r: Value, t: Value, slab: Value, words: Value, at: Value) -> Value:
     """Calls the function of the ABI whose address is table[r]."""
     where = f.b.op(f"getelementptr i64, ptr {table.leaves[0]}, i64 {r.leaves[0]}")
     function = f.b.op(f"inttoptr i64 {f.b.load('i64', where)} to ptr")
@@ -163,7 +166,7 @@ def meant(thing: Any) -> Any:
     return getattr(thing, "in_kernels", thing)
 
 
-def refusal(thing: Any) -> str:
+def refusal(thing: object) -> str:
     """What is said about something that a kernel cannot call."""
     name = getattr(thing, "__name__", repr(thing))
     home = (getattr(thing, "__module__", None) or type(thing).__module__).partition(".")[0]

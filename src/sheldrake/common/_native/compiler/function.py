@@ -12,7 +12,7 @@ import ast
 import builtins as python
 import types
 from collections.abc import Callable, Hashable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._native import living
 from sheldrake.common._native.compiler import memory, prelude, scalars
@@ -33,11 +33,14 @@ from sheldrake.common._native.compiler.kinds import (
 from sheldrake.common._native.compiler.scalars import LARGEST_POWER, Unfit, Wider, number, widest
 from sheldrake.common._native.compiler.source import Source, source_of
 
+if TYPE_CHECKING:
+    from sheldrake.common._native.compiler.module import Module
+
 
 class Function:
     """Compiles one function; `returns` is the kind of what it returns, known when it is done."""
 
-    def __init__(self, module: Any, python_function: types.FunctionType, body: Body) -> None:
+    def __init__(self, module: Module, python_function: types.FunctionType, body: Body) -> None:
         self.module, self.python, self.b = module, python_function, body
         self.source: Source = source_of(python_function)
         self.at: ast.AST = self.source.tree  # what is being compiled
@@ -123,7 +126,7 @@ class Function:
                 return
             self.within(statement, getattr(self, f"do_{type(statement).__name__}"), statement)
 
-    def within(self, node: ast.AST, compile: Callable[..., Any], *args: Any) -> Any:
+    def within(self, node: ast.AST, compile: Callable[..., Any], *args: object) -> Any:
         """What `compile(*args)` gives for a node; what does not fit together is an error where it was met."""
         self.at = node
         try:

@@ -36,7 +36,7 @@ class Kind(metaclass=_One):
 class Constant(Kind):
     """Something of Python that is no value in machine code: a kernel, a module, a class, a function."""
 
-    def __init__(self, thing: Any) -> None:
+    def __init__(self, thing: object) -> None:
         self.thing = thing
         self.name = f"{type(thing).__name__} {getattr(thing, '__name__', thing)}"
 
@@ -146,7 +146,7 @@ class Value(NamedTuple):
         return Value(kind, self.leaves[start : start + len(kind.leaves)], self.known and self.known[i])
 
     @staticmethod
-    def pack(values: list[Value], cls: Any = None) -> Value:
+    def pack(values: list[Value], cls: type | None = None) -> Value:
         """A tuple of values."""
         kind = Tuple(tuple(v.kind for v in values), cls)
         known = None if any(v.known is None for v in values) else tuple(v.known for v in values)

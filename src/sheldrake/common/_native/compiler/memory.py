@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import ast
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._native.compiler import scalars
 from sheldrake.common._native.compiler.body import struct_of
@@ -14,14 +14,18 @@ from sheldrake.common._native.compiler.kinds import INT, Array, Kind, Row, Rows,
 from sheldrake.common._native.compiler.scalars import Unfit, convert
 from sheldrake.common.record import Each, Field, Items, no_such_field
 
+if TYPE_CHECKING:
+    from sheldrake.common._native.compiler.function import Function
+    from sheldrake.common.record import Layout
+
 
 class Place:
     """One number in memory, or a tuple of them one after the other."""
 
-    def __init__(self, dtype: Scalar, pointer: str, layout: Any = None) -> None:
+    def __init__(self, dtype: Scalar, pointer: str, layout: Layout | None = None) -> None:
         self.dtype, self.pointer, self.kind = dtype, pointer, _kind_of(dtype, layout)
 
-    def parts(self, f: Any) -> list[str]:
+    def parts(self, f: Function) -> list[str]:
         """Where its leaves are."""
         element, count = self.dtype.element, len(self.kind.leaves) // len(self.dtype.leaves)
         places = [self.pointer, *(f.b.at(element, self.pointer, i) for i in range(1, count))][:count]
@@ -29,18 +33,18 @@ class Place:
             return places
         return [f.b.op(f"getelementptr inbounds {element}, ptr {p}, i32 0, i32 {i}") for p in places for i in (0, 1)]
 
-    def read(self, f: Any) -> Value:
+    def read(self, f: Function) -> Value:
         """Its value."""
         return Value(self.kind, tuple(f.b.load(k, f.check_memory(p)) for k, p in zip(self.kind.leaves, self.parts(f))))
 
-    def write(self, f: Any, value: Value) -> None:
+    def write(self, f: Function, value: Value) -> None:
         """Stores what is of its kind, or of a lower one."""
         value = f.fit(value, self.kind, "is stored where there is room for")
         for kind, leaf, pointer in zip(self.kind.leaves, value.leaves, self.parts(f)):
             f.b.store(kind, leaf, f.check_memory(pointer))
 
 
-def _kind_of(dtype: Scalar, layout: Any) -> Kind:
+def _kind_of(dtype: Scalar, layout: Layout | None) -> Kind:
     """The kind of a layout of `record`; None is a number's."""
     if layout is None:
         return dtype
@@ -48,7 +52,7 @@ def _kind_of(dtype: Scalar, layout: Any) -> Kind:
     return Tuple(tuple(_kind_of(dtype, None if part == 1 else part) for part in parts), None)
 
 
-def place_of(f: Any, e: ast.Subscript | ast.Attribute) -> Place:
+def place_of(f: Function, e: ast.Subscript | ast.Attribute) -> Place:
     """What `array[i, j]` or `row.field` stand for when something is stored there."""
     base = f.value(e.value)
     if isinstance(e, ast.Subscript):
@@ -63,7 +67,7 @@ def place_of(f: Any, e: ast.Subscript | ast.Attribute) -> Place:
     return place
 
 
-def item(f: Any, base: Value, e: ast.Subscript) -> Place:
+def item(f: Function, base: Value, e: ast.Subscript) -> Place:
     """An item of an array."""
     b, kind = f.b, base.kind
     indices = [f.value(p) for p in (e.slice.elts if isinstance(e.slice, ast.Tuple) else [e.slice])]
@@ -81,12 +85,12 @@ def item(f: Any, base: Value, e: ast.Subscript) -> Place:
     return Place(kind.dtype, b.at(kind.dtype.element, base.leaves[0], at))
 
 
-def _refuse_negative(f: Any, e: ast.Subscript, *indices: Value) -> None:
+def _refuse_negative(f: Function, e: ast.Subscript, *indices: Value) -> None:
     if any(i.known is not None and i.known < 0 for i in indices):
         raise f.error(e.slice, "an index in a kernel does not count from the end: write `a[a.shape[0] - 1]`")
 
 
-def vector(f: Any, u: Value, i: str) -> Value:
+def vector(f: Function, u: Value, i: str) -> Value:
     """One of `Vectors`."""
     b, (slab, pairs, count) = f.b, u.leaves
     f.check_index(i, count)
@@ -100,7 +104,7 @@ def vector(f: Any, u: Value, i: str) -> Value:
 # ---- tables
 
 
-def row_at(f: Any, base: Value, i: str) -> Value:
+def row_at(f: Function, base: Value, i: str) -> Value:
     """`table[i]` or `table.trees[i]`: for each matrix that has something of it, where it begins there."""
     kind, title = base.kind, base.kind.name
     if isinstance(kind, Rows):
@@ -113,14 +117,14 @@ def row_at(f: Any, base: Value, i: str) -> Value:
     return Value(Row(title, tuple((m.kind, name, what) for m, name, what in matrices)), tuple(leaves))
 
 
-def _begin(f: Any, matrix: Value, i: str, times: int) -> tuple[str, str]:
+def _begin(f: Function, matrix: Value, i: str, times: int) -> tuple[str, str]:
     b, (data, height, width) = f.b, matrix.leaves
     f.check_index(i, height if times == 1 else b.op(f"udiv i64 {height}, {times}"))
     at = i if times == 1 else b.op(f"mul nsw i64 {i}, {times}")
     return b.at(matrix.kind.dtype.element, data, b.op(f"mul nsw i64 {at}, {width}")), width
 
 
-def field(f: Any, base: Value, name: str) -> Place | Value | None:
+def field(f: Function, base: Value, name: str) -> Place | Value | None:
     """A field of a row or table: a place, or, of one that is an array, its value; None of what has no fields."""
     kind = base.kind
     if isinstance(kind, Row):
@@ -153,7 +157,7 @@ def _named(owner: str, name: str, places: dict[str, tuple[int, Any]]) -> tuple[i
     return places[name]
 
 
-def _field(f: Any, dtype: Scalar, begin: str, width: str, field: Field) -> Place | Value:
+def _field(f: Function, dtype: Scalar, begin: str, width: str, field: Field) -> Place | Value:
     """A field of a row of `width` numbers that begins at `begin`."""
     if field.size or field.at:
         f.check_index(str(field.at + field.size - 1), width)
@@ -168,7 +172,7 @@ def _field(f: Any, dtype: Scalar, begin: str, width: str, field: Field) -> Place
 # ---- tuples
 
 
-def table_of(f: Any, items: Value) -> str:
+def table_of(f: Function, items: Value) -> str:
     """Memory that holds a tuple of like items."""
     element = struct_of(items.kind.items[0].leaves)
     table = f.b.slot(f"[{len(items.kind.items)} x {element}]")
@@ -179,7 +183,7 @@ def table_of(f: Any, items: Value) -> str:
     return table
 
 
-def look_up(f: Any, items: Value, table: str, i: Value) -> Value:
+def look_up(f: Function, items: Value, table: str, i: Value) -> Value:
     """Item i of a tuple in memory."""
     kind = items.kind.items[0]
     f.check_index(i.leaves[0], str(len(items.kind.items)))
@@ -187,7 +191,7 @@ def look_up(f: Any, items: Value, table: str, i: Value) -> Value:
     return Value(kind, tuple(f.b.load(k, f.b.op(f"{how} {j}")) for j, k in enumerate(kind.leaves)))
 
 
-def subscript(f: Any, e: ast.Subscript) -> Value:
+def subscript(f: Function, e: ast.Subscript) -> Value:
     """The value of `base[...]`."""
     base = f.value(e.value)
     kind = base.kind
@@ -207,7 +211,7 @@ def subscript(f: Any, e: ast.Subscript) -> Value:
     raise f.error(e.value, f"{kind!r} has no items")
 
 
-def _item_of_tuple(f: Any, e: ast.Subscript, base: Value, i: Value) -> Value:
+def _item_of_tuple(f: Function, e: ast.Subscript, base: Value, i: Value) -> Value:
     count = len(base.kind.items)
     if isinstance(i.known, int):
         if not -count <= i.known < count:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import types
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common._native import living
 from sheldrake.common._native.compiler import prelude
@@ -16,6 +16,9 @@ from sheldrake.common._native.compiler.kinds import DTYPES, FLOAT, INT, NONE, Ar
 from sheldrake.common._native.compiler.scalars import Unfit, Wider
 from sheldrake.common._native.compiler.source import source_of
 from sheldrake.common.kernel import INDEX_ERROR, Kernel
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import ArraySpec, Parameter
 
 FASTMATH = " contract nsz arcp"
 """What LLVM may do with floating point that is not strict."""
@@ -47,7 +50,7 @@ class Module:
         self.checked: set[Any] = set()  # functions whose grammar is right
 
     @staticmethod
-    def kernel(caller: Function | _Reader, thing: Any) -> tuple[Any, Options]:
+    def kernel(caller: Function | _Reader, thing: object) -> tuple[Any, Options]:
         """The function of a kernel or of the prelude, and how it is compiled: the latter as its caller."""
         if isinstance(thing, Kernel):
             return thing.py_func, Options("" if thing.strict else FASTMATH, thing.outline)
@@ -70,7 +73,7 @@ class Module:
             self.active.discard(function)
         return self.jump(caller, self.compiled[key], args)
 
-    def inline(self, caller: Function, function: Any, options: Options, args: list[Value]) -> Value:
+    def inline(self, caller: Function, function: types.FunctionType, options: Options, args: list[Value]) -> Value:
         """The one expression of a kernel as part of its caller's text."""
         b = caller.b
         inner = Function(self, function, b)
@@ -102,7 +105,9 @@ class Module:
             b.leave_unless(leaves.pop(0))
         return Value(callee.returns, tuple(leaves))
 
-    def compile(self, function: Any, options: Options, kinds: list[Kind], inline: bool = True) -> Compiled:
+    def compile(
+        self, function: types.FunctionType, options: Options, kinds: list[Kind], inline: bool = True
+    ) -> Compiled:
         """Puts a function into the module."""
         heads: list[str] = []
         values = []
@@ -126,7 +131,7 @@ class Module:
         self.texts.append(f.b.text(f"define internal {result} @{name}({', '.join(heads)}) {how} nounwind"))
         return Compiled(name, f.returns)
 
-    def entry(self, kernel: Any, symbol: str) -> None:
+    def entry(self, kernel: Kernel, symbol: str) -> None:
         """Puts an entry and its function of the ABI into the module.
 
         Raises:
@@ -163,12 +168,12 @@ class _Reader:
         self.at += 1
         return self.b.load("i64", self.b.op(f"getelementptr i64, ptr %words, i64 {self.at - 1}"))
 
-    def array(self, spec: Any) -> list[str]:
+    def array(self, spec: ArraySpec) -> list[str]:
         b, where = self.b, self.word()
         address = where if spec.absolute else b.op(f"add i64 {self.slab}, {b.op(f'shl i64 {where}, 3')}")
         return [b.op(f"inttoptr i64 {address} to ptr"), *(self.word() for _ in range(spec.ndim))]
 
-    def argument(self, p: Any) -> list[str]:
+    def argument(self, p: Parameter) -> list[str]:
         """The leaves of an argument of the entry."""
         if p.kind == "t":
             return ["%t"]
@@ -186,7 +191,7 @@ def _whole(kinds: tuple[str, ...]) -> str:
     return "void" if not kinds else kinds[0] if len(kinds) == 1 else struct_of(kinds)
 
 
-def _kind_of(p: Any) -> Kind:
+def _kind_of(p: Parameter) -> Kind:
     if p.kind in ("t", "float", "int"):
         return INT if p.kind == "int" else FLOAT
     if p.kind == "arrays":
@@ -195,7 +200,7 @@ def _kind_of(p: Any) -> Kind:
     return Tuple(arrays, p.cls) if p.kind in ("tuple", "record") else arrays[0]
 
 
-def text_of(kernel: Any, symbol: str) -> str:
+def text_of(kernel: Kernel, symbol: str) -> str:
     """An entry and all it needs, in LLVM's language; the same on every Python and every machine.
 
     Raises:

@@ -14,7 +14,7 @@ from typing import Any
 from sheldrake.common._native.compiler.body import Body
 from sheldrake.common._native.compiler.kinds import BOOL, COMPLEX, FLOAT, INT, Kind, Scalar, Tuple, Value
 
-Operator = Any
+Operator = type[ast.operator]
 INT_OPS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.BitAnd: "and", ast.BitOr: "or", ast.BitXor: "xor"}
 FLOAT_OPS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 INT_COMPARE = {ast.Eq: "eq", ast.NotEq: "ne", ast.Lt: "slt", ast.LtE: "sle", ast.Gt: "sgt", ast.GtE: "sge"}
@@ -101,7 +101,7 @@ def truth(b: Body, value: Value) -> str:
     raise Unfit(f"{value.kind!r} is neither true nor false")
 
 
-def compare(b: Body, op: Operator, x: Value, y: Value) -> Value:
+def compare(b: Body, op: type[ast.cmpop], x: Value, y: Value) -> Value:
     """A comparison, false of NaN but for `!=`; complex numbers are ordered by their real parts."""
     kind = common(x, y)
     if kind is COMPLEX:

@@ -37,6 +37,7 @@ class PlantPlace(Record):
     num_v = integer("its velocities")
     is_fed = integer("1 if other systems give forces")
     spatial = integer("number of the row that finds what applied spatial forces amount to, -1 for none")
+    surfaces = integer("number of the row that finds how fast surfaces run, -1 for none")
     row_begin = integer("its own derivatives in the program, which the step does without, from here")
     row_end = integer("to here")
 
@@ -135,14 +136,17 @@ def linearize(program, tree_model, plant_model, S, side, row_table, convex, step
 
 
 @kernel
-def move_others(program, S, side, row_table, calls, h):
-    """Explicit Euler for the continuous states of other systems."""
+def move_others(program, S, side, row_table, step, calls, h):
+    """Explicit Euler for the continuous states of other systems, and for how far surfaces have come."""
     deriv = program.derivatives
     first = calls.state_begin
-    end = first + calls.num_q + calls.num_v
+    behind = first + calls.num_q + calls.num_v
+    end = behind + step.surface_speed.shape[0]
+    for k in range(step.surface_speed.shape[0]):
+        S[program.xc + behind + k] += h * step.surface_speed[k]
     refresh(program, S, side, row_table, deriv)
-    for j in range(program.act_ptr[deriv], program.act_ptr[deriv + 1]):
-        r = program.act[j]
+    for j in range(program.calls_begin[deriv], program.calls_begin[deriv + 1]):
+        r = program.calls[j]
         if side.status == 0 and (r < calls.row_begin or r >= calls.row_end):
             call(program, S, side, row_table, r)
     if side.status == 0:
@@ -177,12 +181,14 @@ def convex_step(program, tree_model, plant_model, S, side, row_table, convex, st
     else:
         changed(side, CONTINUOUS)
         refresh(program, S, side, row_table, program.derivatives)
+    if calls.surfaces >= 0 and side.status == 0:
+        side.status = call_row(calls.stage, calls.surfaces, S[0], S, calls.words, 0)
     for s in range(calls.at.shape[0] - 1):
         if side.status == 0:
             side.status = call_row(calls.stage, s, S[0], S, calls.words, calls.at[s])
             side.row = calls.row_begin
     if side.status == 0 and program.num_xc > n:
-        move_others(program, S, side, row_table, calls, h)
+        move_others(program, S, side, row_table, step, calls, h)
     if side.status == 0:
         normalize_quaternions(convex, calls)
         for i in range(n):

@@ -14,6 +14,7 @@ from sheldrake.common._kernels.vec import (
     read_triangle,
     store_six,
     subtract_dot_six_backwards,
+    subtract_scaled,
     subtract_scaled_six,
     take_row,
     write_triangle,
@@ -183,15 +184,30 @@ def is_one_path(model, contact):
     return model.dofs[contact.dofs[width - 1]].depth - model.dofs[contact.dofs[0]].depth + 1 == width
 
 
+@kernel
+def have_same_columns(contact, other):
+    """Whether the same dofs move two contacts."""
+    if contact.width != other.width:
+        return False
+    for i in range(contact.width):
+        if contact.dofs[i] != other.dofs[i]:
+            return False
+    return True
+
+
 @kernel(outline=True)
 def lay_out_branches(model, problem, contacts, rows, factor):
     """The path of each dof and where its row starts; how many numbers all rows have."""
     first, end = dofs_of(model, problem)
     for k in range(first, end):
         factor.dofs[k].parent = model.dofs[k].parent
-    for contact in contacts_of_island(problem, contacts):
-        if not is_one_path(model, contact):
-            join_columns(factor, contact)
+    last = 0  # contacts of one pair follow each other: the first joins for all
+    for place in range(problem.contacts_begin, problem.contacts_end):
+        c = contacts[place].order
+        new = place == problem.contacts_begin or not have_same_columns(contacts[c], contacts[last])
+        if new and not is_one_path(model, contacts[c]):
+            join_columns(factor, contacts[c])
+        last = c
     for row in rows_of_island(problem, rows):
         join_columns(factor, row)
     size = 0
@@ -385,8 +401,7 @@ def take_from_rows_above(factor, k, r, begin):
     for i, at in dofs_above_from(factor, k, begin):
         above = factor.dofs[i].row_start
         a = L[at] * r
-        for j in range(at - row + 1):
-            L[above + j] -= a * L[row + j]
+        subtract_scaled(L, above, a, row, at - row + 1)
         L[at] = a
 
 
@@ -478,21 +493,6 @@ def solve_branches(model, problem, factor):
 # Column after column, each one's update goes to the columns behind it at once (right-looking). Blocks are stored column
 # after column. Those of two free bodies, 6 by 6, are unrolled so that a column is a vector of the processor; the others
 # are loops. The diagonal of a diagonal block holds 1 / L_ii.
-
-
-@kernel
-def subtract_scaled(L, to, s, of, n):
-    """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
-    a = 0
-    while (n - a) % 4 != 0:
-        L[to + a] -= s * L[of + a]
-        a += 1
-    while a < n:
-        t = to + a
-        o = of + a
-        four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
-        L[t], L[t + 1], L[t + 2], L[t + 3] = four
-        a += 4
 
 
 @kernel(outline=True)

@@ -56,6 +56,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     put_velocity,
     row_velocities,
     rows_of_island,
+    with_drift,
 )
 
 # ---- line search
@@ -443,7 +444,7 @@ def predict_slip(model, problem, contacts):
         vx, vy, _ = contact.vc
         slip2 = vx * vx + vy * vy
         if slip2 > 0.0:
-            put_velocity(contact, problem.v_star, DVC)
+            put_velocity(contact, problem.v_star, DVC, True)
             n = model.dt * contact.stiffness * contact.depth
             stops = (contact.vhat_n - contact.dvc[2]) / (contact.R_n + contact.delassus)
             if n <= 0.0:
@@ -458,7 +459,7 @@ def predict_slip(model, problem, contacts):
                 problem.dv[k] -= f * problem.mobility[k] * (contact.J[0, a] * vx + contact.J[1, a] * vy)
     for c in range(problem.num_contacts):
         contact = contacts[c]
-        put_velocity(contact, problem.dv, DVC)
+        put_velocity(contact, problem.dv, DVC, True)
         contact.vhat_n -= glide(model, contact, contact.vc, contact.dvc)
 
 
@@ -467,7 +468,7 @@ def update_slip(model, problem, contacts):
     """Takes the slip of the iterate off the island's contacts instead; by how much one changes at most [m/s]."""
     most = 0.0
     for contact in contacts_of_island(problem, contacts):
-        put_velocity(contact, problem.v0, DVC)
+        put_velocity(contact, problem.v0, DVC, True)
         v0, v1 = contact.dvc, contact.vc
         vhat = closing_speed(contact, model.dt) - glide(model, contact, v0, v1)
         change = magnitude(vhat - contact.vhat_n)
@@ -523,7 +524,7 @@ def try_rest(model, problem, contacts, rows):
         problem.p[k] = problem.v[k]
     zero = (0.0, 0.0, 0.0)
     for contact in contacts_of_island(problem, contacts):
-        contact.vc = zero
+        contact.vc = with_drift(contact, zero, True)
     for row in rows_of_island(problem, rows):
         row.vc = 0.0
     excess, _, _ = evaluate(model, problem, contacts, rows)

@@ -169,6 +169,7 @@ class ContactLaw(Record):
     delassus = number("kSap: w", "1/kg")
     back = number("elastic contacts: how much larger the force was half a step back; else 0", "N")
     reach = number("the plant leaves here how far ahead an elastic contact is seen, else 0", "m", same_as=back)
+    drift = numbers(2, "slip at v = 0, of surfaces that run around their bodies as belts do", "m/s")
 
 
 class ContactState(Record):
@@ -481,15 +482,22 @@ FIRST = 0  # column
 
 
 @kernel
-def put_velocity(contact, v, which):
-    """J v of a contact [m/s] becomes its velocity or, `which` being DVC, the change of it."""
+def put_velocity(contact, v, which, drifts):
+    """J v of a contact [m/s], with its drift or without, becomes its velocity or, by DVC, the change of it."""
     if contact.sixes > 0:
         u = velocity_of_six(contact, FIRST, v)
         if contact.sixes > 1:
             u = add3(u, velocity_of_six(contact, SIX, v))
-        store3(contact.velocity, which, u)
+        store3(contact.velocity, which, with_drift(contact, u, drifts))
     else:
-        store3(contact.velocity, which, velocity_of_any(contact, v))
+        store3(contact.velocity, which, with_drift(contact, velocity_of_any(contact, v), drifts))
+
+
+@kernel
+def with_drift(contact, u, drifts):
+    """The velocity at a contact [m/s] of bodies that move so that it is u where surfaces do not run."""
+    x, y = contact.drift
+    return (u[0] + x, u[1] + y, u[2]) if drifts else u
 
 
 @kernel
@@ -511,9 +519,9 @@ def velocity_of_any(contact, v):
 
 @kernel(outline=True)
 def contact_velocities(problem, contacts, v, which):
-    """`put_velocity` of the island's contacts."""
+    """`put_velocity` of the island's contacts: changes are those of J v alone."""
     for contact in contacts_of_island(problem, contacts):
-        put_velocity(contact, v, which)
+        put_velocity(contact, v, which, which == VC)
 
 
 @kernel

@@ -97,7 +97,7 @@ def prepare(model, problem, contacts, rows, prepare_contact):
     for c in range(problem.num_contacts):
         contact = contacts[c]
         contact.sixes = trees_of_six(model, contact)
-        put_velocity(contact, problem.v0, VC)
+        put_velocity(contact, problem.v0, VC, True)
         prepare_contact(model, problem, contact)
     prepare_rows(model, problem, rows)
 

@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import functools
+import json
 import logging
 import os
 import sys
@@ -29,11 +30,23 @@ _DRAKE_MODELS = remote_package.RemoteParams(
 )
 
 
+def _drake_models(drake_root: "str | None") -> remote_package.RemoteParams:
+    """The models that the Drake of a folder of resources points to; those above without one."""
+    try:
+        with open(os.path.join(drake_root or "", "multibody", "parsing", "drake_models.json"), "rb") as file:
+            said = json.load(file)
+        fields = {name: said[name] for name in ("urls", "sha256", "strip_prefix")}
+    except (OSError, ValueError, KeyError, TypeError):
+        return copy.deepcopy(_DRAKE_MODELS)
+    return remote_package.RemoteParams(**fields)
+
+
 class PackageMap:
     """Maps package names to folders.
 
-    A new map knows `drake_models` (downloaded when first used) and, when Drake's resource files are on this machine
-    (an installed `drake` wheel, or `DRAKE_RESOURCE_ROOT`), also `drake`.
+    A new map knows `drake_models` (downloaded when first used, or found in Drake's cache) and, when Drake's resource
+    files are on this machine (an installed `drake` wheel, or `DRAKE_RESOURCE_ROOT`), also `drake`; the models are then
+    those of that Drake.
     """
 
     RemoteParams = remote_package.RemoteParams
@@ -48,7 +61,7 @@ class PackageMap:
         drake_root = _find_drake_root()
         if drake_root is not None:
             self._paths["drake"] = drake_root
-        self._remotes["drake_models"] = copy.deepcopy(_DRAKE_MODELS)
+        self._remotes["drake_models"] = _drake_models(drake_root)
 
     @staticmethod
     def MakeEmpty() -> "PackageMap":

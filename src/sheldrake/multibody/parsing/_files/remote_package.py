@@ -55,14 +55,15 @@ def check_remote(name: str, params: RemoteParams) -> None:
 
 
 def fetch_remote(name: str, params: RemoteParams) -> str:
-    """The folder with the unpacked package, downloaded now unless the cache has it.
+    """The folder with the unpacked package, downloaded now unless this library's cache or Drake's has it.
 
     Raises:
         RuntimeError: When no address gives the right archive, or networking is switched off (DRAKE_ALLOW_NETWORK).
     """
     folder = os.path.join(_cache_root(), params.sha256 + _suffix(params))
-    if os.path.isdir(folder):
-        return folder
+    for cached in (folder, _in_drakes_cache(params)):
+        if os.path.isdir(cached):
+            return cached
     os.makedirs(os.path.dirname(folder), exist_ok=True)
     with tempfile.TemporaryDirectory(dir=os.path.dirname(folder)) as scratch:
         archive = os.path.join(scratch, "archive")
@@ -86,6 +87,13 @@ def _cache_root() -> str:
     return str(users_caches() / "sheldrake" / "package_map")
 
 
+def _in_drakes_cache(params: RemoteParams) -> str:
+    """Where Drake would have put the same package: named by both sums."""
+    root = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    stripped = hashlib.sha256((params.strip_prefix or "").rstrip("/").encode()).hexdigest()
+    return os.path.join(root, "drake", "package_map", f"{params.sha256}-{stripped}")
+
+
 def _suffix(params: RemoteParams) -> str:
     """Two uses of one archive with different stripping are different folders."""
     if params.strip_prefix is None:
@@ -95,7 +103,7 @@ def _suffix(params: RemoteParams) -> str:
 
 def _network_allowed() -> bool:
     allowed = os.environ.get("DRAKE_ALLOW_NETWORK")
-    if allowed is None:
+    if not allowed:
         return True
     names = allowed.split(":")
     return "package_map" in names and "none" not in names

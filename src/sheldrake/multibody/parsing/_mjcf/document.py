@@ -346,6 +346,7 @@ def _displacement(joint: JointDescription):
     from sheldrake.common.eigen_geometry import AngleAxis
     from sheldrake.math import RigidTransform, RotationMatrix
 
+    assert joint.axis is not None, "joints of these kinds have an axis"
     if joint.kind == "prismatic":
         return RigidTransform(joint.default_position * joint.axis)
     return RigidTransform(RotationMatrix(AngleAxis(angle=joint.default_position, axis=joint.axis)), np.zeros(3))

@@ -48,6 +48,7 @@ class BodyDescription:
     visuals: list[GeometryDescription] = field(default_factory=list)
     collisions: list[GeometryDescription] = field(default_factory=list)
     default_pose: RigidTransform | None = None  # X_WB in case the body turns out to be free
+    surface_velocity_axis: Any = None  # around which its surface runs, None if it does not
 
 
 @dataclass
@@ -69,7 +70,7 @@ class FrameDescription:
     where: Location
     name: str
     base: FrameReference
-    X_PF: RigidTransform
+    X_PF: Any
     is_model_frame: bool = False  # belongs to the describing model even when its base is in a nested one
 
 

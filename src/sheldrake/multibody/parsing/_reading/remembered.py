@@ -12,7 +12,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sheldrake.common._files import regular_bytes
 
@@ -142,7 +142,7 @@ def read_or_remember(kind: str, reading: Reading, text: str | None, model_name: 
     return models
 
 
-def _asking(reading: Reading, questions: Questions) -> Any:
+def _asking(reading: Reading, questions: Questions) -> Reading:
     return replace(reading, policy=Listener(reading.policy, questions), questions=questions)
 
 

@@ -15,7 +15,7 @@ from .geometry import read_collision, read_link_pose, read_visual, without_drake
 from .joints import drop_impossible_couplers, read_drake_joint, read_joint
 from .prepare import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
 
-_LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual")
+_LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual", "drake:surface_velocity_axis")
 
 
 def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[ModelDescription]":
@@ -145,6 +145,9 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
         reading.warn(gravity, f"Link '{name}': gravity cannot be switched off for one link; <gravity> is ignored.")
     body = BodyDescription(element.where, name, default_pose=X_WM @ scope.pose(name, element.where))
     body.M_BBo_B = _read_inertial(element, name, scope, reading)
+    axis = element.find("drake:surface_velocity_axis")
+    if axis is not None:
+        body.surface_velocity_axis = reading.parse_vector(axis.text, 3, axis.where, "<drake:surface_velocity_axis>")
     if not reading.wants_geometry:
         reading.pass_over(*element.find_all("visual", "drake:visual", "collision"))
     else:

@@ -41,6 +41,7 @@ _ROBOT_TAGS = (
     "drake:tendon_constraint",
 )
 _STRICTLY_REFUSED = ("safety_controller", "calibration", "verbose", "type", "coulomb_window")
+SURFACE_VELOCITY_AXIS = "drake:surface_velocity_axis"
 _MOMENTS = ("ixx", "iyy", "izz")
 _PRODUCTS = ("ixy", "ixz", "iyz")
 
@@ -107,7 +108,8 @@ def _read_link(element: Element, model: ModelDescription, reading: Reading, mate
     if _is_ignored(element, reading):
         return
     name = reading.name(element, "<link>")
-    reading.warn_unknown(element, ("inertial", "visual", "collision"), ("name", "drake_ignore"), silent=("gazebo",))
+    tags = "inertial", "visual", "collision", SURFACE_VELOCITY_AXIS
+    reading.warn_unknown(element, tags, ("name", "drake_ignore"), silent=("gazebo",))
     body = BodyDescription(element.where, name, is_world=name == "world")
     inertials = element.find_all("inertial")
     reading.pass_over(*(inertials if body.is_world else inertials[1:]))
@@ -117,6 +119,15 @@ def _read_link(element: Element, model: ModelDescription, reading: Reading, mate
         body.M_BBo_B = _read_inertial(inertials[0], name, reading)
         if len(inertials) > 1:
             reading.warn(inertials[1], f"Link '{name}' has several <inertial> elements; only the first is used.")
+    axis = element.find(SURFACE_VELOCITY_AXIS)
+    if axis is not None and body.is_world:
+        reading.warn(
+            axis, f"The link 'world' is the plant's world body, which has no surface; its <{axis.tag}> is ignored."
+        )
+    elif axis is not None:
+        reading.warn_unknown(axis, attributes=("axis",))
+        text = reading.name(axis, f"Link '{name}': <{axis.tag}>", "axis")
+        body.surface_velocity_axis = reading.parse_vector(text, 3, axis.where_attribute("axis"), "attribute 'axis'")
     for child in element.find_all("visual"):
         read_visual(child, body, reading, materials)
     for child in element.find_all("collision"):

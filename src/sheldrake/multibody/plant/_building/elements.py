@@ -114,11 +114,11 @@ class Elements:
 
     # --- whose
 
-    def has(self, element: Any) -> bool:
+    def has(self, element: object) -> bool:
         """Whether an element is one of these, not of a copy on another scalar."""
         return getattr(element, "_owner", None) is self._owner
 
-    def require_mine(self, call: str, *elements: Any) -> None:
+    def require_mine(self, call: str, *elements: object) -> None:
         """Makes sure that elements are of this plant, or of a copy of it on another scalar.
 
         Raises:

@@ -153,7 +153,7 @@ class PlantGeometry:
         self.collision_ids.setdefault(int(body.index()), []).append(geometry_id)
         return geometry_id
 
-    def _instance(self, body: RigidBody, X_BG: Any, shape: Shape, name: str, call: str) -> GeometryInstance:
+    def _instance(self, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str, call: str) -> GeometryInstance:
         X_BG = X_BG if isinstance(X_BG, RigidTransform) else RigidTransform(X_BG)
         finite(call, "X_BG", X_BG.GetAsMatrix34())
         return GeometryInstance(X_BG, shape, self._full_name(body, name))

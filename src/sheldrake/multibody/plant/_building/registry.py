@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterator
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, SupportsIndex, TypeVar
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree._element import NamedElement
@@ -37,7 +37,7 @@ class Numbered(Generic[Item]):
         self.slots.append(item)
         return len(self.slots) - 1
 
-    def get(self, index: Any, call: str) -> Item:
+    def get(self, index: SupportsIndex, call: str) -> Item:
         """The element of this number.
 
         Raises:
@@ -57,7 +57,7 @@ class Numbered(Generic[Item]):
             )
         return found
 
-    def has(self, index: Any) -> bool:
+    def has(self, index: SupportsIndex) -> bool:
         """Whether there is an element of this number."""
         return 0 <= int(index) < len(self.slots) and self.slots[int(index)] is not None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApprox
 _Choice = TypeVar("_Choice")
 
 
-def checked_time_step(time_step: Any) -> float:
+def checked_time_step(time_step: float) -> float:
     """The time step that a plant is made with.
 
     Raises:
@@ -90,7 +90,7 @@ class Settings:
                 "kSimilar or kSap contact have."
             )
 
-    def _chosen(self, call: str, kind: type[_Choice], value: Any) -> _Choice:
+    def _chosen(self, call: str, kind: type[_Choice], value: object) -> _Choice:
         self._elements.require_not_finalized(call)
         if not isinstance(value, kind):
             raise Mismatch(f"{call}(): incompatible function arguments. Expected a {kind.__name__}, not {value!r}.")

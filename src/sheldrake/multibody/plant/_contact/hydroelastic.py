@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from sheldrake.multibody.math import SpatialForce, SpatialForce_
 class HydroelasticContactInfo:
     """The contact of two geometries along a surface; M belongs to body A, N to body B."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
+    def __init__(self, *args: object, **kwargs: object) -> None:
         raise TypeError("HydroelasticContactInfo: No constructor defined! It comes with ContactResults.")
 
     _surface: ContactSurface

@@ -15,6 +15,7 @@ from sheldrake.multibody.tree import BodyIndex
 if TYPE_CHECKING:
     from sheldrake.geometry import PenetrationAsPointPair
     from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 
 
 class PointPairContactInfo:
@@ -24,11 +25,11 @@ class PointPairContactInfo:
         self,
         bodyA_index: BodyIndex,
         bodyB_index: BodyIndex,
-        f_Bc_W: Any,
-        p_WC: Any,
+        f_Bc_W: np.ndarray,
+        p_WC: np.ndarray,
         separation_speed: float,
         slip_speed: float,
-        point_pair: Any,
+        point_pair: PenetrationAsPointPair,
     ):
         """
         Args:
@@ -109,7 +110,7 @@ class ContactResults:
     """All contacts of a plant at one time."""
 
     def __init__(self) -> None:
-        self._plant: Any = None
+        self._plant: MultibodyPlant | None = None
         self._made: list[PointPairContactInfo] | None = []
         self._make: Callable[[], list[PointPairContactInfo]] | None = None
         self._arrays: PointContactArrays | None = None
@@ -177,7 +178,7 @@ class ContactResults:
         """
         raise RuntimeError(f"ContactResults.deformable_contact_info(): {i} is not one of 0.")
 
-    def SelectHydroelastic(self, selector: Any) -> ContactResults:
+    def SelectHydroelastic(self, selector: Callable[[HydroelasticContactInfo], bool]) -> ContactResults:
         """A copy with only those hydroelastic contacts that the selector wants."""
         new = copy.copy(self)
         new._hydroelastic = [info for info in self._hydroelastic if selector(info)]

@@ -12,6 +12,7 @@ from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialInertia, SpatialInertia_, UnitInertia_
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Joint
 from sheldrake.systems.framework import BasicVector, Context, ContinuousStateIndex, LeafSystem, State
@@ -30,10 +31,14 @@ class Contexts:
         elements: Its elements.
         family: The same for copies of the plant on other scalars, which take each other's contexts.
         is_discrete: Whether their state is discrete.
+        axes: Surfaces that run: continuous state says how far.
     """
 
-    def __init__(self, plant: LeafSystem, elements: Elements, family: object, is_discrete: bool) -> None:
+    def __init__(
+        self, plant: LeafSystem, elements: Elements, family: object, is_discrete: bool, axes: SurfaceAxes
+    ) -> None:
         self._plant, self._elements, self.family, self._is_discrete = plant, elements, family, is_discrete
+        self._axes = axes
 
     @property
     def scalar(self) -> type:
@@ -80,10 +85,14 @@ class Contexts:
         if self._is_discrete:
             return self._plant.DeclareDiscreteState(self._default_state())
         x0 = BasicVector(self._default_state())
-        return self._plant.DeclareContinuousState(x0, self._model.nq, self._model.nv, 0)
+        return self._plant.DeclareContinuousState(x0, self._model.nq, self._model.nv, self.num_misc_states())
+
+    def num_misc_states(self) -> int:
+        """How many continuous variables there are behind positions and velocities."""
+        return 0 if self._is_discrete else len(self._axes.bodies())
 
     def _default_state(self) -> np.ndarray:
-        return np.concatenate([self._model.default_positions(), np.zeros(self._model.nv)])
+        return np.concatenate([self._model.default_positions(), np.zeros(self._model.nv + self.num_misc_states())])
 
     def set_defaults(self, context: Context) -> None:
         """Sets what defaults may have become since Finalize()."""

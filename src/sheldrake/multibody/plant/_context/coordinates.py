@@ -22,6 +22,7 @@ from sheldrake.systems.framework._vector import lifted
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
+
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
 
@@ -136,13 +137,13 @@ class Coordinates:
         return self.count(call, "q", model_instance) + self.count(call, "v", model_instance)
 
     def num_misc_continuous_states(self) -> int:
-        """Number of continuous variables that are neither positions nor velocities: none.
+        """Number of continuous variables that are neither positions nor velocities: how far belts have come.
 
         Raises:
             RuntimeError: before Finalize().
         """
         self._elements.require_finalized("num_misc_continuous_states")
-        return 0
+        return self._contexts.num_misc_states()
 
     def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of actuators, of all or of one model instance."""
@@ -164,7 +165,7 @@ class Coordinates:
         always_add_suffix = flags.pop(0) if flags else always_add_suffix
         prefix = (instance is None) if prefix is None else prefix
         model = self._elements.model(call)
-        names: Any = np.empty(model.nq if which == "q" else model.nv, dtype=object)
+        names: np.ndarray = np.empty(model.nq if which == "q" else model.nv, dtype=object)
         for joint in model.joints:
             count = joint.num_positions() if which == "q" else joint.num_velocities()
             start = joint._q_start if which == "q" else joint._v_start
@@ -461,7 +462,10 @@ class Coordinates:
         return np.eye(model.nq + model.nv)[[*q, *v]].reshape(-1, model.nq + model.nv)
 
     def MakeActuatorSelectorMatrix(
-        self, user_to_actuator_index_map: Any = None, *, user_to_joint_index_map: Any = None
+        self,
+        user_to_actuator_index_map: Any = None,
+        *,
+        user_to_joint_index_map: Any = None,
     ) -> np.ndarray:
         """S with u = S u_selected, for a list of actuators or of joints; shape (num_actuated_dofs, n)."""
         model = self._elements.model("MakeActuatorSelectorMatrix")

@@ -7,7 +7,7 @@ the kernels run as Python on the duals themselves. Both give the same numbers to
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from sheldrake.common._native import store as kernel_store
 from sheldrake.common._native.binding import HERE
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
 
 
 class DualCalls:
@@ -35,19 +38,19 @@ class DualCalls:
         self, counter: np.ndarray, constants: np.ndarray, x: np.ndarray, p: np.ndarray, views: tuple[np.ndarray, ...]
     ):
         self._plain = Calls(counter, native=False)
-        x_twin, p_twin = np.zeros(x.shape, complex), np.zeros(p.shape, complex)
-        self._twins: dict[int, Any] = {id(x): x_twin, id(p): p_twin}
-        self._sources = {id(p): [Source(p, constants, p_twin)]}
+        x_complex, p_complex = np.zeros(x.shape, complex), np.zeros(p.shape, complex)
+        self._complex: dict[int, Any] = {id(x): x_complex, id(p): p_complex}
+        self._sources = {id(p): [Source(p, constants, p_complex)]}
         for view in views:
             start = _offset(view, x)
-            twin = self._twins[id(view)] = x_twin[start : start + len(view)]
-            self._sources[id(view)] = [Source(view, counter, twin)]
+            part = self._complex[id(view)] = x_complex[start : start + len(view)]
+            self._sources[id(view)] = [Source(view, counter, part)]
         self._sources[id(x)] = [s for view in views for s in self._sources[id(view)]]
         self._keep: list[Any] = [x, p, views]
         self._stages: list[tuple[Kernel, tuple]] = []
         self._results: dict[tuple[int, int], Query] = {}
 
-    def stage(self, kernel: Kernel, *args: Any) -> int:
+    def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """As `Calls.stage`."""
         self._stages.append((kernel, args))
         return self._plain.stage(kernel, *args)
@@ -80,7 +83,7 @@ class DualCalls:
     def query(
         self,
         kernel: Kernel,
-        *args: Any,
+        *args: KernelArgument,
         given: tuple[str, ...] = (),
         needs: int = 0,
         answer: np.ndarray | None = None,
@@ -113,13 +116,13 @@ class DualCalls:
     ) -> Callable[..., Any]:
         inputs = [Source(np.zeros(args[kernel.names.index(name)].shape)) for name in given]
         others = {name: i.numbers for name, i in zip(given, inputs)}
-        twins = tuple(others[n] if n in others else self._twin(a) for n, a in zip(kernel.names, args))
-        stages = [(stage, tuple(self._twin(a) for a in arguments)) for stage, arguments in self._needed(needs)]
+        on_complex = tuple(others[n] if n in others else self._complex_of(a) for n, a in zip(kernel.names, args))
+        stages = [(stage, tuple(self._complex_of(a) for a in arguments)) for stage, arguments in self._needed(needs)]
         read = [a for _, arguments in [*self._needed(needs), (kernel, args)] for a in arguments]
         sources = [s for i, several in self._sources.items() if any(id(a) == i for a in read) for s in several]
         sources = [*dict.fromkeys(sources), *inputs]
-        out = self._twin(answer)
-        sweep = Sweep([*stages, (kernel, twins)], imaginary_parts(out))
+        out = self._complex_of(answer)
+        sweep = Sweep([*stages, (kernel, on_complex)], imaginary_parts(out))
 
         def ask(*arrays: Any) -> Any:
             if len(arrays) != len(inputs):
@@ -137,27 +140,27 @@ class DualCalls:
 
         return ask
 
-    def _twin(self, argument: Any) -> Any:
+    def _complex_of(self, argument: object) -> Any:
         """The complex array, or workspace, that stands for an argument."""
         if isinstance(argument, tuple):
             if all(a.dtype != object for a in argument):
                 return argument  # a model
-            if id(argument) not in self._twins:
-                self._twins[id(argument)] = type(argument)(*(self._twin(a) for a in argument))
+            if id(argument) not in self._complex:
+                self._complex[id(argument)] = type(argument)(*(self._complex_of(a) for a in argument))
                 self._keep.append(argument)
-            return self._twins[id(argument)]
+            return self._complex[id(argument)]
         if not isinstance(argument, np.ndarray) or argument.dtype != object:
             return argument
-        if id(argument) not in self._twins and isinstance(argument.base, np.ndarray):
+        if id(argument) not in self._complex and isinstance(argument.base, np.ndarray):
             start = _offset(argument, argument.base)  # all views are contiguous parts
-            part = self._twin(argument.base).reshape(-1)[start : start + argument.size]
-            self._twins[id(argument)] = part.reshape(argument.shape)
+            part = self._complex_of(argument.base).reshape(-1)[start : start + argument.size]
+            self._complex[id(argument)] = part.reshape(argument.shape)
             self._keep.append(argument)
-        if id(argument) not in self._twins:
+        if id(argument) not in self._complex:
             values = [complex(getattr(a, "_v", a)) for a in argument.flat]
-            self._twins[id(argument)] = np.array(values, complex).reshape(argument.shape)
+            self._complex[id(argument)] = np.array(values, complex).reshape(argument.shape)
             self._keep.append(argument)
-        return self._twins[id(argument)]
+        return self._complex[id(argument)]
 
 
 class Results:

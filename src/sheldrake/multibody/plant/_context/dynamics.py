@@ -89,9 +89,9 @@ class Dynamics:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._contexts.view(context)
         _require_fitting("CalcForceElementsContribution", view, forces)
-        found = view.ask_element_forces(view.frozen.forces)()
-        forces._F_Bo_W[:] = found[: 6 * view.nb].reshape(-1, 6)[view.frozen.rows]
-        forces._tau[:] = found[6 * view.nb :]
+        found, F = view.ask_element_forces(view.frozen.forces)(), 6 * view.nb
+        found[:F].reshape(-1, 6).take(view.frozen.row_indices, 0, forces._F_Bo_W)
+        forces._tau[:] = found[F:]
         forces._tau -= view.p[view.frozen.damping_at] * view.v
 
     def CalcGeneralizedForces(self, context: Context, forces: MultibodyForces) -> np.ndarray:
@@ -287,12 +287,18 @@ class Dynamics:
 
     # --- bias accelerations
 
-    def _bias_motions(
-        self, context: Context, call: str, wrt: JacobianWrtVariable, frame_B: Frame, frame_A: Frame
-    ) -> tuple[Motion, Motion]:
-        """Motions of B and A with the accelerations they have when the speeds s do not change."""
-        A_WB = self._kinematics.accelerations(context, self._bias_vdot(context, call, wrt))
-        return self._kinematics.motion(context, frame_B, 1, A_WB), self._kinematics.motion(context, frame_A, 1, A_WB)
+    def _bias_query(
+        self, context: Context, call: str, wrt: JacobianWrtVariable, frames: tuple[Frame, Frame, Frame]
+    ) -> Query:
+        """A query for the bias acceleration of a point of B, measured in A, expressed in E; frames are B, A, E."""
+        if wrt is not JacobianWrtVariable.kV:
+            raise RuntimeError(f"{call}(): only supports with_respect_to == JacobianWrtVariable.kV, not {wrt}.")
+        view, key = self._contexts.view(context), (call, frames)
+        ask = view.places.get(key)
+        if ask is None:
+            B, A, E = (self._kinematics.place(view, frame) for frame in frames)
+            ask = view.bias_acceleration(key, (*A, *B, *E))
+        return ask
 
     def _bias_vdot(self, context: Context, call: str, wrt: JacobianWrtVariable) -> np.ndarray:
         if wrt is not JacobianWrtVariable.kV:
@@ -311,14 +317,9 @@ class Dynamics:
     ) -> SpatialAcceleration:
         """The part of A_ABp_E that does not depend on vdot; arguments as in CalcJacobianSpatialVelocity()."""
         call = "CalcBiasSpatialAcceleration"
-        B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
-        moved = shifted(B, B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3))
-        alpha, a = relative_acceleration(moved, A)
-        make = self._contexts.view(context).of(SpatialAcceleration_)._make
-        if frame_E.is_world_frame():
-            return make(np.concatenate([alpha, a]))
-        R_EW = self._kinematics.motion(context, frame_E).R.T
-        return make(np.concatenate([R_EW @ alpha, R_EW @ a]))
+        ask = self._bias_query(context, call, with_respect_to, (frame_B, frame_A, frame_E))
+        A = _mapped(call, ask(vector(call, "p_BoBp_B", p_BoBp_B, 3)))
+        return self._contexts.view(context).of(SpatialAcceleration_)._make(A)
 
     @checked
     def CalcBiasTranslationalAcceleration(
@@ -332,13 +333,9 @@ class Dynamics:
     ) -> np.ndarray:
         """The part of a_ABi_E that does not depend on vdot, for points Bi of frame B [m/s²], shape (3, n)."""
         call = "CalcBiasTranslationalAcceleration"
-        B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
-        arms = (B.R @ points(call, "p_BoBi_B", p_BoBi_B)).T
-        a_W = [relative_acceleration(shifted(B, arm), A)[1] for arm in arms]
-        if frame_E.is_world_frame():
-            return np.array(a_W).T
-        R_EW = self._kinematics.motion(context, frame_E).R.T
-        return np.array([R_EW @ a for a in a_W]).T
+        ask = self._bias_query(context, call, with_respect_to, (frame_B, frame_A, frame_E))
+        columns = points(call, "p_BoBi_B", p_BoBi_B).T
+        return np.array([_mapped(call, ask(np.ascontiguousarray(p)))[3:] for p in columns]).T
 
     def CalcBiasCenterOfMassTranslationalAcceleration(self, context: Context, *args: Any, **kwargs: Any) -> np.ndarray:
         """The part of a_AScm_E that does not depend on vdot, shape (3,): `(context, [model_instances],
@@ -370,16 +367,10 @@ def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
         )
 
 
-def _mapped(call: str, found: Any) -> np.ndarray:
+def _mapped(call: str, found: np.ndarray) -> np.ndarray:
     if type(found) is int:
         raise TypeError(f"{call}(): the given numbers must have the scalar type of the context.")
     return found
-
-
-def shifted(B: Motion, arm: np.ndarray) -> Motion:
-    """Motion of the frame fixed to B whose origin is at an arm from Bo, given in W."""
-    p = B.p + arm
-    return Motion(B.R, p, np.concatenate([B.w, B.velocity_at(p)]), np.concatenate([B.alpha, B.acceleration_at(p)]))
 
 
 def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, Any, Frame, Frame]:

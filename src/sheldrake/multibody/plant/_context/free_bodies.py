@@ -5,7 +5,7 @@ Thin calls on the floating joints of such bodies, by body instead of by joint.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
@@ -28,6 +28,9 @@ from sheldrake.multibody.tree import (
 )
 from sheldrake.multibody.tree._element import finite
 from sheldrake.systems.framework import Context
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.math._spatial_vectors import SpatialVelocity
 
 
 class FreeBodies:
@@ -156,7 +159,7 @@ class FreeBodies:
             raise incompatible("SetFreeBodyPose", ["(context, body, X_PB: RigidTransform)"], (context, body, X), {})
         self._free_joint("SetFreeBodyPose", body).SetPose(context, X)
 
-    def _set_velocity_in_old_order(self, body: RigidBody, V_PB: Any, context: Context) -> None:
+    def _set_velocity_in_old_order(self, body: RigidBody, V_PB: SpatialVelocity, context: Context) -> None:
         _warn_deprecated(
             "SetFreeBodySpatialVelocity(): the context comes first today: (context, body, V_JpJc).",
             date="2026-06-01",
@@ -169,7 +172,7 @@ class FreeBodies:
         overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_PB=anything, context=anything),
         overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_WB=anything, context=anything),
     )
-    def SetFreeBodySpatialVelocity(self, context: Context, body: RigidBody, V_JpJc: Any) -> None:
+    def SetFreeBodySpatialVelocity(self, context: Context, body: RigidBody, V_JpJc: SpatialVelocity) -> None:
         """Gives a free body a spatial velocity in its inboard frame.
 
         The older order `(body, V_PB, context)` still works, with a warning.
@@ -208,15 +211,15 @@ class FreeBodies:
             raise RuntimeError(f"{call}(): Body '{body.name()}' is not a floating base body.")
         return joint
 
-    def SetDefaultFloatingBaseBodyPose(self, body: RigidBody, X_WB: Any) -> None:
+    def SetDefaultFloatingBaseBodyPose(self, body: RigidBody, X_WB: RigidTransform) -> None:
         """Sets the pose that a floating base body has in default contexts; before or after Finalize()."""
         self._set_default_free_pose("SetDefaultFloatingBaseBodyPose", body, X_WB)
 
-    def SetDefaultFreeBodyPose(self, body: RigidBody, X_PB: Any) -> None:
+    def SetDefaultFreeBodyPose(self, body: RigidBody, X_PB: RigidTransform) -> None:
         """Sets the pose that a free body has in default contexts; before or after Finalize()."""
         self._set_default_free_pose("SetDefaultFreeBodyPose", body, X_PB)
 
-    def _set_default_free_pose(self, call: str, body: RigidBody, X: Any) -> None:
+    def _set_default_free_pose(self, call: str, body: RigidBody, X: RigidTransform) -> None:
         self._elements.require_mine(call, body)
         finite(call, "the pose", X.GetAsMatrix34())
         self.default_poses[int(body.index())] = X

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +29,9 @@ from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, Rigid
 from sheldrake.multibody.tree._element import vector
 from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose
 from sheldrake.systems.framework import Context
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 _ALL = slice(1, None)
 """Rows of all bodies but the world."""
@@ -287,7 +290,7 @@ class Kinematics:
         view, rows, mass, _ = self.com_rows(call, context, model_instances)
         return _momentum_of(view, rows, np.zeros(3))[3:] / mass
 
-    def com_acceleration(self, view: View, rows: np.ndarray, mass: Any, A_WB: np.ndarray) -> np.ndarray:
+    def com_acceleration(self, view: View, rows: np.ndarray, mass: Scalar, A_WB: np.ndarray) -> np.ndarray:
         """Acceleration of a centre of mass, given those of the body origins."""
         work = view.velocities()
         m, h = self._masses_and_moments(work, rows)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,12 +26,15 @@ from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
 from sheldrake.systems.framework import Context
 
+if TYPE_CHECKING:
+    from sheldrake.common._types import KernelArgument
+
 _LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
 _MOST_PLACES = 256
 """How many queries that depend on frames are kept."""
 
 
-def _refuse(*_: Any) -> int:
+def _refuse(*_: object) -> int:
     return MISFIT
 
 
@@ -129,16 +132,18 @@ class View:
 
     # --- kernels
 
-    def run_chain(self, kernels: list[Kernel], **values: Any) -> int:
+    def run_chain(self, kernels: list[Kernel], **values: KernelArgument) -> int:
         """Runs kernels in turn on values by name; a status."""
         chain = Chain(kernels)
         return chain.native(**values) if self.native else chain(**values)
 
-    def call(self, kernel: Kernel, *args: Any) -> int:
+    def call(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Runs a kernel on arrays that are new at each call."""
         return (kernel.native if self.native else kernel)(*args) or 0
 
-    def query(self, kernel: Kernel, *args: Any, given: tuple[str, ...], needs: int, answer: np.ndarray) -> Query:
+    def query(
+        self, kernel: Kernel, *args: KernelArgument, given: tuple[str, ...], needs: int, answer: np.ndarray
+    ) -> Query:
         """As `Calls.query`, on arrays that are always the same for this view; made once."""
         ask = self._bound.get(kernel)
         if ask is None:
@@ -146,6 +151,13 @@ class View:
         return ask
 
     # --- stages
+
+    def X_WB(self) -> np.ndarray:
+        """Poses of the bodies by row, to be read only."""
+        if self.T is AutoDiffXd:
+            return self.calls.results(self.POSES, self.work).X_WB
+        self._ask_poses()
+        return self.work.X_WB
 
     def positions(self) -> Any:
         """The workspace with `X_WB`, `S` and `inertia`; for duals what it would hold, to be read only."""
@@ -164,6 +176,10 @@ class View:
     def body_velocities(self) -> np.ndarray:
         """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
         return self._ask_body_velocities()
+
+    @cached_property
+    def _ask_poses(self) -> Query:
+        return self.calls.stages(self.POSES)
 
     @cached_property
     def _ask_positions(self) -> Query:
@@ -264,14 +280,14 @@ class View:
         E, needs = self.zeros(1), self.POSES | self.INERTIAS
         return self.calls.query(queries.calc_gravity_energy, self.model, self.work, E, needs=needs, answer=E)
 
-    def ask_accelerations(self, vdot: np.ndarray) -> Any:
+    def ask_accelerations(self, vdot: np.ndarray) -> np.ndarray:
         """A_WB of the body origins by row for given vdot; an int where it is no vector of the context's scalar."""
         A = self.buffer("A_WB", self.nb, 6)
         arguments = self.model, self.work, self.buffer("vdot", self.nv), A
         needs = self.POSES | self.INERTIAS | self.VELOCITIES
         return self.query(queries.calc_accelerations, *arguments, given=("vdot",), needs=needs, answer=A)(vdot)
 
-    def ask_generalized_forces(self, F_Bo_W: np.ndarray) -> Any:
+    def ask_generalized_forces(self, F_Bo_W: np.ndarray) -> np.ndarray:
         """Generalized forces of spatial forces at the body origins, by row; an int where they do not fit."""
         tau = self.buffer("tau_F", self.nv)
         arguments = self.model, self.work, self.buffer("F_Bo_W", self.nb, 6), tau
@@ -304,7 +320,7 @@ class View:
 
     # --- frames
 
-    def jacobian(self, key: Any, ends: tuple) -> Query:
+    def jacobian(self, key: tuple, ends: tuple) -> Query:
         """A query for the Jacobian of a given point, shape (6, nv); kept by `key`.
 
         `ends` as in `jacobians.Ends`.
@@ -315,7 +331,15 @@ class View:
         ask = self.calls.query(jacobians.calc_frame_jacobian, *arguments, given=("point",), needs=self.POSES, answer=J)
         return self._keep_place(key, ask)
 
-    def relative_pose(self, key: Any, ends: tuple) -> Query:
+    def bias_acceleration(self, key: tuple, ends: tuple) -> Query:
+        """A query for the spatial acceleration of a given point that does not depend on vdot; as `jacobian`."""
+        A = self.zeros(6)
+        places = jacobians.Frames(np.array(ends, np.int64))
+        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), A), self.POSES | self.VELOCITIES
+        kernel = jacobians.calc_bias_acceleration
+        return self._keep_place(key, self.calls.query(kernel, *arguments, given=("point",), needs=needs, answer=A))
+
+    def relative_pose(self, key: tuple, ends: tuple) -> Query:
         """A query for the pose of a frame in another, twelve numbers; kept by `key`.
 
         `ends` as in `jacobians.Ends`; those of E do not matter.
@@ -347,7 +371,7 @@ class View:
         ask = self.poses[body] = self.of(RigidTransform_)._maker(ask_R, ask_p)
         return ask
 
-    def _keep_place(self, key: Any, ask: Query) -> Query:
+    def _keep_place(self, key: tuple, ask: Query) -> Query:
         if len(self.places) >= _MOST_PLACES:
             self.places.clear()
         self.places[key] = ask

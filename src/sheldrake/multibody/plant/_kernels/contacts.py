@@ -228,7 +228,7 @@ def static_friction(
         A, B = geometry_model[table[c].geometry_A], geometry_model[table[c].geometry_B]
         contact = contacts[c]
         contact.sixes = trees_of_six(solver_model, contact)
-        put_velocity(contact, problem.v0, VC)
+        put_velocity(contact, problem.v0, VC, True)
         x, y, _ = contact.vc
         part = static_share(sqrt(x * x + y * y) / solver_model.stiction)
         mu = friction_of_pair(tree_model, p, A, B, A.friction_static, B.friction_static)

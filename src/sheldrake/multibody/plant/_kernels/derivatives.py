@@ -26,6 +26,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     put_passive_forces,
 )
 from sheldrake.multibody.plant._kernels.model import PlantModel
+from sheldrake.multibody.plant._kernels.surface_velocities import put_turns, surface_drift
 from sheldrake.multibody.tree._kernels.dynamics import (
     bias_term,
     body_inertias,
@@ -71,6 +72,7 @@ class DerivativeVectors(NamedTuple):
         qdot: shape (nq,).
         stiction_tolerance: [m/s], shape (1,).
         applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
+        surface_speed, surface_turn: as in `StepVectors`, the latter zero where no surface runs.
     """
 
     contact: Annotated[Matrix, Items("contacts", ContactForce)]
@@ -83,6 +85,8 @@ class DerivativeVectors(NamedTuple):
     qdot: Vector
     stiction_tolerance: Vector
     applied_force: Vector
+    surface_speed: Vector
+    surface_turn: Matrix
     face: Annotated[Matrix, Items("faces", FaceForce)]
 
 
@@ -96,11 +100,11 @@ class DerivativeWork(NamedTuple):
 
 
 @kernel
-def sliding(model, tree, body_A, body_B, p_WC, nhat):
+def sliding(model, tree, flow, body_A, body_B, p_WC, nhat):
     """Of B against A at a point: speed of approach along nhat, slip velocity, slip speed (0 for what is STILL)."""
     _, v_A = velocity_at(model, tree, body_A, p_WC)
     _, v_B = velocity_at(model, tree, body_B, p_WC)
-    v_AB = sub3(v_B, v_A)
+    v_AB = sub3(v_B, sub3(v_A, surface_drift(flow.surface_turn, body_A, body_B, nhat)))
     approach = dot3(v_AB, nhat)
     v_t = sub3(v_AB, scale3(nhat, approach))
     slip = 0.0 * approach
@@ -116,7 +120,7 @@ def contact_force_on_B(model, geometry_model, p, table, flow, tree, c):
     a, b = found.geometry_A, found.geometry_B
     nhat = found.nhat_BA_W
     middle = scale3(add3(found.p_WCa, found.p_WCb), 0.5)
-    approach, v_t, slip = sliding(model, tree, found.body_A, found.body_B, middle, nhat)
+    approach, v_t, slip = sliding(model, tree, flow, found.body_A, found.body_B, middle, nhat)
     A, B = geometry_model[a], geometry_model[b]
     _, (k, d, _, mu_d) = material_of_pair(model, p, A, B)
     normal, _ = hunt_crossley(k * found.depth, d, -approach)
@@ -157,7 +161,7 @@ FAR = 2.0 / 3.0
 @kernel
 def traction_on_B(tree_model, tree, flow, body_a, body_b, p_WQ, pressure, normal, d, mu):
     """Force on B over area at a point Q, whose normal points out of B into A [Pa]."""
-    approach, slip, speed = sliding(tree_model, tree, body_a, body_b, p_WQ, normal)
+    approach, slip, speed = sliding(tree_model, tree, flow, body_a, body_b, p_WQ, normal)
     strength, _ = hunt_crossley(pressure, d, -approach)
     traction = scale3(normal, 0.0)
     if strength > 0.0:
@@ -214,7 +218,7 @@ def smooth_forces(
 ) -> None:
     """Kinematics and all forces but contact; places the geometry."""
     v = flow.v
-    nq = xc.shape[0] - v.shape[0]
+    nq = flow.qdot.shape[0]
     for k in range(v.shape[0]):
         v[k] = xc[nq + k]
         flow.contact_force[k] = 0.0
@@ -227,6 +231,12 @@ def smooth_forces(
     add_applied_forces(plant_model, u, flow.applied_force, flow.force)
     add_actuation(plant_model, u, flow.force, flow.net_actuation, False)
     place_geometry(geometry_model, tree, table)
+
+
+@kernel(top=True)
+def run_surfaces(tree: TreeWork, flow: DerivativeVectors, tree_model: TreeModel, plant_model: PlantModel) -> None:
+    """What the surfaces of belts run at."""
+    put_turns(plant_model, tree, flow.surface_speed, flow.surface_turn)
 
 
 @kernel(top=True, short_loops=True)
@@ -298,9 +308,9 @@ def plant_derivatives(
     plant_model: PlantModel,
     out: Vector,
 ) -> int:
-    """Time derivatives of positions and velocities; a status of `contact_solvers`, 0 when all is well."""
+    """Time derivatives of positions, velocities and displacements of surfaces; a status of `contact_solvers`."""
     nv = flow.v.shape[0]
-    nq = xc.shape[0] - nv
+    nq = flow.qdot.shape[0]
     for k in range(nq):
         if not is_finite(xc[k]):  # of what is free, velocities and their derivatives do not depend on it
             return MOTION_NOT_FINITE
@@ -318,4 +328,6 @@ def plant_derivatives(
         out[k] = flow.qdot[k]
     for k in range(nv):
         out[nq + k] = flow.vdot[k]
+    for k in range(flow.surface_speed.shape[0]):
+        out[nq + nv + k] = flow.surface_speed[k]
     return SOLVED

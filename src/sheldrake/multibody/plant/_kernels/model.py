@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
-from sheldrake.common.record import Items, Record, integer, number, table
+from sheldrake.common.record import Items, Record, integer, number, numbers, table
 from sheldrake.geometry._kernels.hydro_model import HydroTable
 from sheldrake.geometry._kernels.model import ContactTable
 from sheldrake.geometry._kernels.spatial_hash import Cells
@@ -39,6 +39,18 @@ class Gain(Record):
     effort_limit = number("largest effort, may be infinite", "N m or N")
     p = number("proportional gain")
     d = number("derivative gain")
+
+
+class Belt(Record):
+    """A body whose surface runs around an axis."""
+
+    body = integer("row of the body")
+
+
+class BeltAxis(Record):
+    """Of a body whose surface runs."""
+
+    axis_B = numbers(3, "unit vector: the surface runs along axis x outward normal")
 
 
 class Limit(Record):
@@ -103,6 +115,8 @@ class PlantModel(NamedTuple):
     friction: IntVector
     friction_effort: Vector
     lock: IntVector
+    belt: Annotated[IntMatrix, Items("belts", Belt)]
+    belt_axis: Annotated[Matrix, Items("belt_axes", BeltAxis)]
 
 
 class StepVectors(NamedTuple):
@@ -114,6 +128,9 @@ class StepVectors(NamedTuple):
         force: generalized forces without constraints [N or N m], shape (nv,).
         net_actuation: [N or N m], shape (num_actuators,).
         applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
+        surface_speed: of the plant's belts [m/s], shape (num_belts,).
+        surface_turn: by body, what the surface runs at is the cross product of this [m/s] with the outward normal;
+            shape (num_bodies, 3), empty where no surface runs.
     """
 
     v: Vector
@@ -121,6 +138,8 @@ class StepVectors(NamedTuple):
     force: Vector
     net_actuation: Vector
     applied_force: Vector
+    surface_speed: Vector
+    surface_turn: Matrix
 
 
 class StepWork(NamedTuple):

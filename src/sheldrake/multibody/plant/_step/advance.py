@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,14 @@ from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
 from sheldrake.multibody.plant._step.input_ports import input_vector, sees_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._kernels.model import StepWork
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class Advance:
@@ -31,6 +37,7 @@ class Advance:
         contexts: The state.
         models: The arrays of the kernels.
         applied: Forces that come as objects.
+        speeds: How fast surfaces run.
         failures: Why kernels could not go on.
     """
 
@@ -41,10 +48,11 @@ class Advance:
         contexts: Contexts,
         models: KernelModels,
         applied: AppliedForces,
+        speeds: SurfaceSpeeds,
         failures: Failures,
     ) -> None:
         self._elements, self._settings, self._contexts = elements, settings, contexts
-        self._models, self._applied, self._failures = models, applied, failures
+        self._models, self._applied, self._speeds, self._failures = models, applied, speeds, failures
         kind = DiscreteUpdate if settings.is_discrete() else ContinuousDynamics
         self.equations: Any = kind(elements, settings, models)
         """A `DiscreteUpdate` or `ContinuousDynamics`: which kernels run, and what their scratch means."""
@@ -56,7 +64,7 @@ class Advance:
         """Declares the update or the derivatives."""
         self.equations.declare(plant, Stages(_stages_in))
 
-    def stages_in(self, plant: LeafSystem, root: Any) -> list[Kernel | PythonStage | FedStage]:
+    def stages_in(self, plant: LeafSystem, root: RootView) -> list[Kernel | PythonStage | FedStage]:
         """What runs in the contexts of a root, in order; first what finds forces that come as objects.
 
         Args:
@@ -66,6 +74,8 @@ class Advance:
         if refusal := self.equations.refusal(root):
             return refusal
         kernels = self.equations.stages(self._models.in_root(root))
+        if self._speeds.any():
+            kernels = [PythonStage(_find_surface_speeds, (self.equations.vectors, "surface_speed")), *kernels]
         if not self._applied.are_used(plant):
             return kernels
         reads = PythonStage(_find_applied_force, (self.equations.vectors, "applied_force"))
@@ -78,9 +88,14 @@ class Advance:
             view.applied_force = self.equations.applied_force(context._store.scratch(context._node))
         view.applied_force[:] = self._applied.as_generalized(context)
 
+    def find_surface_speeds(self, context: Context) -> None:
+        """Puts the speeds of surfaces into the scratch of the step or the derivatives."""
+        scratch = context._store.scratch(context._node)
+        getattr(scratch, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
+
     # --- scratch
 
-    def prototype(self, geometry: CompiledGeometry) -> Any:
+    def prototype(self, geometry: CompiledGeometry) -> StepWork:
         """The scratch of contexts with a state of the geometry."""
         if self._prototype is None or self._prototype[0] is not geometry.model:
             self._prototype = geometry.model, self.equations.make_work(geometry)
@@ -90,7 +105,7 @@ class Advance:
         """What copies of the plant on other scalars share."""
         return [self._prototype]
 
-    def carry(self, old: Any, new: Any) -> None:
+    def carry(self, old: StepWork, new: StepWork) -> None:
         """Fills new scratch with what old scratch says that does not speak of contacts."""
         for name in self.equations.kept_parts:
             for target, values in zip(getattr(new, name), getattr(old, name)):
@@ -100,7 +115,7 @@ class Advance:
         """Scratch of the last step; of the present state when ports are not sampled."""
         return context._store.scratch(context._node) if self._settings.sampled else self.present_work(context)
 
-    def present_work(self, context: Context) -> Any:
+    def present_work(self, context: Context) -> StepWork:
         """Scratch of a step from the present state, or of its derivatives; made once a state."""
         view = self._contexts.view(context)
         stamp = context._store.i[2]
@@ -124,7 +139,7 @@ class Advance:
 
     # --- in Python
 
-    def run(self, context: Context, work: Any, out: np.ndarray) -> None:
+    def run(self, context: Context, work: StepWork, out: np.ndarray) -> None:
         """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.
 
         Raises:
@@ -132,6 +147,7 @@ class Advance:
         """
         view, discrete = self._contexts.view(context), self._settings.is_discrete()
         self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
+        getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
         u = tuple(input_vector(context, i) for i in range(context.num_input_ports()))
         connected = sees_geometry(context)
         if self._models.misses_geometry(connected):
@@ -148,9 +164,13 @@ class Advance:
 # A plant's declarations serve its copies on other scalars: so these ask the plant that they are called for.
 
 
-def _stages_in(plant: Any, root: Any) -> list[Kernel | PythonStage | FedStage]:
+def _stages_in(plant: MultibodyPlant, root: RootView) -> list[Kernel | PythonStage | FedStage]:
     return plant._parts.advance.stages_in(plant, root)
 
 
-def _find_applied_force(plant: Any, context: Context) -> None:
+def _find_applied_force(plant: MultibodyPlant, context: Context) -> None:
     plant._parts.advance.find_applied_force(context)
+
+
+def _find_surface_speeds(plant: Any, context: Context) -> None:
+    plant._parts.advance.find_surface_speeds(context)

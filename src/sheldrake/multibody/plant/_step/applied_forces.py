@@ -22,6 +22,8 @@ from sheldrake.systems.framework._declarations import FedStage
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import FixedInputPortValue
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._engine.store import Store
 
 
 class SpatialForcePort(InputPort):
@@ -40,7 +42,7 @@ class SpatialForcePort(InputPort):
         return fixed
 
 
-def plant_node(plant: Any, store: Any) -> int:
+def plant_node(plant: Any, store: Store) -> int:
     """Number of the plant in a root context."""
     return store.layout.node_of[plant._system_id]
 
@@ -70,7 +72,7 @@ class AppliedForces:
         port = me, self._inputs.spatial_force
         return port in parent._wires or port in parent._exported_inputs
 
-    def native_stage(self, plant: LeafSystem, root: Any) -> FedStage | None:
+    def native_stage(self, plant: LeafSystem, root: RootView) -> FedStage | None:
         """The kernel of what feeds the applied_spatial_force port, if it has one for this plant."""
         source = root.source(self._inputs.spatial_force)
         offers = getattr(source[0], "_native_forces", None) if source is not None else None
@@ -84,7 +86,7 @@ class AppliedForces:
         view = self._contexts.view(context)
         if view.dtype == float:
             return self._of_floats(context, view)
-        F_Bo_W = self.on_bodies(context, view.positions().X_WB)
+        F_Bo_W = self.on_bodies(context, view.X_WB())
         return view.zeros(view.nv) if F_Bo_W is None else view.ask_generalized_forces(F_Bo_W)
 
     def _of_floats(self, context: Context, view: View) -> np.ndarray:

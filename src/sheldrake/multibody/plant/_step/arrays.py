@@ -19,6 +19,8 @@ from sheldrake.multibody.plant._kernels.model import (
     TENDON,
     WELD,
     Actuator,
+    Belt,
+    BeltAxis,
     Bound,
     Constraint,
     Gain,
@@ -47,6 +49,7 @@ def make_plant_model(
     constraints: Sequence[dict] = (),
     locks: Sequence[int] | np.ndarray = (),
     frictions: Sequence[tuple[int, float]] = (),
+    belts: Sequence[tuple[int, np.ndarray]] = (),
 ) -> PlantModel:
     """The constants of the step that are neither tree nor geometry nor solver.
 
@@ -62,6 +65,7 @@ def make_plant_model(
             `Constraint`), active (where in p a positive number says that it acts).
         locks: where in p the lock flag of each dof is; empty when no joint can be locked.
         frictions: dof and largest effort of each dry friction.
+        belts: row and axis of each body whose surface runs.
     """
     actuator = np.array([[a.get(f.name, -1) for f in Actuator.FIELDS] for a in actuators], np.int64)
     gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
@@ -86,6 +90,8 @@ def make_plant_model(
         np.array([dof for dof, _ in frictions], np.int64),
         np.array([effort for _, effort in frictions], float),
         np.array(locks, np.int64),
+        np.array([row for row, _ in belts], np.int64).reshape(-1, Belt.SIZE),
+        np.array([axis for _, axis in belts], float).reshape(-1, BeltAxis.SIZE),
     )
 
 
@@ -120,13 +126,15 @@ def make_step_work(
     solver = make_solver_work(solver_model, contacts, rows, dtype, least_width=widest_tendon(plant_model))
     nv = len(tree_model.dof)
 
-    def numbers(n: int) -> np.ndarray:
-        return np.zeros(n) if dtype is float else np.full(n, 0.0, dtype=dtype)
+    def numbers(*shape: int) -> np.ndarray:
+        return np.zeros(shape) if dtype is float else np.full(shape, 0.0, dtype=dtype)
 
     def convert(a: np.ndarray) -> np.ndarray:
         return a if dtype is float or a.dtype == np.int64 else a.astype(dtype)
 
-    step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(len(plant_model.actuator)), numbers(nv))
+    actuators, belts = len(plant_model.actuator), len(plant_model.belt)
+    turns = numbers(len(tree_model.body) if belts else 0, 3)
+    step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(actuators), numbers(nv), numbers(belts), turns)
     tables = ContactTable(*(convert(a) for a in table)), HydroTable(*(convert(a) for a in surfaces))
     return StepWork(tree, tables[0], *solver, step, tables[1], Cells(*(convert(a) for a in cells)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from sheldrake.multibody.plant._contact.friction import CalcContactFrictionFromS
 from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.kinematics import Kinematics
 from sheldrake.systems.framework import Context
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._state.state import GeometryState
+    from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 
 class ContactSummary(NamedTuple):
@@ -158,14 +162,14 @@ class ContactInWords:
         v = velocities[0] - velocities[1]
         return float(np.linalg.norm(v - np.dot(v, nhat) * nhat))
 
-    def _name(self, state: Any, geometry_id: GeometryId) -> str:
+    def _name(self, state: GeometryState, geometry_id: GeometryId) -> str:
         record = state.geometries[geometry_id]
         body = self._geometry.body_of_frame[record.frame]
         owner = body.name() if body.index() == 0 else body.scoped_name().get_full()
         return f"{owner}/{record.name.rpartition('::')[2]}"
 
 
-def _friction(state: Any, geometry_id: GeometryId) -> Any:
+def _friction(state: GeometryState, geometry_id: GeometryId) -> CoulombFriction:
     from sheldrake.geometry import Role
 
     return state.geometries[geometry_id].roles[Role.kProximity].GetProperty("material", "coulomb_friction")

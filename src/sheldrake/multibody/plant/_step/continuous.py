@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
     FaceForce,
     contact_forces,
     plant_derivatives,
+    run_surfaces,
     smooth_forces,
     surface_forces,
 )
@@ -33,6 +34,9 @@ from sheldrake.multibody.plant._step.stages import contact_stages
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._declarations import Stages
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class ContinuousDynamics:
@@ -61,9 +65,10 @@ class ContinuousDynamics:
         strict = self._settings.contact_model is ContactModel.kHydroelastic
         contact = contact_stages(models["geometry_model"], models["hydro_model"], strict, contact_forces)
         surfaces = [surface_forces] if len(models["hydro_model"].pair) else []
-        return [smooth_forces, *contact, *surfaces, plant_derivatives]
+        running = [run_surfaces] if len(self._models.plant_model.belt) else []
+        return [smooth_forces, *running, *contact, *surfaces, plant_derivatives]
 
-    def refusal(self, root: Any) -> list[Kernel]:
+    def refusal(self, root: RootView) -> list[Kernel]:
         """The kernel that refuses derivatives in the contexts of a root, where they cannot be computed."""
         if self._models.misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]
@@ -73,11 +78,13 @@ class ContinuousDynamics:
         """The scratch of the derivatives."""
         model = self._elements.model("MultibodyPlant")
         table, nb, nv = contact_table(geometry.model), model.num_bodies, model.nv
+        belts = len(self._models.plant_model.belt)
         surfaces = hydro_table(geometry.hydro, face_capacity(geometry.hydro))
         flow = DerivativeVectors(
             np.zeros((len(table.pair), ContactForce.SIZE)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
             np.zeros(nv), np.zeros(nv), np.zeros(len(model.actuators)), np.zeros(model.nq),
             np.array([self._settings.stiction_tolerance]), np.zeros(nv),
+            np.zeros(belts), np.zeros((nb, 3)),
             np.zeros((len(surfaces.face), FaceForce.SIZE)),
         )  # fmt: skip
         return DerivativeWork(make_work(model.tree), table, flow, surfaces)
@@ -116,6 +123,8 @@ class ContinuousDynamics:
         for c in range(int(work.table.num_contacts)):
             A, B, body_A, body_B = work.table.pair[c]
             point, force = work.table.point[c], work.flow.contacts[c]
+            if all(x == 0.0 for x in force.f_BC_W):  # it separates faster than its spring pushes
+                continue
             p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
             nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
             pair = point_pair(ids[A], ids[B], p_WCa, p_WCb, nhat, depth)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from sheldrake.multibody.plant._step.results import (
 from sheldrake.multibody.plant._step.stages import discrete_stages
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._engine.scratch import size_of
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.memory import RootView
 
 INTEGERS_KEPT = frozenset(
     "table.pair table.count problem.tree problem.count contacts.index rows.index "
@@ -63,7 +66,7 @@ class DiscreteUpdate:
             stages: Its `Stages`.
         """
         dt = self._settings.time_step
-        if self._settings.sampled:
+        if self._settings.sampled:  # what ports report of a step, in its scratch, is state too
             plant.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, stages)
             plant.DeclareForcedUnrestrictedUpdateEvent(stages)
         else:
@@ -76,7 +79,7 @@ class DiscreteUpdate:
         geometry_model, hydro_model = models["geometry_model"], models["hydro_model"]
         return discrete_stages(geometry_model, plant_model, self._settings.kind.name, hydro_model, strict)
 
-    def refusal(self, root: Any) -> list[Kernel]:
+    def refusal(self, root: RootView) -> list[Kernel]:
         """The kernel that refuses to step in the contexts of a root, where geometry is missing."""
         return [refuse_without_geometry] if self._models.misses_geometry(root.source(0) is not None) else []
 

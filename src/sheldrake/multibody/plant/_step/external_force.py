@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.tree import BodyIndex
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
 
 
 class ExternallyAppliedSpatialForce:
@@ -28,7 +31,7 @@ class ExternallyAppliedSpatialForce:
         return self._body_index
 
     @body_index.setter
-    def body_index(self, value: Any) -> None:
+    def body_index(self, value: SupportsIndex) -> None:
         self._body_index = value if isinstance(value, BodyIndex) else BodyIndex(value)
 
     @property
@@ -37,7 +40,7 @@ class ExternallyAppliedSpatialForce:
         return self._p_BoBq_B
 
     @p_BoBq_B.setter
-    def p_BoBq_B(self, value: Any) -> None:
+    def p_BoBq_B(self, value: Scalars) -> None:
         array = np.asarray(value)
         self._p_BoBq_B = (array.astype(float) if array.dtype != object else array.copy()).reshape(-1)
 

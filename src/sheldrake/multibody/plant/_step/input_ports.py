@@ -10,7 +10,7 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import ModelInstanceIndex
-from sheldrake.systems.framework import Context, LeafSystem
+from sheldrake.systems.framework import BusValue, Context, LeafSystem
 
 GEOMETRY_QUERY = 0
 """Number of the port that brings the QueryObject; it is there before Finalize()."""
@@ -24,6 +24,7 @@ class InputPorts:
         actuation: Efforts of all actuators.
         generalized_force: Generalized forces of all velocities.
         spatial_force: A list of ExternallyAppliedSpatialForce.
+        surface_speeds: A bus with the speeds of surfaces that run.
         actuation_of: Efforts of the actuators of each model instance.
         desired_state_of: Desired positions and velocities of the actuators of each model instance.
     """
@@ -31,6 +32,7 @@ class InputPorts:
     actuation: int = -1
     generalized_force: int = -1
     spatial_force: int = -1
+    surface_speeds: int = -1
     actuation_of: list[int] = dataclasses.field(default_factory=list)
     desired_state_of: list[int] = dataclasses.field(default_factory=list)
 
@@ -87,6 +89,8 @@ class InputPorts:
             n = sum(a.num_inputs() for a in elements.actuators.of_instance(ModelInstanceIndex(i)))
             self.actuation_of.append(vector_port(f"{instance.name()}_actuation", n))
             self.desired_state_of.append(vector_port(f"{instance.name()}_desired_state", 2 * n))
+        bus = AbstractValue.Make(BusValue())
+        self.surface_speeds = int(plant.DeclareAbstractInputPort("surface_speeds", bus).get_index())
 
 
 def input_vector(context: Context, i: int) -> np.ndarray:

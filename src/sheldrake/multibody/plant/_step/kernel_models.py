@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._context.coordinates import Coordinates
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import PlantModel
@@ -29,14 +30,19 @@ from sheldrake.multibody.plant._step.tuning import (
 from sheldrake.multibody.tree import Frame, Joint, JointActuator, RevoluteJoint
 from sheldrake.systems.framework import Context
 
+if TYPE_CHECKING:
+    from sheldrake.geometry._kernels.hydro_model import HydroModel
+    from sheldrake.geometry._state.state import GeometryState
+    from sheldrake.systems.framework._engine.memory import RootView
+
 
 class CompiledGeometry(NamedTuple):
     """A state of the SceneGraph as the kernels' arrays: what touches in points, ids of the rows, surfaces."""
 
-    state: Any
-    model: Any
+    state: GeometryState | None
+    model: GeometryModel
     ids: list[Any]
-    hydro: Any
+    hydro: HydroModel
 
 
 class KernelModels:
@@ -46,6 +52,7 @@ class KernelModels:
         elements: The model of the tree.
         settings: Time step and numbers of contact.
         geometry: What may touch.
+        axes: Surfaces that run.
         constraints: What holds bodies and joints together.
         coordinates: Which inputs model instances have.
         inputs: Where efforts come from.
@@ -56,11 +63,12 @@ class KernelModels:
         elements: Elements,
         settings: Settings,
         geometry: PlantGeometry,
+        axes: SurfaceAxes,
         constraints: Constraints,
         coordinates: Coordinates,
         inputs: InputPorts,
     ) -> None:
-        self._elements, self._settings, self._geometry = elements, settings, geometry
+        self._elements, self._settings, self._geometry, self._axes = elements, settings, geometry, axes
         self._constraints, self._coordinates, self._inputs = constraints, coordinates, inputs
         self.compiled: dict[int, CompiledGeometry] = {}
         """For the last few states of the SceneGraph, by serial."""
@@ -92,7 +100,7 @@ class KernelModels:
             models["solver_model"] = self.solver_model(models["geometry_model"])
         return models
 
-    def in_root(self, root: Any) -> dict[str, Any]:
+    def in_root(self, root: RootView) -> dict[str, Any]:
         """The same for the contexts of a root.
 
         Args:
@@ -100,17 +108,17 @@ class KernelModels:
         """
         return self.of(root.source(GEOMETRY_QUERY) is not None, self.geometry_in(root))
 
-    def geometry_in(self, root: Any) -> CompiledGeometry:
+    def geometry_in(self, root: RootView) -> CompiledGeometry:
         """What kernels know of the geometry of a root."""
-        return self.compiled_geometry(root.given(GEOMETRY_QUERY))
+        return self.compiled_geometry(root.structure_behind(GEOMETRY_QUERY))
 
     def geometry_of(self, context: Context) -> CompiledGeometry:
         """What kernels know of the geometry of a context."""
         layout = context._store.layout
         kind, n, _ = layout.sources[context._node, GEOMETRY_QUERY]
-        return self.compiled_geometry(layout.given.get(n) if kind == "out" else None)
+        return self.compiled_geometry(layout.structures.get(n) if kind == "out" else None)
 
-    def compiled_geometry(self, state: Any = None) -> CompiledGeometry:
+    def compiled_geometry(self, state: GeometryState | None = None) -> CompiledGeometry:
         """What kernels know of geometry: that of new contexts, or the given; kept for the last few states."""
         scene_graph = self._geometry.scene_graph
         if scene_graph is None:
@@ -177,6 +185,7 @@ class KernelModels:
             self._constraints.rows(),
             locks,
             _dry_frictions(model.joints),
+            self._axes.rows(),
         )
 
     def _actuator_row(self, a: JointActuator) -> dict[str, Any]:
@@ -215,11 +224,11 @@ class KernelModels:
                     gains = (a._gains.p, a._gains.d) if a._gains else (0.0, 0.0)
                     self._plant_model.gain[number] = a.effort_limit(), *gains
 
-    def _touches_along_surfaces(self, state: Any) -> bool:
+    def _touches_along_surfaces(self, state: GeometryState) -> bool:
         """Whether any geometry of the plant can make contact surfaces."""
         return self._settings.contact_model is not ContactModel.kPoint and has_surfaces(state)
 
-    def _split_pairs(self, state: Any, model: GeometryModel, ids: list) -> HydroPairs:
+    def _split_pairs(self, state: GeometryState, model: GeometryModel, ids: list) -> HydroPairs:
         """Which pairs of geometries touch along surfaces: none with ContactModel.kPoint."""
         if self._settings.contact_model is ContactModel.kPoint:
             return HydroPairs(empty_hydro_model(), model)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -160,7 +160,7 @@ def _make_room(view: View, tree: TreeWork, contacts: int) -> _Room:
     return _Room(tree, vdot, touching, points, pushes, other, reactions, run)
 
 
-def _interpreted(*arguments: Any) -> int:
+def _interpreted(*arguments: object) -> int:
     return calc_reactions(*arguments) or 0
 
 

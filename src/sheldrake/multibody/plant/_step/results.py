@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -131,7 +131,7 @@ def accelerations(work: StepWork, dt: float) -> np.ndarray:
 
 
 def point_pair(
-    id_A: GeometryId, id_B: GeometryId, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any
+    id_A: GeometryId, id_B: GeometryId, p_WCa: np.ndarray, p_WCb: np.ndarray, nhat: np.ndarray, depth: float
 ) -> PenetrationAsPointPair:
     """A PenetrationAsPointPair."""
     from sheldrake.geometry import PenetrationAsPointPair

@@ -17,6 +17,7 @@ from sheldrake.multibody.plant._kernels.step import (
     next_state_with_momentum,
     smooth_motion,
 )
+from sheldrake.multibody.plant._kernels.surface_velocities import contact_drifts
 from sheldrake.multibody.plant._step.tuning import touches_at_several_points
 
 
@@ -56,6 +57,8 @@ def discrete_stages(
     chain += contact_stages(geometry_model, hydro_model, strict, contact_constraints)
     if len(hydro_model.pair):
         chain.append(hydro_constraints)
+    if len(plant_model.belt) and len(chain) > 1:
+        chain.append(contact_drifts)
     rows = plant_model.limit, plant_model.actuator, plant_model.constraint, plant_model.friction
     kind = APPROXIMATIONS[approximation]
     if kind.scalar_rows and any(len(a) for a in rows):

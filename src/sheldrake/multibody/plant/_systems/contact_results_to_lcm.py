@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from sheldrake.multibody.plant._contact.results import ContactResults, PointPair
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.lcm import LcmPublisherSystem
+
+if TYPE_CHECKING:
+    from sheldrake.lcm._interface import DrakeLcmInterface
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 _CHANNEL = "CONTACT_RESULTS"
 
@@ -125,10 +130,10 @@ def _polygons(surface: ContactSurface) -> tuple[np.ndarray, list[float], list[in
 
 
 def ConnectContactResultsToDrakeVisualizer(
-    builder: Any,
-    plant: Any,
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
     scene_graph: SceneGraph,
-    lcm: Any = None,
+    lcm: DrakeLcmInterface | None = None,
     publish_period: float | None = None,
 ) -> LcmPublisherSystem:
     """Publishes a plant's contacts on the channel CONTACT_RESULTS.

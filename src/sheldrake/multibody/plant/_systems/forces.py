@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,12 @@ from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.framework._declarations import FedStage
 from sheldrake.systems.framework._templates import on_scalar_of
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+    from sheldrake.systems.framework._engine.memory import RootView
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 def _forces() -> AbstractValue:
@@ -55,7 +61,13 @@ class ExternallyAppliedSpatialForceMultiplexer(LeafSystem):
 class PropellerInfo:
     """One propeller: its body B, where its frame P is on it, and its forces per command."""
 
-    def __init__(self, body_index: BodyIndex, X_BP: Any = None, thrust_ratio: float = 1.0, moment_ratio: float = 0.0):
+    def __init__(
+        self,
+        body_index: BodyIndex,
+        X_BP: RigidTransform | None = None,
+        thrust_ratio: float = 1.0,
+        moment_ratio: float = 0.0,
+    ):
         """
         Args:
             body_index: B.
@@ -84,7 +96,7 @@ class Propeller(LeafSystem):
     def __init__(
         self,
         body_index: Any = None,
-        X_BP: Any = None,
+        X_BP: RigidTransform | None = None,
         thrust_ratio: float = 1.0,
         moment_ratio: float = 0.0,
         *,
@@ -124,7 +136,7 @@ class Propeller(LeafSystem):
         """Output: a list of ExternallyAppliedSpatialForce."""
         return self.get_output_port(0)
 
-    def _native_forces(self, plant: Any, rows_of: list[int], root: Any) -> FedStage | None:
+    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> FedStage | None:
         """The same as a stage of the plant that it feeds, if it is fed by that plant.
 
         Args:
@@ -159,7 +171,11 @@ class Wing(LeafSystem):
     _generic = True
 
     def __init__(
-        self, body_index: BodyIndex, surface_area: float, X_BodyWing: Any = None, fluid_density: float = 1.204
+        self,
+        body_index: BodyIndex,
+        surface_area: float,
+        X_BodyWing: RigidTransform | None = None,
+        fluid_density: float = 1.204,
     ):
         """
         Args:
@@ -222,17 +238,17 @@ class Wing(LeafSystem):
         F = SpatialForce_[system._scalar](np.zeros(3), R_WWing[:, 2] * force)
         value._held = [_applied(self._body, self._X_BWing.translation(), F)]
 
-    def _calc_center(self, context: Context, vector: Any) -> None:
+    def _calc_center(self, context: Context, vector: BasicVector) -> None:
         X_WB = context._system.get_input_port(0).Eval(context)[int(self._body)]
         vector.SetFromVector(X_WB @ self._X_BWing.translation())
 
     @staticmethod
     def AddToBuilder(
-        builder: Any,
-        plant: Any,
+        builder: DiagramBuilder,
+        plant: MultibodyPlant,
         body_index: BodyIndex,
         surface_area: float,
-        X_BodyWing: Any = None,
+        X_BodyWing: RigidTransform | None = None,
         fluid_density: float = 1.204,
     ) -> Wing:
         """Adds a wing to a diagram and connects it with a plant."""

@@ -30,6 +30,7 @@ from sheldrake.common._kernels.vec import (
     sub3,
     sub6,
     subtract_dot_six,
+    subtract_scaled,
     subtract_scaled_six,
     take_row,
     write3,
@@ -294,8 +295,7 @@ def take_from_rows_above(model, L, k, begin):
         row_i, depth, first = dof_i.row, dof_i.depth, max(dof_i.run, begin)
         for _ in range(first, i + 1):  # from the end of the run to its beginning
             a = L[row_k + depth] * r
-            for j in range(depth + 1):
-                L[row_i + j] -= a * L[row_k + j]
+            subtract_scaled(L, row_i, a, row_k, depth + 1)
             L[row_k + depth] = a
             row_i -= depth
             depth -= 1

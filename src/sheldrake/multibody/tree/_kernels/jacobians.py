@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from sheldrake.common._kernels.vec import add3, column3, cross3, read3, rotate, rotate_back, scale3, store_column3
+from sheldrake.common._kernels.vec import add3, column3, cross3, read3, rotate, rotate_back, scale3, store_column3, sub3
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integer, numbers, table
-from sheldrake.multibody.tree._kernels.kinematics import from_root, pose_of_frame, relative_pose
+from sheldrake.multibody.tree._kernels.kinematics import from_root, pose_of_frame, relative_pose, velocity_at
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 
@@ -106,6 +106,44 @@ def calc_frame_jacobian(model: TreeModel, p: Vector, work: TreeWork, ends: Frame
         for k in range(len(model.dofs)):
             store_column3(J, 0, k, rotate_back(R_WE, column3(J, 0, k)))
             store_column3(J, 3, k, rotate_back(R_WE, column3(J, 3, k)))
+
+
+@kernel
+def motion_at(model, work, b, p_WQ):
+    """Velocity and bias acceleration of the point fixed to body b that is now at p_WQ: both spatial, in W."""
+    V = velocity_at(model, work, b, p_WQ)
+    w, v_Q = V
+    alpha, a_Root = work[b].A_WB
+    a_Q = add3(add3(a_Root, cross3(alpha, from_root(model, work, b, p_WQ))), cross3(w, v_Q))
+    return V, (alpha, a_Q)
+
+
+@kernel(top=True, short_loops=True)
+def calc_bias_acceleration(model: TreeModel, p: Vector, work: TreeWork, ends: Frames, point: Vector, A: Vector) -> None:
+    """The part that does not depend on vdot of the acceleration that `calc_frame_jacobian` has the velocity of.
+
+    Args:
+        model: The tree.
+        p: Parameters.
+        work: Its workspace, after `velocity_kinematics`.
+        ends: B, A and E.
+        point: p_BoBp_B [m], shape (3,).
+        A: Filled, shape (6,).
+    """
+    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
+    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
+    (w_B, v_B), (alpha, a) = motion_at(model, work, ends.body_B, p_WQ)
+    if ends.body_A > 0:
+        (w_A, v_A), (alpha_A, a_A) = motion_at(model, work, ends.body_A, p_WQ)
+        alpha = sub3(sub3(alpha, alpha_A), cross3(w_A, sub3(w_B, w_A)))
+        a = sub3(sub3(a, a_A), scale3(cross3(w_A, sub3(v_B, v_A)), 2.0))
+    if ends.body_E > 0 or ends.frame_E >= 0:
+        R_WE, _ = pose_of_frame(model, p, work, ends.body_E, ends.frame_E)
+        alpha = rotate_back(R_WE, alpha)
+        a = rotate_back(R_WE, a)
+    for i in range(3):
+        A[i] = alpha[i]
+        A[3 + i] = a[i]
 
 
 @kernel(top=True, short_loops=True)

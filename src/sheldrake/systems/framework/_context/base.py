@@ -8,7 +8,10 @@ from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
     from sheldrake.systems.framework._system import System
+    from sheldrake.systems.framework._vector import BasicVector
 
 
 class ContextBase:
@@ -16,7 +19,7 @@ class ContextBase:
 
     _store: Store
     _node: int
-    _system: Any
+    _system: System
     _place: Any
     _kept: Any = None
     """What the system keeps for this context, made of its memory; forgotten when the memory moves."""
@@ -29,12 +32,14 @@ class ContextBase:
 
     _state: Any = None
     """The state as one object, likewise."""
+    _numeric: dict[int, BasicVector] | None = None
+    """Groups of numeric parameters, likewise."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
 
     @classmethod
-    def _make(cls, store: Store, node: int, system: System) -> Any:
+    def _make(cls, store: Store, node: int, system: System) -> Self:
         context = object.__new__(cls)
         context._store, context._node, context._system = store, node, system
         context._place, context._reads = store.layout.places[node], {}
@@ -87,7 +92,7 @@ class Toucher:
 
     __slots__ = ("level", "source", "store")
 
-    def __init__(self, store: Store, level: int, *source: Any):
+    def __init__(self, store: Store, level: int, *source: object):
         self.store, self.level, self.source = store, level, source
 
     def __call__(self) -> None:

@@ -8,7 +8,7 @@ asked for.
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
 
@@ -23,8 +23,12 @@ from sheldrake.systems.framework._values import AbstractValues, ContinuousState,
 from sheldrake.systems.framework._vector import BasicVector, converted
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
     from typing_extensions import Self
+
+    from sheldrake.common._types import Scalars
 
 
 class Context(ContextBase):
@@ -133,7 +137,7 @@ class Context(ContextBase):
 
     # Views. `shift` moves from the state to x+ or to the derivatives.
 
-    def _vector(self, a: int, b: int, on_write: Any, models: str, k: int = 0) -> BasicVector:
+    def _vector(self, a: int, b: int, on_write: Callable[[], None] | None, models: str, k: int = 0) -> BasicVector:
         """The numbers from a to b as a vector of the class that this leaf system declared."""
         memory = self._store.S[a:b]
         model = getattr(self._system, models, None)  # a diagram has none
@@ -144,7 +148,7 @@ class Context(ContextBase):
             return model._on_objects(memory, on_write, self._system._scalar)
         return model._on_memory(memory, on_write)
 
-    def _continuous_view(self, at: int | None = None, on_write: Any = None) -> ContinuousState:
+    def _continuous_view(self, at: int | None = None, on_write: Callable[[], None] | None = None) -> ContinuousState:
         a, b = self._place.xc
         start = a if at is None else at
         vector = self._vector(start, start + b - a, on_write, "_xc_model")
@@ -169,7 +173,7 @@ class Context(ContextBase):
             AbstractValues._view(abstract, None),
         )
 
-    def _touch(self, level: int, *source: Any) -> None:
+    def _touch(self, level: int, *source: object) -> None:
         self._store.touch(level, source)
 
     # Continuous state.
@@ -196,7 +200,7 @@ class Context(ContextBase):
         vector._wrote()
         return vector
 
-    def SetContinuousState(self, xc: Any) -> None:
+    def SetContinuousState(self, xc: Scalars) -> None:
         """Sets the continuous state."""
         self.get_continuous_state_vector().SetFromVector(xc)
 
@@ -214,12 +218,20 @@ class Context(ContextBase):
             self._discrete = self._discrete_view(0, True)
         return self._discrete
 
-    def get_discrete_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_discrete_state(self, index: None = None) -> DiscreteValues: ...
+    @overload
+    def get_discrete_state(self, index: int) -> BasicVector: ...
+    def get_discrete_state(self, index: int | None = None) -> DiscreteValues | BasicVector:
         """The discrete state, the same object until its memory moves; or its group `index`."""
         values = self._discrete or self._discrete_values()
         return values if index is None else values.get_vector(index)
 
-    def get_mutable_discrete_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_mutable_discrete_state(self, index: None = None) -> DiscreteValues: ...
+    @overload
+    def get_mutable_discrete_state(self, index: int) -> BasicVector: ...
+    def get_mutable_discrete_state(self, index: int | None = None) -> DiscreteValues | BasicVector:
         """The discrete state, or its group `index`, to be changed."""
         values = self._discrete or self._discrete_values()
         if index is not None:
@@ -256,7 +268,7 @@ class Context(ContextBase):
         if kwargs or not 1 <= len(args) <= 2:
             raise Mismatch("SetDiscreteState(): incompatible function arguments: give (xd) or (group_index, xd).")
         if len(args) == 2:
-            self.get_discrete_state(args[0]).SetFromVector(args[1])  # type: ignore[arg-type]
+            self.get_discrete_state(args[0]).SetFromVector(args[1])  # type: ignore[call-overload]
         elif isinstance(args[0], DiscreteValues):
             self.get_discrete_state().SetFrom(args[0])
         else:
@@ -264,20 +276,28 @@ class Context(ContextBase):
 
     # Abstract state.
 
-    def get_abstract_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_abstract_state(self, index: None = None) -> AbstractValues: ...
+    @overload
+    def get_abstract_state(self, index: int) -> AbstractValue: ...
+    def get_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`."""
         first, last = self._place.abstract
         values = AbstractValues._view(self._store.abstract[first:last], Toucher(self._store, SAMPLED, "xa", self._node))
         return values if index is None else values.get_value(index)
 
-    def get_mutable_abstract_state(self, index: int | None = None) -> Any:
+    @overload
+    def get_mutable_abstract_state(self, index: None = None) -> AbstractValues: ...
+    @overload
+    def get_mutable_abstract_state(self, index: int) -> AbstractValue: ...
+    def get_mutable_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`, to be changed."""
         self._touch(SAMPLED, "xa", self._node)
         values = self.get_abstract_state()
         return values if index is None else values.get_mutable_value(index)
 
     @checked
-    def SetAbstractState(self, index: int, value: Any) -> None:
+    def SetAbstractState(self, index: int, value: object) -> None:
         """Sets abstract state `index`."""
         self.get_mutable_abstract_state(index).set_value(value)
 
@@ -307,9 +327,16 @@ class Context(ContextBase):
         return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
 
     def _numeric_parameter(self, k: int) -> BasicVector:
-        group = self._place.parameters[0] + k
-        a, b = self._store.layout.parameter_groups[group]
-        return self._vector(a, b, Toucher(self._store, CONSTANT, "pn", group), "_pn_models", k)
+        known = self._numeric
+        if known is None:
+            known = self._numeric = {}
+        found = known.get(k)
+        if found is None:
+            group = self._place.parameters[0] + k
+            a, b = self._store.layout.parameter_groups[group]
+            touch = Toucher(self._store, CONSTANT, "pn", group)
+            found = known[k] = self._vector(a, b, touch, "_pn_models", k)
+        return found
 
     def get_mutable_parameters(self) -> Parameters:
         """The parameters, to be changed."""
@@ -352,7 +379,7 @@ class Context(ContextBase):
     def __deepcopy__(self, memo: dict) -> Self:
         return self.Clone()
 
-    def __reduce_ex__(self, protocol: Any) -> str | tuple:
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object: SaveContext() writes its content")
 
     def SetStateAndParametersFrom(self, source: Context) -> None:

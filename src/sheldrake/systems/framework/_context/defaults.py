@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._vector import lifted
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.memory import Place
+    from sheldrake.systems.framework._leaf_system import LeafSystem
 
 
 def set_defaults(store: Store, n: int) -> None:
@@ -25,11 +29,11 @@ def set_defaults(store: Store, n: int) -> None:
         if m in leaves:
             store.systems[m]._set_default_context(store.context(m))
     store.out_of_date()
-    if layout.given:
+    if layout.structures:
         store.restructure()
 
 
-def _set_abstract_defaults(store: Store, system: Any, place: Any) -> None:
+def _set_abstract_defaults(store: Store, system: LeafSystem, place: Place) -> None:
     for k, model in enumerate(system._xa_models):
         store.abstract[place.abstract[0] + k].SetFrom(model)
     for k, model in enumerate(system._pa_models):

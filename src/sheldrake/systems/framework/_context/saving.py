@@ -203,7 +203,7 @@ def _set(value: AbstractValue, text: dict, arrays: list) -> None:
         value.set_value(_decode(text, arrays))
 
 
-def _expect(is_so: Any, otherwise: str) -> None:
+def _expect(is_so: object, otherwise: str) -> None:
     if not is_so:
         raise ValueError(otherwise)
 
@@ -280,7 +280,7 @@ def _encode_all(store: Store, kind: str, default: Store, arrays: list) -> list:
     return found
 
 
-def _bare(value: Any) -> Any:
+def _bare(value: object) -> Any:
     return value.get_value() if isinstance(value, AbstractValue) else value
 
 
@@ -294,7 +294,7 @@ def _is_same(value: Any, other: Any) -> bool:
     return bool(np.array_equal(value, other)) if isinstance(value, np.ndarray) else bool(value == other)
 
 
-def _encode(value: Any, arrays: list, where: str, default: Any = None) -> Any:
+def _encode(value: object, arrays: list, where: str, default: object = None) -> Any:
     """JSON for a value, or `_AS_DEFAULT` for one of a type that has no JSON but is as in the default context."""
     try:
         return {"plain_of": _json(value.ToPlain(), arrays)} if hasattr(value, "ToPlain") else _json(value, arrays)
@@ -320,7 +320,7 @@ def _json(value: Any, arrays: list) -> Any:
     raise TypeError(type(value).__name__)
 
 
-def _decode(text: Any, arrays: list) -> Any:
+def _decode(text: dict[str, Any], arrays: list) -> Any:
     ((kind, content),) = text.items()
     if kind == "array":
         return arrays[content]

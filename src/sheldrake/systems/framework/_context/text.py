@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sheldrake.common._types import Scalar
+    from sheldrake.systems.framework._context.context import Context
 
 
-def _numbers(values: Any) -> str:
+def _numbers(values: Iterable[Scalar]) -> str:
     values = [x.value() if hasattr(x, "value") else x for x in values]
     return " ".join(repr(x).removesuffix(".0") if isinstance(x, float) else str(x) for x in values)
 
 
-def of_tree(c: Any) -> str:
+def of_tree(c: Context) -> str:
     """A diagram's context: how much there is, then its leaves' contexts."""
     title = f"{c.GetSystemPathname()} Context (of a Diagram)"
     lines = [title, "-" * (len(title) + 1)]
@@ -31,7 +37,7 @@ def of_tree(c: Any) -> str:
     return "\n".join(["\n".join(lines) + "\n", *told])
 
 
-def of_one(c: Any) -> str:
+def of_one(c: Context) -> str:
     """A leaf's context: time, state and parameters."""
     title = f"{c.GetSystemPathname()} Context"
     t = c.get_time()

@@ -20,6 +20,8 @@ from sheldrake.systems.framework._declarations import DERIVATIVES
 from sheldrake.systems.framework._engine.scratch import size_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.systems.framework._engine.store import Store
 
 _calls: dict[tuple, int] = {}
@@ -111,7 +113,7 @@ class ComplexChain:
             S[a:b] = values
 
 
-def as_complex(initial: Any, view: np.ndarray) -> np.ndarray:
+def as_complex(initial: ArrayLike, view: np.ndarray) -> np.ndarray:
     """What is in an array at first, as an array like `view`."""
     return np.ascontiguousarray(np.broadcast_to(initial, view.shape), view.dtype)
 

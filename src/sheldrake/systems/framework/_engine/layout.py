@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,10 @@ from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, 
 from sheldrake.systems.framework._engine.scratch import places_of
 from sheldrake.systems.framework._engine.topology import inputs_as, kernel_needs
 from sheldrake.systems.framework._kernels import program as _program
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._declarations import Callback
+    from sheldrake.systems.framework._system import System
 
 NO_ROW = -(10**9)
 """Number of the row of an event without a handler."""
@@ -61,8 +65,10 @@ class Row:
 class Layout(Memory):
     """The `rows` and the `program` of a root system, whose first rows are the output ports in order."""
 
-    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset(), given: dict | None = None):
-        super().__init__(root, overrides, given)
+    def __init__(
+        self, root: System, overrides: frozenset[tuple[int, int]] = frozenset(), structures: dict | None = None
+    ):
+        super().__init__(root, overrides, structures)
         self.structured = [n for n in self.leaves if self.systems[n]._structured]
         self.rows: list[Row] = []
         self.logs: list[tuple[int, Span]] = []
@@ -71,7 +77,7 @@ class Layout(Memory):
         self._stages: dict[int, list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
-        self._calls = [(row.calc, self._given(row)) if row.native else None for row in self.rows]
+        self._calls = [(row.calc, self._arguments_of(row)) if row.native else None for row in self.rows]
         self._tables = self._make_tables()
         self.version = sum(s._version for s in self.systems)
         leaves = [(n, self.systems[n]) for n in self.leaves]
@@ -80,7 +86,7 @@ class Layout(Memory):
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
         self._stamps = self._tables["level"].tolist()
-        self.called = {*self._tables["act"].tolist(), *self._tables["pre"].tolist()}
+        self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
         del self.systems  # a layout is owned by the root system: it must not own it in turn
@@ -203,8 +209,8 @@ class Layout(Memory):
 
     def _make_tables(self) -> dict[str, np.ndarray]:
         self._make_groups()  # adds the rows of witness functions
-        pre = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
-        seg = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
+        prerequisites = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
+        segments = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)
         stamp0 = _program.SideWords.SIZE
         k0 = stamp0 + n_rows
@@ -224,12 +230,12 @@ class Layout(Memory):
         size[S.derivatives], size[S.steady] = n_groups - 1, steady
         return dict(
             level=_ints(levels),
-            pre=_ints(_flat(pre)),
-            pre_ptr=_pointers(pre),
-            act=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
-            act_ptr=_pointers([rows for _, _, rows, _ in self.group_list]),
-            seg=_ints(_flat(seg)).reshape(-1, 2),
-            seg_ptr=_pointers(seg),
+            prerequisites=_ints(_flat(prerequisites)),
+            prerequisites_begin=_pointers(prerequisites),
+            calls=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
+            calls_begin=_pointers([rows for _, _, rows, _ in self.group_list]),
+            segment=_ints(_flat(segments)).reshape(-1, 2),
+            segments_begin=_pointers(segments),
             group=_ints([(kind, clock) for kind, clock, _, _ in self.group_list]).reshape(-1, 2),
             clock=np.array(self.clocks, float).reshape(-1, 2),
             log=_ints([(a, b - a) for _, (a, b) in self.logs]).reshape(-1, 2),
@@ -278,7 +284,7 @@ class Layout(Memory):
             spans += [self.places[n].xc for n in nodes]
         return sorted((a, b - a) for a, b in spans if b > a)
 
-    def _given(self, row: Row) -> dict[str, Any]:
+    def _arguments_of(self, row: Row) -> dict[str, Any]:
         """Arguments of a kernel row: offsets into the slab, models elsewhere."""
         place, found = self.places[row.node], {}
         scratch = self._scratch.get(row.node)
@@ -370,7 +376,13 @@ class Layout(Memory):
         return level
 
 
-def _stage_row(stage: Any, n: int, kind: int, out: Span, event: EventDeclaration | None = None) -> Row:
+def _stage_row(
+    stage: Callback | Kernel | PythonStage | FedStage,
+    n: int,
+    kind: int,
+    out: Span,
+    event: EventDeclaration | None = None,
+) -> Row:
     """The row of a stage: a kernel, a PythonStage, or a FedStage."""
     if isinstance(stage, FedStage):
         return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
@@ -391,13 +403,13 @@ def _require_model_name(kernel: Kernel, parameter: Parameter) -> None:
         )
 
 
-def _place(parameter: Parameter, span: Span) -> Any:
+def _place(parameter: Parameter, span: Span) -> list[Any] | tuple[int, int]:
     """Where an array or a table of one array is."""
     place = span[0], span[1] - span[0]
     return [place] if parameter.kind == "tuple" else place
 
 
-def _ints(values: Any) -> np.ndarray:
+def _ints(values: Sequence[int] | Sequence[tuple[int, ...]]) -> np.ndarray:
     return np.array(values, np.int64)
 
 

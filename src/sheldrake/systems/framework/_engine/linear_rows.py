@@ -16,10 +16,11 @@ from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._engine.store import Store
+    from sheldrake.systems.framework._system import System
 
 
 def motion_by_rows(
-    system: Any, context: Context, n: int, i: int | None, j: int | None, period: float
+    system: System, context: Context, n: int, i: int | None, j: int | None, period: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """x' or x+ and y, and their derivatives by x and u, from the kernels that compute them.
 
@@ -40,7 +41,7 @@ def motion_by_rows(
 
 
 def rows_of_motion(
-    system: Any, context: Context, n: int, i: int | None, j: int | None, period: float
+    system: System, context: Context, n: int, i: int | None, j: int | None, period: float
 ) -> tuple[RowDerivatives, np.ndarray, np.ndarray] | None:
     """What `motion_by_rows` evaluates: the rows, and the places of (x, u) and of (x' or x+, y) in the slab."""
     store = context._store
@@ -86,7 +87,10 @@ def _rows_for(store: Store, kind: int | None, output: int | None) -> list[int] |
     program, rows = layout.program, []
     for g, (its_kind, clock, acting, _) in enumerate(layout.group_list):
         if its_kind == kind and (kind == DERIVATIVES or clock >= 0):
-            rows += [*program.pre[program.pre_ptr[g] : program.pre_ptr[g + 1]].tolist(), *acting]
+            rows += [
+                *program.prerequisites[program.prerequisites_begin[g] : program.prerequisites_begin[g + 1]].tolist(),
+                *acting,
+            ]
     if output is not None:
         slot = layout.output_slot(0, output)[2]
         if not slot.vector:

@@ -8,12 +8,15 @@ when it is complete, and samples that are there do not change.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._kernels.program import Log
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 _SPARE = 8
 """Samples that a step may add to a log, and more: so much room is left for the event loop."""
@@ -102,7 +105,7 @@ def append(store: Store, s: int) -> None:
     add(store, s, store.S[0], store.S[a:b])
 
 
-def add(store: Store, s: int, t: Any, sample: Any) -> None:
+def add(store: Store, s: int, t: Scalar, sample: Any) -> None:
     """Adds a sample to log `s`."""
     store.check_thread()
     at = store.layout.log0 + 3 * s

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._engine.scratch import size_of
 from sheldrake.systems.framework._engine.topology import Source, Topology
 from sheldrake.systems.framework._index import PortDataType
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._engine.topology import Node
+    from sheldrake.systems.framework._system import System
 
 Span = tuple[int, int]
 """Begin and end in the slab."""
@@ -52,9 +56,9 @@ class Place:
 class Memory(Topology):
     """A topology whose values have places in a slab of `size` numbers; time is the first."""
 
-    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]], given: dict | None):
+    def __init__(self, root: System, overrides: frozenset[tuple[int, int]], structures: dict | None):
         super().__init__(root, overrides)
-        self.given = given or {}
+        self.structures = structures or {}
         """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
         self.stores: weakref.WeakSet[Any] = weakref.WeakSet()
         self.size = 1
@@ -105,7 +109,7 @@ class Memory(Topology):
         first, last = numbers
         return (groups[first][0], groups[last - 1][1]) if last > first else (self.size, self.size)
 
-    def _gather(self, node: Any, place: Place) -> None:
+    def _gather(self, node: Node, place: Place) -> None:
         """A diagram's values are those of its leaves, which lie side by side."""
         inside = [self.places[n] for n in self.leaves[node.first_leaf : node.last_leaf]]
         if not inside:
@@ -203,10 +207,10 @@ class RootView:
         kind, n, j = self._layout.sources[self._node, i]
         return (self._layout.systems[n], j) if kind == "out" else None
 
-    def given(self, i: int) -> Any:
+    def structure_behind(self, i: int) -> Any:
         """What the leaf that feeds input port `i` has in these contexts otherwise than in new ones, or None."""
         kind, n, _ = self._layout.sources[self._node, i]
-        return self._layout.given.get(n) if kind == "out" else None
+        return self._layout.structures.get(n) if kind == "out" else None
 
     def feeding(self, i: int) -> RootView | None:
         """What the leaf that feeds input port `i` may ask; None if nothing does."""
@@ -222,6 +226,6 @@ class RootView:
         return self._layout.stores
 
     @property
-    def root(self) -> Any:
+    def root(self) -> System:
         """The root system."""
         return self._layout.systems[0]

@@ -19,8 +19,11 @@ from sheldrake.systems.framework._engine.layout import Row
 from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
+    from sheldrake.common.value import AbstractValue
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._engine.store import Store
+    from sheldrake.systems.framework._state import State
+    from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 
 def call(store: Store, r: int, row: Row) -> Any:
@@ -50,7 +53,9 @@ def bound(store: Store, r: int) -> Callable[[], Any]:
     return functools.partial(calc.function, *((system,) if calc.owned else ()), context, *target)
 
 
-def _target(store: Store, r: int, row: Row, context: Context) -> Any:
+def _target(
+    store: Store, r: int, row: Row, context: Context
+) -> ContinuousState | BasicVector | DiscreteValues | State | AbstractValue:
     """What an output, derivatives or a discrete update fills."""
     if row.kind == DISCRETE:
         return context._discrete_view(store.layout.plus)
@@ -63,7 +68,7 @@ def _target(store: Store, r: int, row: Row, context: Context) -> Any:
     return model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
 
 
-def event_argument(store: Store, kind: int, context: Context) -> Any:
+def event_argument(store: Store, kind: int, context: Context) -> State | DiscreteValues | None:
     """What an update of this kind writes: x+ in the slab, abstract values aside until they are committed."""
     if kind == DISCRETE:
         return context._discrete_view(store.layout.plus)

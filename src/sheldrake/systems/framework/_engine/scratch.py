@@ -6,12 +6,12 @@ Integer arrays take the slab's 8-byte words as int64. In a slab of objects they 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 
-def arrays_of(prototype: Any) -> Iterator[np.ndarray]:
+def arrays_of(prototype: tuple[Any, ...]) -> Iterator[np.ndarray]:
     """All arrays of a prototype, in order."""
     for field in prototype:
         if isinstance(field, tuple):
@@ -20,12 +20,12 @@ def arrays_of(prototype: Any) -> Iterator[np.ndarray]:
             yield field
 
 
-def size_of(prototype: Any) -> int:
+def size_of(prototype: int | tuple[Any, ...]) -> int:
     """Words a prototype takes; a prototype may also be just that number."""
     return prototype if isinstance(prototype, int) else sum(a.size for a in arrays_of(prototype))
 
 
-def places_of(at: int, prototype: Any) -> dict[str, Any]:
+def places_of(at: int, prototype: int | NamedTuple) -> dict[str, Any]:
     """Where kernels find a scratch that begins at `at`, by the names its parts have in their parameters.
 
     Returns:
@@ -46,14 +46,36 @@ def places_of(at: int, prototype: Any) -> dict[str, Any]:
     return places
 
 
-def write_prototype(prototype: Any, part: np.ndarray) -> None:
-    """Sets scratch to what its prototype is.
+def copy_of(memory: np.ndarray) -> np.ndarray:
+    """A copy, in which zeros are not written if there are many: the operating system has no memory for them then."""
+    if memory.dtype == object or memory.size < _MANY:
+        return memory.copy()
+    new = np.zeros(memory.size)
+    for at in range(0, memory.size, _PAGE):
+        part = memory[at : at + _PAGE]
+        if part.view(np.int64).any():  # of -0.0, too
+            new[at : at + _PAGE] = part
+    return new
+
+
+_MANY, _PAGE = 1 << 20, 1 << 17  # numbers
+
+
+def write_prototype(prototype: int | NamedTuple, part: np.ndarray) -> None:
+    """Sets new scratch to what its prototype is.
 
     Args:
         prototype: Arrays; a number means any memory of that size.
-        part: The scratch in the slab.
+        part: The scratch in the slab, zeros.
     """
     if isinstance(prototype, int):
+        return
+    if part.dtype == float and part.size >= _MANY:
+        at = 0
+        for a in arrays_of(prototype):
+            if a.view(np.int64).any():
+                part[at : at + a.size] = a.reshape(-1).view(float)
+            at += a.size
         return
     if part.dtype == float:
         flat = [a.reshape(-1) for a in arrays_of(prototype)]
@@ -66,7 +88,7 @@ def write_prototype(prototype: Any, part: np.ndarray) -> None:
         at += a.size
 
 
-def views_of(S: np.ndarray, at: int, prototype: Any) -> Any:
+def views_of(S: np.ndarray, at: int, prototype: int | tuple[Any, ...]) -> Any:
     """The scratch itself: views of the slab, of the prototype's class."""
     if isinstance(prototype, int):
         return S[at : at + prototype]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sheldrake.common.kernel import Parameter, jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._engine.layout import Layout, Row
-from sheldrake.systems.framework._engine.scratch import views_of, write_prototype
+from sheldrake.systems.framework._engine.scratch import copy_of, views_of, write_prototype
 from sheldrake.systems.framework._engine.topology import inputs_as
 from sheldrake.systems.framework._engine.waiting import Waiting
 from sheldrake.systems.framework._event import EventStatus
@@ -34,7 +34,7 @@ _KEPT = ("uncached", "frozen", "stopped", "goes_on")
 """What a context is told stays so when its memory moves."""
 
 
-def tree_of(root: Any) -> list[Any]:
+def tree_of(root: System) -> list[Any]:
     """The systems under `root`, depth first, `root` included."""
     below = root._tree_below
     if below is None:
@@ -79,7 +79,7 @@ class Store:
         self.layout, self.systems, self.scalar = layout, systems, scalar
         dtype = float if scalar is float else object
         blank = layout.blank if scalar is float else None
-        self.S = lifted(np.zeros(layout.size), scalar) if blank is None else blank.copy()
+        self.S = lifted(np.zeros(layout.size), scalar) if blank is None else copy_of(blank)
         self.I = np.zeros(layout.side_size, np.int64)
         self.I[: CONTINUOUS + 1] = 1
         self.L = np.empty(0, dtype)
@@ -109,7 +109,7 @@ class Store:
                     self.S[slice(*slot.span)] = lifted(declared.model._v, self.scalar)
             self._reset_work(n)
         if self.scalar is float:
-            self.layout.blank = self.S.copy()
+            self.layout.blank = copy_of(self.S)
 
     def _use_locks(self) -> None:
         self.waiting = Waiting()
@@ -130,7 +130,7 @@ class Store:
         self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
         self.written: list[tuple[Any, Any]] = []
         self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
-        self.twins: dict[int, tuple] = {}
+        self.python_arguments: dict[int, tuple] = {}
         self.chains: dict[Any, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
         self.pending: dict[int, list[AbstractValue]] = {}
@@ -196,7 +196,7 @@ class Store:
 
     # Changes.
 
-    def touch(self, level: int, *sources: Any) -> None:
+    def touch(self, level: int, *sources: object) -> None:
         """A source of this level was written from Python."""
         if self.claimed:
             self.check_thread()
@@ -219,7 +219,7 @@ class Store:
         get = self.serials.get
         return (self.i[level] - self.mine[level], *(get(key, 0) for key in keys))
 
-    def count_writes_of(self, source: Any) -> np.ndarray:
+    def count_writes_of(self, source: object) -> np.ndarray:
         """A number, shape (1,), for kernels that write a source: each adds one, and one to `by_python[3]`."""
         number = np.zeros(1, np.int64)
         self.written.append((source, number))
@@ -231,7 +231,7 @@ class Store:
             self.serials[source] = self.serials.get(source, 0) + int(number[0])
             number[0] = 0
 
-    def fix(self, n: int, i: int, value: Any, anew: bool = False) -> None:
+    def fix(self, n: int, i: int, value: np.ndarray | AbstractValue, anew: bool = False) -> None:
         """Fixes an input port; a connected one gets memory of its own, as soon as memory may move.
 
         Args:
@@ -256,11 +256,11 @@ class Store:
         self.i[self.layout.fixed0 + slot.free] = 1
         self.touch(CONSTANT, ("fixed", slot.free))
 
-    def late_input(self, n: int, i: int) -> Any:
+    def late_input(self, n: int, i: int) -> np.ndarray | AbstractValue | None:
         """What input port `i` of node `n` will be fixed to when memory may move, or None."""
         if not self.waiting.inputs:
             return None
-        layout = self.systems[0]._layout_with(self.layout.overrides | set(self.waiting.inputs), self.layout.given)
+        layout = self.systems[0]._layout_with(self.layout.overrides | set(self.waiting.inputs), self.layout.structures)
         slot = layout.input_slot(n, i)
         return next((self.waiting.inputs.get(p) for p, number in layout.free.items() if number == slot.free), None)
 
@@ -286,18 +286,20 @@ class Store:
         try:
             waiting, self.waiting, self.unsettled = self.waiting, Waiting(), False
             if waiting.inputs:
-                self._move_to(self.systems[0]._layout_with(self.layout.overrides | set(waiting.inputs), self._given()))
+                self._move_to(
+                    self.systems[0]._layout_with(self.layout.overrides | set(waiting.inputs), self._structures())
+                )
                 for (n, i), value in waiting.inputs.items():
                     self.fix(n, i, value)
                 self.out_of_date()
-            elif waiting.structure and ((given := self._given()) != self.layout.given or self._is_old()):
-                self._move_to(self.systems[0]._layout_with(self.layout.overrides, given))
+            elif waiting.structure and ((structures := self._structures()) != self.layout.structures or self._is_old()):
+                self._move_to(self.systems[0]._layout_with(self.layout.overrides, structures))
                 self.out_of_date()
             waiting.move_logs(self)
         finally:
             self.lock.release()
 
-    def _given(self) -> dict[int, Any]:
+    def _structures(self) -> dict[int, Any]:
         """What systems say of this context that the layout must know."""
         found = {n: self.systems[n]._structure_in(self.context(n)) for n in self.layout.structured}
         return {n: structure for n, structure in found.items() if structure is not None}
@@ -348,7 +350,7 @@ class Store:
         for m, context in contexts.items():
             self.contexts[m] = context
             context._place, context._kept = new.places[m], None
-            context._discrete = context._continuous = context._state = None
+            context._discrete = context._continuous = context._state = context._numeric = None
         self.forget_readers()
 
     # Computing.
@@ -443,9 +445,9 @@ class Store:
             return row.calc.function(self.S[0], self._slab_address, self.layout.words_of[r])
         if self.left:
             self.leave_scratch(row.node)
-        arguments = self.twins.get(r)
+        arguments = self.python_arguments.get(r)
         if arguments is None:
-            arguments = self.twins[r] = self.arguments_of(row, self.S, self.scratch(row.node))
+            arguments = self.python_arguments[r] = self.arguments_of(row, self.S, self.scratch(row.node))
         status = row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
         if self.scalar is not float:
             written = self.S[slice(*row.out)]
@@ -454,7 +456,7 @@ class Store:
                     written[k] = self.scalar(number)
         return status
 
-    def arguments_of(self, row: Row, S: np.ndarray, scratch: Any) -> tuple:
+    def arguments_of(self, row: Row, S: np.ndarray, scratch: np.ndarray | NamedTuple) -> tuple:
         """What a kernel row is called with, in memory like the slab; None stands for time."""
         place, models = self.layout.places[row.node], row.models
         found: list[Any] = []
@@ -549,7 +551,7 @@ class Store:
         self.check_thread()
         for n in list(self.left):
             self.leave_scratch(n)
-        new = self.on(self.S.copy(), self.I.copy(), self.L.copy())
+        new = self.on(copy_of(self.S), self.I.copy(), self.L.copy())
         for r in self.values:
             new.I[self.layout.stamp0 + r] = 0
         new.unsettled, new.waiting = self.unsettled, self.waiting.copy()
@@ -575,7 +577,7 @@ def _argument(parameter: Parameter, array: np.ndarray) -> Any:
     return parameter.cls(array) if parameter.kind == "tuple" else array
 
 
-def not_connected(system: System, i: int, exported: Any = None) -> RuntimeError:
+def not_connected(system: System, i: int, exported: tuple[Any, int] | None = None) -> RuntimeError:
     """The error for an input port without a value."""
     also = ""
     if exported is not None:

@@ -10,6 +10,9 @@ from sheldrake.systems.framework._declarations import OutputDeclaration
 from sheldrake.systems.framework._index import Ticket
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sheldrake.systems.framework._index import DependencyTicket
     from sheldrake.systems.framework._system import System
 
 Source = tuple[str, int, int]
@@ -38,7 +41,7 @@ class Topology:
         overrides: Input ports (node, index) that are fixed although something is connected to them.
     """
 
-    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset()):
+    def __init__(self, root: System, overrides: frozenset[tuple[int, int]] = frozenset()):
         self.overrides = overrides
         self.systems: list[Any] = []
         self.nodes: list[Node] = []
@@ -229,7 +232,7 @@ _EXPAND = {
 _WITH_INPUTS = {Ticket.ALL_SOURCES, Ticket.XCDOT, Ticket.PNC}
 
 
-def expand_tickets(system: System, tickets: Any) -> set:
+def expand_tickets(system: System, tickets: Iterable[DependencyTicket | int]) -> set:
     """Tickets in terms of sources; those of cache entries are followed."""
     found: set = set()
     todo, seen = [int(t) for t in tickets], set()

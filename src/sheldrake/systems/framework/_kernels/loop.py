@@ -41,7 +41,7 @@ from sheldrake.systems.framework._kernels.program import (
 @inner
 def copy_state(program, S, g, source, target):
     """Copies the state that group `g` may change; `source` and `target` are shifts: 0 for x, `plus` for x+."""
-    for j in range(program.seg_ptr[g], program.seg_ptr[g + 1]):
+    for j in range(program.segments_begin[g], program.segments_begin[g + 1]):
         segment = program.segments[j]
         for i in range(segment.start, segment.start + segment.length):
             S[target + i] = S[source + i]
@@ -50,7 +50,7 @@ def copy_state(program, S, g, source, target):
 @inner
 def num_calls(program, g):
     """How many rows group `g` calls."""
-    return program.act_ptr[g + 1] - program.act_ptr[g]
+    return program.calls_begin[g + 1] - program.calls_begin[g]
 
 
 @inner

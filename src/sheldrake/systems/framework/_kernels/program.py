@@ -83,12 +83,12 @@ class Program(NamedTuple):
     words: IntVector  # arguments of all rows
     at: IntVector  # where each row's arguments begin
     level: IntVector  # how often each row's values can change
-    pre: IntVector  # output rows that a group reads, in topological order
-    pre_ptr: IntVector
-    act: IntVector  # rows that a group calls; -1 - n is log n
-    act_ptr: IntVector
-    seg: Annotated[IntMatrix, Items("segments", Segment)]
-    seg_ptr: IntVector
+    prerequisites: IntVector  # output rows that a group reads, in topological order
+    prerequisites_begin: IntVector  # where those of each group begin
+    calls: IntVector  # rows that a group calls; -1 - n is log n
+    calls_begin: IntVector  # where those of each group begin
+    segment: Annotated[IntMatrix, Items("segments", Segment)]
+    segments_begin: IntVector  # where those of each group begin
     group: Annotated[IntMatrix, Items("groups", Group)]
     clock: Annotated[Matrix, Items("clocks", Clock)]
     log: Annotated[IntMatrix, Items("logs", Log)]
@@ -127,7 +127,6 @@ class RunWords(Record):
     publishes = integer("how often anything was published")
     discretes = integer("discrete updates")
     unrestricteds = integer("unrestricted updates")
-    spare = integer("not used")
     evals = integer("evaluations of derivatives")
     shrinks_error = integer("steps repeated shorter for their error")
     shrinks_failure = integer("steps repeated shorter because they failed")
@@ -168,8 +167,8 @@ def special(program, S, side, rows, r):
 @inner
 def refresh(program, S, side, rows, g):
     """Brings the output ports that group `g` reads up to date."""
-    for j in range(program.pre_ptr[g], program.pre_ptr[g + 1]):
-        r = program.pre[j]
+    for j in range(program.prerequisites_begin[g], program.prerequisites_begin[g + 1]):
+        r = program.prerequisites[j]
         if side.word[program.stamps + r] != side.word[program.level[r]]:
             call(program, S, side, rows, r)
             if side.status != 0:
@@ -182,8 +181,8 @@ def fire(program, S, side, L, rows, g):
     """Calls what group `g` does: updates into x+, derivatives, publishes, logs."""
     if side.status != 0:
         return
-    for j in range(program.act_ptr[g], program.act_ptr[g + 1]):
-        r = program.act[j]
+    for j in range(program.calls_begin[g], program.calls_begin[g + 1]):
+        r = program.calls[j]
         if r >= 0:
             call(program, S, side, rows, r)
             if side.status != 0:
