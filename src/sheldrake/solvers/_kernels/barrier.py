@@ -390,7 +390,7 @@ LOOK, NEWTON_STEP, GO, JUDGE, CORRECT, ACCEPT = range(6)
 
 
 @kernel(top=True)
-def advance(system: System, it: Iterate, progress: Progress, what: int) -> int:
+def advance_barrier(system: System, it: Iterate, progress: Progress, what: int) -> int:
     """One of the above; its answer, or 0. They have one entry, so that all of them are bound at once."""
     if what == LOOK:
         return look(it, progress)
