@@ -30,7 +30,7 @@ class PiecewiseTrajectory(Trajectory):
         if is_symbolic(cls._T):
             return
         for a, b in itertools.pairwise(breaks):
-            if b - a < EPSILON_TIME:
+            if not b - a >= EPSILON_TIME:  # of nan, too
                 raise RuntimeError(f"{cls._name('')}: Times must be in increasing order. {b} follows {a}.")
 
     def get_number_of_segments(self) -> int:

@@ -191,6 +191,7 @@ def test_copies_are_independent():
     [
         (lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0], [[1.0, 2.0, 3.0]]), RuntimeError, "does not match"),
         (lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0, 0.5], [[1.0, 2.0, 3.0]]), RuntimeError, "increasing"),
+        (lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0, np.nan], [[1.0, 2.0, 3.0]]), RuntimeError, "increasing"),
         (lambda: PiecewisePolynomial.FirstOrderHold([0.0], [[1.0]]), RuntimeError, "at least 2"),
         (lambda: PiecewisePolynomial.CubicShapePreserving([0.0, 1.0], [[1.0, 2.0]]), RuntimeError, "at least 3"),
         (lambda: PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [1.0, 2.0]), TypeError, "samples"),

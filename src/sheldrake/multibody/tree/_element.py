@@ -181,6 +181,8 @@ def finite(call: str, name: str, value: Any) -> Any:
         RuntimeError: one is.
     """
     array = np.asarray(value)
-    if array.dtype != object and not np.isfinite(array).all():
+    if array.dtype == object:  # symbols; and None, which is no number
+        array = np.array([math.nan if x is None else 0.0 for x in array.flat])
+    if not np.isfinite(array).all():
         raise RuntimeError(f"{call}(): {name} must be finite, not {value}.")
     return value

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.multibody.tree._element import NamedElement, vector
+from sheldrake.multibody.tree._element import NamedElement, finite, vector
 from sheldrake.multibody.tree._index import JointActuatorIndex
 from sheldrake.multibody.tree._joint import Joint
 
@@ -90,8 +90,12 @@ class JointActuator(NamedElement):
         return self._gear_ratio
 
     def set_default_gear_ratio(self, gear_ratio: float) -> None:
-        """Sets the gear ratio of a default context."""
-        self._gear_ratio = float(gear_ratio)
+        """Sets the gear ratio of a default context.
+
+        Raises:
+            RuntimeError: it is not finite.
+        """
+        self._gear_ratio = finite("JointActuator.set_default_gear_ratio", "gear_ratio", float(gear_ratio))
 
     def default_reflected_inertia(self) -> float:
         """Rotor inertia as the joint feels it [kg m² or kg]."""

@@ -79,9 +79,9 @@ def _unit_axis(joint: Joint, axis: Scalars) -> np.ndarray:
     """`axis` with length one, shape (3,).
 
     Raises:
-        RuntimeError: it is too short to have a direction.
+        RuntimeError: it is not finite, or too short to have a direction.
     """
-    axis = vector(type(joint).__name__, "axis", axis, 3).astype(float)
+    axis = finite(type(joint).__name__, "axis", vector(type(joint).__name__, "axis", axis, 3).astype(float))
     length = float(np.linalg.norm(axis))
     if not length >= np.sqrt(np.finfo(float).eps):
         kind = joint.kTypeName.capitalize()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._rotations import quaternion_to_matrix
+from sheldrake.common._rotations import matrix_to_canonical_quaternion, quaternion_to_matrix
 from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix
 from sheldrake.multibody.tree._element import scalar_of, vector
@@ -111,7 +111,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         return np.array([1.0, 0, 0, 0, 0, 0, 0])
 
     def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
-        return R.ToQuaternion().wxyz()
+        return np.array(matrix_to_canonical_quaternion(R._M))
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         T, squared = scalar_of(q), q[:4] @ q[:4]

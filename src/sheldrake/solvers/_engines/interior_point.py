@@ -288,7 +288,7 @@ class InteriorPoint:
         self._numbers = np.zeros(Progress.SIZE)
         self._now = _Now(self._numbers)
         self._now.mu, self._now.tolerance = mu, tolerance
-        self._bound = barrier.advance_barrier.bind(self._factors.system, it, self._numbers, barrier.LOOK)
+        self._bound = barrier.interior_point_step.bind(self._factors.system, it, self._numbers, barrier.LOOK)
         it.z[:] = self._inside(it.z)
         self._evaluate()
         it.lam[:] = self._least_multipliers()

@@ -6,8 +6,9 @@ there are infinite.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
+
+import numpy as np
 
 from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.common.record import Record, number
@@ -301,9 +302,9 @@ def barrier_of(it, z, f, mu):
     total = 0.0
     for i in range(len(z)):
         if it.lower[i] > -INFINITE:
-            total += math.log(z[i] - it.lower[i])
+            total += np.log(z[i] - it.lower[i])
         if it.upper[i] < INFINITE:
-            total += math.log(it.upper[i] - z[i])
+            total += np.log(it.upper[i] - z[i])
     return f - mu * total
 
 
@@ -390,7 +391,7 @@ LOOK, NEWTON_STEP, GO, JUDGE, CORRECT, ACCEPT = range(6)
 
 
 @kernel(top=True)
-def advance_barrier(system: System, it: Iterate, progress: Progress, what: int) -> int:
+def interior_point_step(system: System, it: Iterate, progress: Progress, what: int) -> int:
     """One of the above; its answer, or 0. They have one entry, so that all of them are bound at once."""
     if what == LOOK:
         return look(it, progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +36,14 @@ TAKEN = slice(operator.index(IntegratorNumbers.h_first), operator.index(Integrat
 COUNTS = slice(operator.index(RunWords.evals), operator.index(RunWords.xc_steps) + 1)
 """What an integrator counts."""
 _NOT_YET = np.full(3, nan).data
+
+
+def _positive(call: str, number: Any) -> float:
+    """A number that is greater than 0, or nan, which stands for the default."""
+    value = float(plain(number))
+    if value <= 0.0:
+        raise RuntimeError(f"{call}(): it must be positive, not {value}.")
+    return value
 
 
 class IntegratorBase:
@@ -88,14 +97,14 @@ class IntegratorBase:
         return self._maximum
 
     def set_target_accuracy(self, accuracy: float) -> None:
-        """What error control aims at.
+        """What error control aims at; with nan its default.
 
         Raises:
-            RuntimeError: the integrator estimates no error.
+            RuntimeError: the integrator estimates no error, or it is not positive.
         """
         if not self._supports_error_estimation:
             raise RuntimeError("Integrator does not support accuracy estimation and user has requested error control")
-        self._accuracy = float(accuracy)
+        self._accuracy = _positive("set_target_accuracy", accuracy)
         self._use_accuracy()
 
     def get_target_accuracy(self) -> float:
@@ -125,18 +134,31 @@ class IntegratorBase:
         return bool(self._numbers.fixed)
 
     def request_initial_step_size_target(self, step_size: float) -> None:
-        """Length of the first step with error control [s]."""
+        """Length of the first step with error control [s]; with nan what the integrator thinks best.
+
+        Raises:
+            RuntimeError: the integrator estimates no error, or it is not positive.
+        """
         if not self._supports_error_estimation:
             raise RuntimeError("Integrator does not support error estimation and user has initial step size target")
-        self._initial = float(plain(step_size))
+        self._initial = _positive("request_initial_step_size_target", step_size)
 
     def get_initial_step_size_target(self) -> float:
         """Length of the first step with error control [s]."""
         return self._initial
 
     def set_requested_minimum_step_size(self, min_step_size: float) -> None:
-        """Error control does not go below this [s]."""
-        self._minimum = self._numbers.h_min = float(plain(min_step_size))
+        """Error control does not go below this [s].
+
+        Raises:
+            RuntimeError: it is negative or not finite.
+        """
+        seconds = float(plain(min_step_size))
+        if not 0.0 <= seconds < math.inf:
+            raise RuntimeError(
+                f"set_requested_minimum_step_size(): min_step_size must be finite and not negative, not {seconds}."
+            )
+        self._minimum = self._numbers.h_min = seconds
 
     def get_requested_minimum_step_size(self) -> float:
         """Error control does not go below this [s]."""

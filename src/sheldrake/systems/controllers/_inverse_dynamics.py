@@ -54,7 +54,8 @@ class _PlantKeeper(LeafSystem):
         """A kernel computes the first output port on doubles."""
         model = parts_of(self._plant).elements.model(type(self).__name__)
         n, bodies = model.nv, model.num_bodies
-        motion = kernels.Motion._make(np.zeros(shape) for shape in (n, n, n, (bodies, 6), (bodies, 6)))
+        v, vdot, force, F, A = *np.zeros((3, n)), *np.zeros((2, bodies, 6))
+        motion = kernels.Motion(v, vdot, force, F, A)
         self._declare_scratch(kernels.Work(make_work(model.tree), motion))
         self._compute_natively(0, kernel)
 

@@ -11,7 +11,7 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.common.kernel import Kernel
 from sheldrake.systems.framework._event import Event
 from sheldrake.systems.framework._index import PortDataType
-from sheldrake.systems.framework._vector import BasicVector
+from sheldrake.systems.framework._vector import BasicVector, as_size
 
 if TYPE_CHECKING:
     from sheldrake.common._random import RandomDistribution
@@ -151,8 +151,6 @@ def vector_model(value: BasicVector | int | Scalars, what: str) -> BasicVector:
 
     if isinstance(value, BasicVector):
         return value.Clone()
-    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
-        if value < 0:
-            raise TypeError(f"{what}: a size must not be negative, got {value}.")
-        return BasicVector(np.zeros(int(value)))
+    if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
+        return BasicVector(np.zeros(as_size(value, what)))
     return BasicVector(value)

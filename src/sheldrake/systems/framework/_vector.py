@@ -81,6 +81,17 @@ def is_size(value: object) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
+def as_size(value: Any, what: str) -> int:
+    """A size that a caller gave; a TypeError for 2.5, nan and None, which are none, and for negative ones."""
+    try:
+        n = operator.index(value)
+    except TypeError:
+        raise Mismatch(f"{what}: a size must be an int, not {value!r}.") from None
+    if n < 0:
+        raise Mismatch(f"{what}: a size must not be negative, got {n}.")
+    return n
+
+
 def plain(x: Any) -> Any:
     """An AutoDiffXd's value, an Expression's if it is constant; a float as it is."""
     return x.value() if hasattr(x, "value") else x.Evaluate() if hasattr(x, "Evaluate") else x

@@ -14,8 +14,9 @@ from sheldrake.common._kinds import called, count, flag, instance_of
 from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
+from sheldrake.systems.framework._declarations import vector_model
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._vector import as_vector, is_size, plain
+from sheldrake.systems.framework._vector import as_size, as_vector, is_size, plain
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
@@ -40,9 +41,9 @@ class Adder(LeafSystem):
 
     def __init__(self, num_inputs: int, size: int):
         super().__init__()
-        for i in range(num_inputs):
-            self.DeclareVectorInputPort(f"u{i}", int(size))
-        self.DeclareVectorOutputPort("sum", int(size), blocks.add)
+        for i in range(as_size(num_inputs, "Adder()")):
+            self.DeclareVectorInputPort(f"u{i}", size)
+        self.DeclareVectorOutputPort("sum", size, blocks.add)
 
 
 class Gain(LeafSystem):
@@ -58,7 +59,7 @@ class Gain(LeafSystem):
 
     def __init__(self, k: Any, size: int | None = None):
         super().__init__()
-        self._k = np.full(int(size), float(k)) if size is not None else np.array(as_vector(k), float)
+        self._k = np.full(as_size(size, "Gain()"), float(k)) if size is not None else np.array(as_vector(k), float)
         n = len(self._k)
         self.DeclareVectorInputPort("u0", n)
         self.DeclareVectorOutputPort("y0", n, blocks.scale)
@@ -111,7 +112,7 @@ class Multiplexer(LeafSystem):
         if isinstance(given, BasicVector):
             sizes, model = [1] * given.size(), given
         else:
-            sizes = [1] * int(given) if is_size(given) else [int(n) for n in given]
+            sizes = [1] * as_size(given, "Multiplexer()") if is_size(given) else [int(n) for n in given]
             model = BasicVector(np.zeros(sum(sizes)))
         for i, n in enumerate(sizes):
             self.DeclareVectorInputPort(f"u{i}", n)
@@ -233,7 +234,7 @@ class PassThrough(LeafSystem):
             self.DeclareAbstractInputPort("u", model)
             self.DeclareAbstractOutputPort("y", self._value.Clone, self._copy_value)
         else:
-            default = np.zeros(int(model)) if is_size(model) else as_vector(model)
+            default = vector_model(model, "PassThrough()").CopyToVector()
             self.DeclareVectorInputPort("u", BasicVector(default))
             self._inputs[0].optional = not input_required
             self.DeclareVectorOutputPort("y", BasicVector(default), blocks.copy_input)
@@ -262,7 +263,7 @@ class PortSwitch(LeafSystem):
         from sheldrake.systems.framework import InputPortIndex
 
         super().__init__()
-        self._n = int(vector_size)
+        self._n = as_size(vector_size, "PortSwitch()")
         self.DeclareAbstractInputPort("port_selector", Value[object](InputPortIndex(0)))
         self.DeclareVectorOutputPort("value", self._n, self._calc)
 

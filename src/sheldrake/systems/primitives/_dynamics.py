@@ -10,7 +10,8 @@ from sheldrake.common._kinds import called, count
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem
-from sheldrake.systems.framework._vector import as_vector, is_size
+from sheldrake.systems.framework._declarations import vector_model
+from sheldrake.systems.framework._vector import as_size, as_vector
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class Integrator(LeafSystem):
     @overloaded(overload(size=count), overload(initial_value=called("float array of shape (n,)")))
     def __init__(self, given: Any):
         super().__init__()
-        initial = np.zeros(given) if is_size(given) else as_vector(given)
+        initial = vector_model(given, "Integrator()").CopyToVector()
         self.DeclareVectorInputPort("u0", len(initial))
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(BasicVector(initial)))
         self.DeclareTimeDerivatives(blocks.copy_input)
@@ -67,7 +68,9 @@ class FirstOrderLowPassFilter(LeafSystem):
     def __init__(self, time_constant: Any = None, size: int = 1, *, time_constants: Any = None):
         super().__init__()
         given = time_constant if time_constants is None else time_constants
-        self._tau = as_vector(given) if np.ndim(given) else np.full(int(size), float(given))
+        self._tau = (
+            as_vector(given) if np.ndim(given) else np.full(as_size(size, "FirstOrderLowPassFilter()"), float(given))
+        )
         if not np.all(self._tau > 0):
             raise RuntimeError(f"FirstOrderLowPassFilter: time constants must be positive, got {self._tau.tolist()}.")
         n = len(self._tau)
@@ -126,8 +129,8 @@ class ZeroOrderHold(LeafSystem):
             self.DeclareStateOutputPort("y", self.DeclareAbstractState(model))
             self.DeclarePeriodicUnrestrictedUpdateEvent(self._period, self._offset, self._hold_value)
         else:
-            self.DeclareVectorInputPort("u", int(model))
-            self.DeclareStateOutputPort("y", self.DeclareDiscreteState(int(model)))
+            self.DeclareVectorInputPort("u", model)
+            self.DeclareStateOutputPort("y", self.DeclareDiscreteState(model))
             self.DeclarePeriodicDiscreteUpdateEvent(self._period, self._offset, blocks.copy_input)
 
     def _hold_value(self, context: Context, state: State) -> None:
@@ -168,7 +171,10 @@ class DiscreteTimeDelay(LeafSystem):
         abstract_model_value: AbstractValue | None = None,
     ):
         super().__init__()
-        steps, model = int(delay_time_steps), vector_size if abstract_model_value is None else abstract_model_value
+        steps, model = (
+            as_size(delay_time_steps, "DiscreteTimeDelay()"),
+            vector_size if abstract_model_value is None else abstract_model_value,
+        )
         if isinstance(model, AbstractValue):
             self.DeclareAbstractInputPort("u", model)
             oldest = self.DeclareAbstractState(model)
@@ -177,7 +183,7 @@ class DiscreteTimeDelay(LeafSystem):
             self.DeclareStateOutputPort("delayed_u", oldest)
             self.DeclarePeriodicUnrestrictedUpdateEvent(float(update_sec), 0.0, self._shift)
         else:
-            n = int(model)
+            n = as_size(model, "DiscreteTimeDelay()")
             self.DeclareVectorInputPort("u", n)
             self.DeclareDiscreteState((steps + 1) * n)
             self.DeclareVectorOutputPort("delayed_u", n, blocks.first_elements)
@@ -204,8 +210,8 @@ class DiscreteTimeIntegrator(LeafSystem):
     def __init__(self, size: int, time_step: float):
         super().__init__()
         self._dt = float(time_step)
-        self.DeclareVectorInputPort("u", int(size))
-        self.DeclareStateOutputPort("y", self.DeclareDiscreteState(int(size)))
+        self.DeclareVectorInputPort("u", size)
+        self.DeclareStateOutputPort("y", self.DeclareDiscreteState(size))
         self.DeclarePeriodicDiscreteUpdateEvent(self._dt, 0.0, blocks.euler)
 
     def _kernel_models(self, root: RootView) -> dict:

@@ -79,7 +79,7 @@ class RandomSource(LeafSystem):
     def __init__(self, distribution: RandomDistribution, num_outputs: int, sampling_interval_sec: float):
         super().__init__()
         self._distribution, self._seed = distribution, next(_seeds)
-        self.DeclareStateOutputPort("output", self.DeclareDiscreteState(int(num_outputs)))
+        self.DeclareStateOutputPort("output", self.DeclareDiscreteState(num_outputs))
         self.DeclareAbstractState(Value[object](_Sampler(distribution, self._seed)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(float(sampling_interval_sec), 0.0, self._draw)
 

@@ -9,6 +9,7 @@ from sheldrake.common._checked import checked
 from sheldrake.systems.framework import LeafSystem, PortDataType, TriggerType
 from sheldrake.systems.framework._declarations import PUBLISH
 from sheldrake.systems.framework._templates import on_scalar_of
+from sheldrake.systems.framework._vector import as_size
 from sheldrake.systems.primitives._log_set import LogSet
 from sheldrake.systems.primitives._vector_log import VectorLog, _ContextLog
 
@@ -56,7 +57,7 @@ class VectorLogSink(LeafSystem):
                 f"VectorLogSink: publish_period must be positive if and only if kPeriodic is among the triggers; got "
                 f"publish_period={publish_period}."
             )
-        self._size = int(input_size)
+        self._size = as_size(input_size, "VectorLogSink()")
         self._triggers, self._period = triggers, float(publish_period)
         self.DeclareVectorInputPort("data", self._size)
         self._declare_event(

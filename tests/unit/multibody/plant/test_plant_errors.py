@@ -293,3 +293,28 @@ def test_a_name_is_no_body():
     plant, *_ = plant_with_arm()
     with pytest.raises(TypeError, match=r"EvalBodyPoseInWorld\(\): incompatible.*'link'"):
         plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), "link")
+
+
+@pytest.mark.parametrize("x", [np.nan, np.inf, None])
+def test_numbers_that_are_none_are_refused_where_they_are_given(x):
+    plant, ja, jb = two_joints(0.01)
+    world, body = plant.world_body(), ja.child_body()
+    for give in (
+        lambda: plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, x]),
+        lambda: RevoluteJoint("j", plant.world_frame(), body.body_frame(), [0.0, 0.0, x]),
+        lambda: plant.AddJointActuator("motor", ja).set_default_gear_ratio(x),
+        lambda: plant.AddBallConstraint(body, [x, 0.0, 0.0], world),
+        lambda: plant.AddCouplerConstraint(ja, jb, x),
+        lambda: plant.AddCouplerConstraint(ja, jb, 1.0, x),
+    ):
+        with pytest.raises((RuntimeError, TypeError), match=r"finite|must be float|NoneType"):
+            give()
+
+
+def test_a_state_that_leaves_all_numbers_within_a_continuous_step():
+    plant, *_ = two_joints(0.0)
+    plant.Finalize()
+    simulator = Simulator(plant)
+    simulator.get_mutable_context().SetContinuousState(np.full(4, 1e300))
+    with pytest.raises(RuntimeError, match="positions become infinite or NaN within a step of the integrator"):
+        simulator.AdvanceTo(0.1)

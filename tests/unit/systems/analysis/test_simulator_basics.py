@@ -1,11 +1,13 @@
 """A loop of a Python plant and a Python controller: what a user writes first."""
 
+import math
+
 import numpy as np
 import pytest
 
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
-from sheldrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from sheldrake.systems.primitives import ConstantVectorSource, Integrator, LogVectorOutput
 
 
 class Plant(LeafSystem):
@@ -113,3 +115,19 @@ def test_a_time_that_is_no_number_is_a_type_error(time):
     with pytest.raises(TypeError):
         simulator.AdvanceTo(time)
     assert simulator.get_context().get_time() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("call", "numbers"),
+    [
+        ("set_target_accuracy", (0.0, -1.0, -math.inf)),
+        ("request_initial_step_size_target", (0.0, -1.0, -math.inf)),
+        ("set_requested_minimum_step_size", (-1.0, -math.inf, math.inf, math.nan)),
+        ("set_maximum_step_size", (-1.0, -math.inf, math.nan)),
+    ],
+)
+def test_numbers_with_which_an_integrator_would_not_end_are_refused(call, numbers):
+    integrator = Simulator(Integrator(1)).get_mutable_integrator()
+    for number in numbers:
+        with pytest.raises(RuntimeError, match=f"{call}.*{number}"):
+            getattr(integrator, call)(number)

@@ -1,9 +1,12 @@
 """Systems that users write: declarations, events in all spellings, vector systems, abstract values."""
 
+import math
+
 import numpy as np
 import pytest
 
 from sheldrake.common.value import Value
+from sheldrake.systems import primitives
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import (
     BasicVector,
@@ -368,6 +371,25 @@ def test_a_unique_periodic_update_is_computed_once_until_something_is_written():
     context.DisableCaching()
     system.EvalUniquePeriodicDiscreteUpdate(context)
     assert system.calls == 4
+
+
+@pytest.mark.parametrize("size", [2.5, 1.0, math.nan, math.inf, -1, np.float64(2.0)])
+def test_sizes_are_whole_numbers(size):
+    for make in (
+        lambda: LeafSystem().DeclareVectorInputPort("u", size),
+        lambda: LeafSystem().DeclareContinuousState(size),
+        lambda: LeafSystem().DeclareDiscreteState(size),
+        lambda: primitives.Integrator(size),
+        lambda: primitives.PassThrough(size),
+        lambda: primitives.Gain(1.0, size),
+        lambda: primitives.Adder(size, 1),
+        lambda: primitives.Adder(1, size),
+        lambda: primitives.ZeroOrderHold(0.1, size),
+        lambda: primitives.DiscreteTimeDelay(0.1, size, 1),
+        lambda: primitives.VectorLogSink(size),
+    ):
+        with pytest.raises(TypeError, match="size"):
+            make()
 
 
 def test_a_group_of_parameters_is_one_object_and_inputs_keep_their_own_numbers():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from sheldrake.multibody.plant._building.elements import ConstraintRecord, Eleme
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.tree import BodyIndex, Joint, MultibodyConstraintId, RigidBody
-from sheldrake.multibody.tree._element import NamedElement, vector
+from sheldrake.multibody.tree._element import NamedElement, finite, vector
 from sheldrake.multibody.tree._frame import pose_numbers
 from sheldrake.multibody.tree._owner import ContextNumbers
 from sheldrake.systems.framework import Context
@@ -129,8 +130,11 @@ class Constraints:
         self._elements.require_not_finalized(call)
         self.require_rows(call)
         self._elements.require_mine(call, A, B)
+        values = [float(x) for x in numbers]
+        if any(map(math.isnan, values)):
+            raise RuntimeError(f"{call}(): a number is nan among {values}.")
         new = MultibodyConstraintId.get_new_id()
-        self._elements.constraints[new] = ConstraintRecord(kind, A, B, [float(x) for x in numbers], **options)
+        self._elements.constraints[new] = ConstraintRecord(kind, A, B, values, **options)
         return new
 
     @checked
@@ -148,7 +152,8 @@ class Constraints:
                     f"AddCouplerConstraint(): Coupler constraint can only be defined on single-DOF joints. However "
                     f"joint '{joint.name()}' has {joint.num_velocities()} degrees of freedom."
                 )
-        return self._add("AddCouplerConstraint", "coupler", joint0, joint1, [gear_ratio, offset])
+        numbers = finite("AddCouplerConstraint", "gear_ratio and offset", [gear_ratio, offset])
+        return self._add("AddCouplerConstraint", "coupler", joint0, joint1, numbers)
 
     def AddTendonConstraint(
         self,
@@ -236,7 +241,7 @@ class Constraints:
         if body_A is body_B:
             raise RuntimeError(f"{call}(): Invalid set of parameters for constraint: bodies A and B are the same.")
         points = [*vector(call, "p_AP", p_AP, 3), *(np.zeros(3) if p_BQ is None else vector(call, "p_BQ", p_BQ, 3))]
-        return self._add(call, "ball", body_A, body_B, points, open_point=p_BQ is None)
+        return self._add(call, "ball", body_A, body_B, finite(call, "the points", points), open_point=p_BQ is None)
 
     @checked
     def AddWeldConstraint(self, body_A: RigidBody, X_AP: Any, body_B: RigidBody, X_BQ: Any) -> MultibodyConstraintId:

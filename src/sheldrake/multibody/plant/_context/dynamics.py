@@ -89,7 +89,7 @@ class Dynamics:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._contexts.view(context)
         _require_fitting("CalcForceElementsContribution", view, forces)
-        found, F = view.ask_element_forces(view.frozen.forces)(), 6 * view.nb
+        found, F = view.ask_element_forces(), 6 * view.nb
         found[:F].reshape(-1, 6).take(view.frozen.row_indices, 0, forces._F_Bo_W)
         forces._tau[:] = found[F:]
         forces._tau -= view.p[view.frozen.damping_at] * view.v

@@ -22,7 +22,6 @@ from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.ports import write_finite
 from sheldrake.multibody.tree import Frame, RigidBody
 from sheldrake.multibody.tree._kernels import dynamics, jacobians, kinematics, queries
-from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
 from sheldrake.systems.framework import Context
 
@@ -310,13 +309,14 @@ class View:
             found = self._applied = rows, points, forces, ask
         return found
 
-    def ask_element_forces(self, force_model: ForceModel) -> Query:
+    @cached_property
+    def ask_element_forces(self) -> Query:
         """Spatial forces of all force elements at the body origins, by row, then their generalized forces; flat."""
-        answer = self.buffer("element forces", 6 * self.nb + self.nv)
+        answer = self.zeros(6 * self.nb + self.nv)
         F_Bo_W, tau = answer[: 6 * self.nb].reshape(-1, 6), answer[6 * self.nb :]
-        arguments = self.model, force_model, self.p, self.work, self.q, self.v, F_Bo_W, tau
+        arguments = self.model, self.frozen.forces, self.p, self.work, self.q, self.v, F_Bo_W, tau
         needs = self.POSES | self.INERTIAS | self.VELOCITIES
-        return self.query(queries.calc_element_forces, *arguments, given=(), needs=needs, answer=answer)
+        return self.calls.query(queries.calc_element_forces, *arguments, needs=needs, answer=answer)
 
     # --- frames
 

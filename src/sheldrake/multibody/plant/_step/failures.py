@@ -64,6 +64,8 @@ class Failures:
             return RuntimeError(
                 f"{now}: positions are infinite or NaN. It happened at the joints {', '.join(lost[:10])}."
             )
+        if status == MOTION_NOT_FINITE and not self._settings.sampled:  # of a stage, whose state is gone again
+            return RuntimeError(f"{now}: positions become infinite or NaN within a step of the integrator.")
         text = f"{now}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._settings.sampled:
             text += f" It happened among: {self._bodies_at_hand(context)}."

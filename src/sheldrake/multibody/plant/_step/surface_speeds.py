@@ -30,20 +30,21 @@ class SurfaceSpeeds:
     def __init__(self, axes: SurfaceAxes, settings: Settings, inputs: InputPorts) -> None:
         self._axes, self._settings, self._inputs = axes, settings, inputs
         self._state = -1  # number of the abstract state
+        self._names: list[str] = []
 
     def declare(self, plant: LeafSystem) -> None:
         """Declares what a discrete plant needs to know how far its surfaces have come."""
-        bodies = self._axes.bodies()
-        if not bodies or not self._settings.is_discrete():
+        self._names = [body.scoped_name().get_full() for body in self._axes.bodies()]
+        if not self._names or not self._settings.is_discrete():
             return
-        self._state = int(plant.DeclareAbstractState(AbstractValue.Make(np.zeros(len(bodies)))))
+        self._state = int(plant.DeclareAbstractState(AbstractValue.Make(np.zeros(len(self._names)))))
         move = types.MethodType(_move_surfaces, plant)
         plant.DeclarePeriodicUnrestrictedUpdateEvent(self._settings.time_step, 0.0, move)
         plant.DeclareForcedUnrestrictedUpdateEvent(move)
 
     def any(self) -> bool:
         """Whether there are any."""
-        return bool(self._axes.bodies())
+        return bool(self._names)
 
     def speeds(self, context: Context) -> np.ndarray:
         """Speed of each [m/s]: zero where the surface_speeds port says none.
@@ -52,8 +53,10 @@ class SurfaceSpeeds:
             RuntimeError: what it says is no finite number.
         """
         port = context._system._input_port(self._inputs.surface_speeds)
-        bus = port.Eval(context) if port.HasValue(context) else BusValue()
-        return np.array([_speed(bus, body.scoped_name().get_full()) for body in self._axes.bodies()])
+        if not self._names or not port.HasValue(context):
+            return np.zeros(len(self._names))
+        bus = port.Eval(context)
+        return np.array([_speed(bus, name) for name in self._names])
 
     def displacements(self, context: Context) -> BusValue:
         """How far each has come [m], by the scoped name of the body."""
@@ -62,8 +65,8 @@ class SurfaceSpeeds:
         else:
             come = context.get_continuous_state().get_misc_continuous_state().CopyToVector()
         bus = BusValue()
-        for body, distance in zip(self._axes.bodies(), come):
-            bus.Set(body.scoped_name().get_full(), AbstractValue.Make(distance))
+        for name, distance in zip(self._names, come):
+            bus.Set(name, AbstractValue.Make(float(distance)))
         return bus
 
     def move(self, context: Context, state: State) -> None:
