@@ -81,14 +81,14 @@ def _unit_axis(joint: Joint, axis: Scalars) -> np.ndarray:
     Raises:
         RuntimeError: it is not finite, or too short to have a direction.
     """
-    axis = finite(type(joint).__name__, "axis", vector(type(joint).__name__, "axis", axis, 3).astype(float))
-    length = float(np.linalg.norm(axis))
+    direction = finite(type(joint).__name__, "axis", vector(type(joint).__name__, "axis", axis, 3).astype(float))
+    length = float(np.linalg.norm(direction))
     if not length >= np.sqrt(np.finfo(float).eps):
         kind = joint.kTypeName.capitalize()
         raise RuntimeError(
-            f"{kind} joint axis vector must have nonzero length; that of joint {joint.name()!r} is {axis.tolist()}."
+            f"{kind} joint axis vector must have nonzero length; that of joint {joint.name()!r} is {direction.tolist()}."
         )
-    return axis / length
+    return direction / length
 
 
 class _AxisJoint(OneVelocityJoint):
