@@ -86,7 +86,8 @@ def _unit_axis(joint: Joint, axis: Scalars) -> np.ndarray:
     if not length >= np.sqrt(np.finfo(float).eps):
         kind = joint.kTypeName.capitalize()
         raise RuntimeError(
-            f"{kind} joint axis vector must have nonzero length; that of joint {joint.name()!r} is {direction.tolist()}."
+            f"{kind} joint axis vector must have nonzero length; "
+            f"that of joint {joint.name()!r} is {direction.tolist()}."
         )
     return direction / length
 
