@@ -14,8 +14,8 @@ from sheldrake.multibody.tree import BodyIndex
 
 if TYPE_CHECKING:
     from sheldrake.geometry import PenetrationAsPointPair
+    from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
-    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 
 
 class PointPairContactInfo:
@@ -131,7 +131,7 @@ class ContactResults:
         """Keeps point contacts as arrays; objects are made of them when somebody asks."""
         self._made, self._make, self._arrays = None, make, arrays
 
-    def plant(self) -> Any:
+    def plant(self) -> MultibodyPlant | None:
         """The MultibodyPlant they come from, None when empty."""
         return self._plant
 

@@ -23,8 +23,8 @@ from sheldrake.systems.framework import Context, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
 
 if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.plant._kernels.model import StepWork
-    from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
     from sheldrake.systems.framework._engine.memory import RootView
 
 
