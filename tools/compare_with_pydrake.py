@@ -521,10 +521,14 @@ def stub_differences(path: pathlib.Path, prefix: str = "sheldrake") -> Iterator[
             yield from stub_scope(ast.parse(text).body, where, ours)
 
 
-def known() -> dict[str, str]:
+ONLY_IN_STUBS = "# Only in the stubs of "
+
+
+def known(stubs: bool = True) -> dict[str, str]:
     """Reasons by patterns of what they excuse: `multibody.plant.Foo.*: not planned = reason`."""
     out = {}
-    for line in KNOWN.read_text(encoding="utf-8").splitlines() if KNOWN.exists() else ():
+    text = KNOWN.read_text(encoding="utf-8") if KNOWN.exists() else ""
+    for line in (text if stubs else text.partition(ONLY_IN_STUBS)[0]).splitlines():
         if line and not line.startswith("#"):
             pattern, _, reason = line.partition(" = ")
             out[pattern.strip()] = reason.strip()

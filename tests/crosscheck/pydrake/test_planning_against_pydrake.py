@@ -220,7 +220,7 @@ def test_robot_diagrams_have_the_same_ports():
         }
         context = diagram.CreateDefaultContext()
         assert diagram.plant_context(context) is plant.GetMyContextFromRoot(context)
-    assert found[0] <= found[1]
+    assert found[0] - {"plant_surface_speeds"} <= found[1]  # Drake has surface velocities since 1.58 at the latest
 
 
 def test_angles_without_limits():

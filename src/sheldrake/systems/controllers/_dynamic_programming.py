@@ -48,6 +48,8 @@ class DynamicProgrammingOptions(Options):
         visualization_callback: Called after each iteration with its number, the mesh, costs and policy; or None.
     """
 
+    __repr__ = object.__repr__
+
     discount_factor: float = 1.0
     convergence_tol: float = 1e-4
     periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
