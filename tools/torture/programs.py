@@ -32,6 +32,7 @@ from sheldrake.systems.framework import DiagramBuilder, LeafSystem, LoadContext,
 
 PROGRAMS = 25  # of one trial: hypothesis starts slowly
 LONGEST = 0.03  # [s] that a call may advance
+SHORTEST = 2.0**-20  # [s] that error control may go down to: the interpreted loop takes a millisecond a step
 CALLS = 15  # of a program, at most
 PLACES = ("periodic", "per_step", "discrete", "unrestricted", "output", "derivatives", "monitor")
 SCHEMES = (
@@ -176,7 +177,9 @@ class World:
     def _adopt(self, simulator: Any) -> None:
         self.simulator = simulator
         simulator._native = self.native
-        simulator.get_mutable_integrator()
+        integrator = simulator.get_mutable_integrator()
+        integrator.set_requested_minimum_step_size(SHORTEST)
+        integrator.set_throw_on_minimum_step_size_violation(False)
         simulator.set_monitor(lambda context: self.hear("monitor"))
 
     @property
