@@ -137,6 +137,16 @@ def test_a_description_that_is_none(scene, tmp_path):
             LoadContext(scene[0], tmp_path / "a.npz")
 
 
+def test_a_header_that_python_cannot_read(scene, tmp_path):
+    """NumPy has Python's tokenizer look at a header that its parser does not take; that has errors of its own."""
+    np.savez(tmp_path / "a.npz", **scene[1])
+    text = (tmp_path / "a.npz").read_bytes()
+    at = text.index(b"}  ")
+    (tmp_path / "a.npz").write_bytes(text[: at + 1] + b"(" + text[at + 2 :])
+    with pytest.raises(RuntimeError, match="is no file of SaveContext"):
+        LoadContext(scene[0], tmp_path / "a.npz")
+
+
 def test_an_archive_that_grows_when_it_is_read(scene, tmp_path):
     path = tmp_path / "bomb.npz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
