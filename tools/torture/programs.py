@@ -32,7 +32,7 @@ from sheldrake.systems.framework import DiagramBuilder, LeafSystem, LoadContext,
 
 PROGRAMS = 25  # of one trial: hypothesis starts slowly
 LONGEST = 0.03  # [s] that a call may advance
-SHORTEST = 2.0**-20  # [s] that error control may go down to: the interpreted loop takes a millisecond a step
+SHORTEST = 2.0**-14  # [s] that error control may go down to: the interpreted loop takes milliseconds a step
 CALLS = 15  # of a program, at most
 PLACES = ("periodic", "per_step", "discrete", "unrestricted", "output", "derivatives", "monitor")
 SCHEMES = (
