@@ -153,18 +153,40 @@ def logs_full(program, side):
     return False
 
 
+FARTHEST = 2.0**52  # ticks
+
+
+@inner
+def first_tick(clock, t):
+    """Number of the first tick of a clock at or after time t [s]."""
+    k = max(0, -math.floor((clock.offset - t) / clock.period))
+    while k > 0 and clock.offset + (k - 1) * clock.period >= t:
+        k -= 1
+    while clock.offset + k * clock.period < t:
+        k += 1
+    return k
+
+
 @inner
 def set_clocks(program, side, t):
     """Sets every clock to its first tick at or after time t [s], and triggers what ticks at t."""
     for c in range(program.num_clocks):
-        clock = program.clocks[c]
-        k = max(0, -math.floor((clock.offset - t) / clock.period))
-        while k > 0 and clock.offset + (k - 1) * clock.period >= t:
-            k -= 1
-        while clock.offset + k * clock.period < t:
-            k += 1
-        side.word[program.ticks + c] = k
+        side.word[program.ticks + c] = first_tick(program.clocks[c], t)
     tick(program, side, t)
+
+
+@inner
+def leap(program, side, t):
+    """A callback has set the time to t [s]: every clock goes on with its first tick after it, as in Drake.
+
+    What is no time, or too far for the next tick to be another number, is refused when the loop has ended.
+    """
+    for c in range(program.num_clocks):
+        clock = program.clocks[c]
+        ticks = (t - clock.offset) / clock.period
+        if -FARTHEST < ticks and ticks < FARTHEST:
+            k = first_tick(clock, t)
+            side.word[program.ticks + c] = k + 1 if clock.offset + k * clock.period == t else k
 
 
 @kernel(top=True, strict=True, short_loops=True)
@@ -223,6 +245,7 @@ def advance(
         if side.status != 0:
             return ERROR
         run.steps += 1
+        t = S[0]
         trigger(program, side, PER_STEP)
         if S[0] == t_event:
             tick(program, side, t_event)
@@ -236,6 +259,8 @@ def advance(
             special(program, S, side, rows, MONITOR)
         if side.status != 0:
             return ERROR
+        if S[0] != t:
+            leap(program, side, S[0])
         if side.terminate != 0:
             return TERMINATED
         if S[0] >= T:
