@@ -62,3 +62,25 @@ def test_onto_a_tick_and_backwards(native):
 def test_what_is_no_time_is_refused(to, native):
     with pytest.raises((RuntimeError, ValueError), match="time"):
         leap(to, native)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_an_update_may_set_the_time(native):
+    class Leaps(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.times = []
+            self.DeclareDiscreteState(1)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(1e-3, 0.0, self.leap)
+
+        def leap(self, context, state):
+            self.times.append(context.get_time())
+            if len(self.times) == 3:
+                simulator.get_mutable_context().SetTime(5.0)
+
+    builder = DiagramBuilder()
+    system = builder.AddSystem(Leaps())
+    simulator = Simulator(builder.Build())
+    simulator._native = native
+    simulator.AdvanceTo(5.0031)
+    assert system.times == pytest.approx([0.0, 0.001, 0.002, 5.001, 5.002, 5.003], abs=1e-12)

@@ -223,6 +223,7 @@ def advance(
         trigger(program, side, PER_STEP)
         run.fresh = 0
     steps = 0
+    t = S[0]
     while True:
         if logs_full(program, side):
             return ROOM
@@ -235,6 +236,8 @@ def advance(
         if side.terminate != 0:
             return TERMINATED
         clear_updates(program, side)
+        if S[0] != t:
+            leap(program, side, S[0])
         t_event = next_event_time(program, side)
         if run.has_witness != 0:
             special(program, S, side, rows, WITNESS_BEFORE)
@@ -261,6 +264,7 @@ def advance(
             return ERROR
         if S[0] != t:
             leap(program, side, S[0])
+            t = S[0]
         if side.terminate != 0:
             return TERMINATED
         if S[0] >= T:
