@@ -277,6 +277,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         return None if self._monitor is None else self._monitor(self._context)
 
     def _python_step(self) -> None:
+        self._check_time(float(self._context._store.S[0]), "AdvanceTo")  # a callback may have set it
         self._integrator._make_step(self._span)
 
     def _every_step(self) -> None:

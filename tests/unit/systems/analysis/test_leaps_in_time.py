@@ -4,8 +4,10 @@ import math
 
 import pytest
 
-from sheldrake.systems.analysis import Simulator
+from sheldrake.symbolic import Variable
+from sheldrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
+from sheldrake.systems.primitives import SymbolicVectorSystem
 
 pytestmark = pytest.mark.twin
 
@@ -84,3 +86,22 @@ def test_an_update_may_set_the_time(native):
     simulator._native = native
     simulator.AdvanceTo(5.0031)
     assert system.times == pytest.approx([0.0, 0.001, 0.002, 5.001, 5.002, 5.003], abs=1e-12)
+
+
+def test_steps_of_python_end_where_the_time_is_no_number():
+    """A thousand of them would take minutes."""
+    x = Variable("x")
+    builder = DiagramBuilder()
+    builder.AddSystem(SymbolicVectorSystem(state=[x], dynamics=[-x]))
+    simulator, steps = Simulator(builder.Build()), []
+    ResetIntegratorFromFlags(simulator, "implicit_euler", 1e-3)
+
+    def monitor(context):
+        steps.append(context.get_time())
+        if len(steps) == 5:
+            context.SetTime(math.nan)
+
+    simulator.set_monitor(monitor)
+    with pytest.raises(RuntimeError, match="the time of the context is nan s"):
+        simulator.AdvanceTo(1.0)
+    assert len(steps) < 8

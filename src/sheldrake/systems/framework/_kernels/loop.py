@@ -236,9 +236,10 @@ def advance(
         if side.terminate != 0:
             return TERMINATED
         clear_updates(program, side)
-        if S[0] != t:
-            leap(program, side, S[0])
         t_event = next_event_time(program, side)
+        if S[0] != t or t_event < S[0]:  # that may have been before, when events began
+            leap(program, side, S[0])
+            t_event = next_event_time(program, side)
         if run.has_witness != 0:
             special(program, S, side, rows, WITNESS_BEFORE)
         if side.status == 0:
