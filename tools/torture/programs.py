@@ -45,6 +45,7 @@ SCHEMES = (
 )
 NUMBERS = (0.0, -0.0, 0.02, 1.0, -2.5, 1e-12, 1e6, 1e300, 5e-324, math.inf, -math.inf, math.nan)
 _MADE_UP = re.compile(r"0x[0-9a-f]{6,}|@[0-9a-f]{8,}|/tmp/[\w/.-]+|\b\d{15}\b")
+_OPEN = re.compile(r"InputPort::Eval\(\): required InputPort.* is not connected")  # of several, any may be named
 
 
 class Listener(LeafSystem):
@@ -118,7 +119,8 @@ class World:
             return getattr(self, name)(*words)
         except (RuntimeError, ValueError, TypeError, IndexError, KeyError, NotImplementedError) as error:
             assert str(error), f"{name}: a {type(error).__name__} without a word"
-            return f"{type(error).__name__}: {_MADE_UP.sub('#', str(error))}"
+            said = _OPEN.sub("an input is not connected", _MADE_UP.sub("#", str(error)))
+            return f"{type(error).__name__}: {said}"
 
     # ---- before there is a diagram
 
