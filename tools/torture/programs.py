@@ -45,7 +45,7 @@ SCHEMES = (
 )
 NUMBERS = (0.0, -0.0, 0.02, 1.0, -2.5, 1e-12, 1e6, 1e300, 5e-324, math.inf, -math.inf, math.nan)
 _MADE_UP = re.compile(r"0x[0-9a-f]{6,}|@[0-9a-f]{8,}|/tmp/[\w/.-]+|\b\d{15}\b")
-_OPEN = re.compile(r"InputPort::Eval\(\): required InputPort.* is not connected")  # of several, any may be named
+_OPEN = re.compile(r"InputPort::Eval\(\): required InputPort.* is not connected.*")  # of several, any may be named
 
 
 class Listener(LeafSystem):
