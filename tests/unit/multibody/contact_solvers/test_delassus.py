@@ -74,8 +74,8 @@ CONTACTS = {
     "one foot": [(8, GROUND)],
     "two feet": [(8, GROUND), (11, GROUND)],
     "legs that touch": [(8, 11), (11, GROUND)],
-    "hand on hip": [(16, 7), (8, GROUND)],
-    "two points of a foot": [(8, GROUND), (8, GROUND)],
+    "hand on hip": [(16, 7), (8, GROUND), (11, GROUND)],
+    "two points of a foot": [(8, GROUND), (8, GROUND), (11, GROUND), (19, GROUND)],
 }
 
 
