@@ -296,6 +296,11 @@ def write6(v, k, a):
     (v[k], v[k + 1], v[k + 2]), (v[k + 3], v[k + 4], v[k + 5]) = a
 
 
+@kernel
+def write9(p, k, a):
+    p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8] = a
+
+
 # ---- numbers
 
 

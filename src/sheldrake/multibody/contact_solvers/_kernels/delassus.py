@@ -34,6 +34,7 @@ from sheldrake.common._kernels.vec import (
     sub3,
     transpose,
     write3,
+    write9,
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import times_G
@@ -51,11 +52,19 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     dofs_of_island,
 )
 
+AT_HAND = 1e-6  # (gradient over momentum or impulse)^2 up to which an iteration or two will do
+CHEAP = 2  # contacts whose operator costs less than even one iteration saves
+
 
 @kernel
-def few_contacts(problem, factor):
-    """How many contacts the island has, 0 where their impulses are too many to be the unknowns."""
+def few_contacts(problem, factor, relative):
+    """How many contacts the island has, 0 where their impulses had better not be the unknowns.
+
+    `relative` is the square of the gradient at v0 over that of momentum or impulse.
+    """
     n = problem.contacts_end - problem.contacts_begin
+    if n > CHEAP and relative < AT_HAND:
+        return 0
     if problem.along_branches == 1 and 9 * n * (n + 1) // 2 <= len(factor.small) and 3 * n <= problem.participating:
         return n
     return 0
@@ -71,7 +80,7 @@ def contact_at(problem, contacts, c):
 
 
 @kernel
-def is_zero(u):
+def vanishes(u):
     return u[0] == 0.0 and u[1] == 0.0 and u[2] == 0.0
 
 
@@ -85,7 +94,7 @@ def eliminate_contact(factor, contact, at, first, end):
         store3(Y, at + contact.dofs[a], column3(contact.J, 0, a))
     for k in range(end - 1, first, -1):
         y = load3(Y, at + k)
-        if not is_zero(y):
+        if not vanishes(y):
             for i, entry in dofs_above(factor, k):
                 store3(Y, at + i, sub3(load3(Y, at + i), scale3(y, L[entry])))
 
@@ -112,11 +121,6 @@ def block_at(factor, c, e):
     return 9 * (c * (c + 1) // 2 + e)
 
 
-@kernel
-def write9(p, k, a):
-    p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8] = a
-
-
 @kernel(outline=True)
 def delassus_block(factor, c, e, first, end):
     """W of contacts c and e."""
@@ -124,7 +128,7 @@ def delassus_block(factor, c, e, first, end):
     W = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(first, end):
         y_c = load3(Y, c * n + k - first)
-        if not is_zero(y_c):
+        if not vanishes(y_c):
             W = add_dyad(W, scale3(y_c, L[diagonal(factor, k)]), load3(Y, e * n + k - first))
     write9(factor.delassus, block_at(factor, c, e), W)
 

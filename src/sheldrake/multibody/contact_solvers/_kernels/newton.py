@@ -205,7 +205,6 @@ DECREMENT = 1e-28  # (relative error in the norm of H)^2 that is round-off
 FAR = 1e-4  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
 STALLED = 0.1  # times the last one: an excess above it got no smaller for round-off, if little is left
 STALLED_DECREMENT = 1e-22  # as `DECREMENT`, of steps that gain nothing
-AT_HAND = 1e-6  # (the same)^2 up to which an iteration or two will do: more than two contacts are no unknowns then
 CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor
 
 
@@ -334,9 +333,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
         initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
-    n = few_contacts(problem, factor)
-    if n > 2 and relative < AT_HAND:
-        n = 0
+    n = few_contacts(problem, factor, relative)
     if n > 0:
         status, excess = iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, DECREMENT * size, soft)
         if status != SOLVED or excess <= 1.0:
