@@ -135,7 +135,7 @@ def _neighbours(flat: np.ndarray, sizes: np.ndarray, n: int) -> _Lists:
 
 
 def _loops(flat: np.ndarray, loop: np.ndarray, vertices: np.ndarray, at: int) -> np.ndarray:
-    """The corners of each face and, where there are more than three, its feet; `loop` says where, from index `at` on."""
+    """The corners of each face and, where there are more than three, its feet, from index `at` on, as `loop` says."""
     sizes = loop[:, FaceLoop.num_corners]
     has_feet = sizes > 3
     lengths = sizes + 4 * has_feet
