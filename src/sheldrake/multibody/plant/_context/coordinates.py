@@ -85,17 +85,17 @@ class Coordinates:
         self._elements.require_instance(call, model_instance)
         key = which, int(model_instance)
         if key not in self._of_instance:
-            numbers = [
-                n
-                for j in self._elements.joints.of_instance(model_instance)
-                for n in (
-                    range(j._q_start, j._q_start + j.num_positions())
-                    if which == "q"
-                    else range(j._v_start, j._v_start + j.num_velocities())
-                )
-            ]
-            self._of_instance[key] = np.array(sorted(numbers), np.int64)
+            self._sort_by_instance(which)
         return self._of_instance[key]
+
+    def _sort_by_instance(self, which: str) -> None:
+        """Finds the numbers of all model instances in one go."""
+        numbers: dict[int, list[int]] = {i: [] for i in range(self._elements.num_model_instances())}
+        for j in self._elements.joints:
+            first, count = (j._q_start, j.num_positions()) if which == "q" else (j._v_start, j.num_velocities())
+            numbers[int(j._instance)] += range(first, first + count)
+        for i, found in numbers.items():
+            self._of_instance[which, i] = np.array(sorted(found), np.int64)
 
     def actuators_of(self, call: str, model_instance: ModelInstanceIndex | None) -> list[JointActuator]:
         """All actuators, or after Finalize() those of one model instance."""
