@@ -167,7 +167,7 @@ def quaternion_to_angle_axis(wxyz: Sequence[Number]) -> tuple:
     """(angle in [0, pi] [rad], x, y, z) of a quaternion; the x axis where it does not turn at all."""
     w, x, y, z = wxyz
     n = sqrt(x * x + y * y + z * z)
-    if type(n) is float:
+    if isinstance(n, float) and isinstance(w, float):
         m = -n if w < 0.0 else n
         return (2.0 * math.atan2(n, abs(w)), x / m, y / m, z / m) if n else (0.0 * w, 1.0 + 0.0 * w, 0.0 * w, 0.0 * w)
 

@@ -96,7 +96,7 @@ class BsplineTrajectory(Trajectory):
                 d[j] = d[j - 1] * (1.0 - alpha) + d[j] * alpha
         return d[order - 1]
 
-    def _plain_value(self, knots: list, order: int, i: int, t: float) -> np.ndarray:
+    def _plain_value(self, knots: list, order: int, i: int, t: Any) -> np.ndarray:
         """The same of plain numbers, element by element: there are few, and an array of them takes longer."""
         d = [self._points[j].ravel().tolist() for j in range(i - order + 1, i + 1)]
         for r in range(1, order):

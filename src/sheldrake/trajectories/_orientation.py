@@ -130,7 +130,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         weight_a, weight_b = _select(cosine >= 1.0 - 2.220446049250313e-16, straight, along_the_arc)
         return a * weight_a + b * weight_b
 
-    def _plain_quaternion(self, t: float) -> list[float]:
+    def _plain_quaternion(self, t: Any) -> list[Any]:
         """The same of plain numbers."""
         t = self._clamped(t)
         i = self._index(t)
@@ -145,7 +145,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             weight_a, weight_b = sin((1.0 - fraction) * angle) / scale, sin(fraction * angle) / scale
         return [x * weight_a + y * weight_b for x, y in zip(a, b)]
 
-    def _plain_orientation(self, t: float) -> list[float]:
+    def _plain_orientation(self, t: Any) -> list[Any]:
         """The quaternion of plain numbers, of length one."""
         self._require_segment()
         w, x, y, z = self._plain_quaternion(t)

@@ -172,9 +172,9 @@ def cache_folder() -> pathlib.Path:
 
 @functools.cache
 def _machine() -> str:
+    target = host()
     import llvmlite  # not above: with prebuilt kernels nobody asks
 
-    target = host()
     python = ".".join(platform.python_version_tuple()[:2])
     processor = f"{target.triple.split('-')[0]}-{target.level}"
     return f"abi{ABI}-python{python}-llvmlite{llvmlite.__version__}-{processor}"
@@ -245,7 +245,7 @@ def _visit_value(name: str, value: Any, parts: list[Any]) -> None:
         parts.append(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
 
 
-def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+def _mentioned(function: Any) -> Iterator[tuple[str, Any]]:
     """Names in a function's code with what they stand for, and what `module.name` and `Class.name` stand for."""
     code, scope = function.__code__, function.__globals__
     cells = {n: c.cell_contents for n, c in zip(code.co_freevars, function.__closure__ or ()) if c != types.CellType()}

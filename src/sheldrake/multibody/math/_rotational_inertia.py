@@ -74,7 +74,8 @@ class RotationalInertia(ScalarBase):
 
     def _construct(self, args: tuple, kwargs: dict) -> None:
         if self._T is float and len(args) in (3, 6) and not kwargs and all([isinstance(x, float) for x in args]):
-            xx, yy, zz, xy, xz, yz = *args, *(0.0, 0.0, 0.0)[len(args) - 3 :]
+            xx, yy, zz = args[:3]
+            xy, xz, yz = args[3:] or (0.0, 0.0, 0.0)
             self._set(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
         else:
             self._choose("init", args, kwargs)

@@ -160,3 +160,16 @@ def test_a_name_of_a_model_instance_is_free_when_it_was_renamed():
     plant.RenameModelInstance(first, "other")
     assert not plant.HasModelInstanceNamed("first") and plant.GetModelInstanceByName("other") == first
     assert plant.AddModelInstance("first") == plant.GetModelInstanceByName("first") != first
+
+
+def test_one_angle_is_few_calls():
+    plant = MultibodyPlant(0.0)
+    body = plant.AddRigidBody("body", plant.AddModelInstance("model"), SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    joint = plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), body.body_frame(), [0.0, 0.0, 1.0]))
+    plant.Finalize()
+    context, values = plant.CreateDefaultContext(), np.array([0.5])
+    instance = plant.GetModelInstanceByName("model")
+    for _ in range(2):  # a view of the context, and its builtin functions
+        plant.SetPositions(context, values)
+    assert calls_of(lambda: plant.SetPositions(context, instance, values)) <= 12
+    assert calls_of(lambda: joint.get_angle(context)) <= 11
