@@ -293,7 +293,7 @@ class Polynomial:
     def EqualTo(self, other: Polynomial) -> bool:
         """Tells whether both have the same monomials with coefficients of the same structure."""
         its = expect("Polynomial.EqualTo", other, Polynomial)._map
-        return self._map.keys() == its.keys() and all(c is its[m] for m, c in self._map.items())
+        return self._map.keys() == its.keys() and all(c._serial == its[m]._serial for m, c in self._map.items())
 
     def CoefficientsAlmostEqual(self, p: Polynomial, tolerance: float) -> bool:
         """Tells whether coefficients differ by numbers of no more than this magnitude."""

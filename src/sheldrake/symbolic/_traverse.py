@@ -194,7 +194,7 @@ def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> lis
         else:
             parts = _build.children(e)
             new = [done[p._serial] for p in parts]
-            changed = any(a is not b for a, b in zip(parts, new))
+            changed = any(a._serial != b._serial for a, b in zip(parts, new))
             done[e._serial] = _build.rebuild(e, new) if changed else e
     return [done[e._serial] for e in expressions]
 
