@@ -10,9 +10,10 @@ Sums are a constant and terms with coefficients, products a constant and bases w
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import weakref
-from typing import TYPE_CHECKING, SupportsFloat
+from typing import TYPE_CHECKING, SupportsFloat, TypeVar
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from sheldrake.symbolic._formula import Formula
 
@@ -94,6 +95,13 @@ class _Table:
 
 table = _Table()
 number_of = table.number
+
+
+def numbered(e: Expression) -> Expression:
+    """The same; it has a number now, as parts of others must."""
+    if not e._number:
+        number_of(e)
+    return e
 
 
 def _identity(e: Expression) -> tuple:
@@ -175,7 +183,7 @@ def variable(v: Variable) -> Expression:
             raise RuntimeError(f"Expression(): {v!r} is a Boolean variable; it belongs in a Formula.")
         # The variable keeps its node alive, and both hold each other: they live as long as the process needs either.
         v._expression = e = _node(_VAR, (v,))
-        e._number, e._order = next(_serials), (_VAR, v._id)
+        e._number, e._order, e._variables = next(_serials), (_VAR, v._id), frozenset((v,))
     return e
 
 
@@ -257,6 +265,23 @@ def add_into(terms: Terms, e: Expression) -> float:
     return 0.0
 
 
+def add_scaled_into(terms: Terms, c: float, e: Expression) -> float:
+    """Adds c e to the terms and returns the constant that is left; a sum is a term as it is, as in `scale`."""
+    kind = e._kind
+    if c == 1.0 or c == 0.0 or kind == _CONSTANT or kind == k.DIV:
+        return add_into(terms, scale(c, e))
+    if kind == _MUL and e._constant != 1.0:
+        c *= e._constant
+        e = e._unit or unit_of(e)
+    n = e._number or number_of(e)
+    known = terms.get(n)
+    if known is None:
+        terms[n] = (e, c)
+    else:
+        _set_term(terms, n, e, known[1] + c)
+    return 0.0
+
+
 def _set_term(terms: Terms, n: int, term: Expression, c: float) -> None:
     if c == 0.0:
         del terms[n]
@@ -285,6 +310,14 @@ def sum_of(expressions: Iterable[Expression]) -> Expression:
     c0 = 0.0
     for e in expressions:
         c0 += add_into(terms, e)
+    return make_sum(c0, terms)
+
+
+def combination(c0: float, parts: Iterable[tuple[float, Expression]]) -> Expression:
+    """c0 + the expressions times their numbers."""
+    terms: Terms = {}
+    for c, e in parts:
+        c0 += add_scaled_into(terms, c, e)
     return make_sum(c0, terms)
 
 
@@ -376,8 +409,7 @@ def _multiply_by(factors: Factors, base: Expression, exponent: Expression) -> fl
         factors.pop(n, None)
         return _numbers.power(base._made[0], exponent._made[0])
     else:
-        exponent._number or number_of(exponent)
-        factors[n] = (base, exponent)
+        factors[n] = (base, numbered(exponent))
     return 1.0
 
 
@@ -429,7 +461,7 @@ def divide(a: Expression, b: Expression) -> Expression:
         return a
     if a._kind == _CONSTANT and b._kind == _CONSTANT:
         return constant(_numbers.divide(a._made[0], b._made[0]))
-    return ONE if a._serial == b._serial else _node(k.DIV, (a, b))
+    return ONE if numbered(a)._number == numbered(b)._number else _node(k.DIV, (a, b))
 
 
 def power(base: Expression, exponent: Expression) -> Expression:
@@ -452,7 +484,7 @@ def power(base: Expression, exponent: Expression) -> Expression:
 def plain(kind: int, *args: Expression) -> Expression:
     """A function of other expressions, as it is."""
     for a in args:
-        a._number or number_of(a)
+        numbered(a)
     return _node(kind, args)
 
 
@@ -480,16 +512,12 @@ def conditional(condition: Formula, then: Expression, otherwise: Expression) -> 
     """`then` where the formula holds, `otherwise` elsewhere."""
     if condition._is_constant():
         return then if condition._truth() else otherwise
-    for e in (then, otherwise):
-        e._number or number_of(e)
-    return _node(k.IF_THEN_ELSE, (condition, then, otherwise))
+    return _node(k.IF_THEN_ELSE, (condition, numbered(then), numbered(otherwise)))
 
 
 def uninterpreted(name: str, arguments: tuple[Expression, ...]) -> Expression:
     """A function of which only the name is known."""
-    for a in arguments:
-        a._number or number_of(a)
-    return _node(k.UNINTERPRETED, (name, arguments))
+    return _node(k.UNINTERPRETED, (name, tuple(map(numbered, arguments))))
 
 
 def children(e: Expression) -> Sequence[Expression]:
@@ -509,7 +537,7 @@ def children(e: Expression) -> Sequence[Expression]:
 def rebuild(e: Expression, parts: list[Expression]) -> Expression:
     """The same function of other parts (given in the order of `children`)."""
     if e._kind == _ADD:
-        return sum_of([constant(e._constant), *(scale(c, p) for (_, c), p in zip(e._terms.values(), parts))])
+        return combination(e._constant, [(c, part) for (_, c), part in zip(e._terms.values(), parts)])
     if e._kind == _MUL:
         out = constant(e._constant)
         for base, exponent in zip(parts[::2], parts[1::2]):
@@ -524,6 +552,34 @@ def rebuild(e: Expression, parts: list[Expression]) -> Expression:
     if e._kind == k.IF_THEN_ELSE:
         return conditional(e._args[0], *parts)
     return unary(e._kind, parts[0]) if len(parts) == 1 else binary(e._kind, *parts)
+
+
+_Value = TypeVar("_Value")
+
+
+def fold(
+    expressions: Iterable[Expression], rule: Callable[[Expression, Callable[[Expression], _Value]], _Value]
+) -> list[_Value]:
+    """What a rule makes of expressions: `rule(e, of)` asks `of` for parts; of each part it is asked once."""
+    expressions = list(expressions)
+    done: dict[int, _Value] = {}
+
+    def of(e: Expression) -> _Value:
+        n = e._number
+        found = done.get(n)
+        if found is None:
+            found = rule(e, of)
+            if n:
+                done[n] = found
+        return found
+
+    try:
+        return [of(e) for e in expressions]
+    except RecursionError:
+        for part in nodes(*expressions):  # Too deep: from the parts up, then.
+            with contextlib.suppress(RuntimeError, ValueError):  # It may not be wanted, as the other branch is taken.
+                of(part)
+        return [of(e) for e in expressions]
 
 
 def nodes(*roots: Expression) -> list[Expression]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # Modules that need the class below; the package binds them when all is loaded.
 _build: Any = None
+_decompose: Any = None
 _differentiate: Any = None
 _functions: Any = None
 _text: Any = None
@@ -121,7 +122,7 @@ class Expression(Operators):
 
     def Expand(self) -> Expression:
         """Returns it with products of sums, and integer powers of them, multiplied out."""
-        return _traverse.expand(self)
+        return _decompose.expand(self)
 
     def Differentiate(self, x: Variable) -> Expression:
         """Returns the partial derivative.
