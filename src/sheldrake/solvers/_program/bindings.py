@@ -91,7 +91,7 @@ class ProgramBindings:
             RuntimeError: one of its variables is no decision variable.
         """
         self._variables.check_decisions(binding._variables)
-        kind = _kind_of(type(binding.evaluator()))
+        kind = _kind_of(type(binding._evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
         self._lists[kind].append(out)
         return cast("BindingBase[Kind]", out)
