@@ -541,7 +541,8 @@ def rebuild(e: Expression, parts: list[Expression]) -> Expression:
     if e._kind == _MUL:
         out = constant(e._constant)
         for base, exponent in zip(parts[::2], parts[1::2]):
-            out = multiply(out, power(base, exponent))
+            factor = base if exponent is ONE else power(base, exponent)
+            out = factor if out is ONE else multiply(out, factor)
         return out
     if e._kind in _LEAVES:
         return e

@@ -48,12 +48,19 @@ def _derivative(e: Expression, x: Variable, of: Derivatives) -> Expression:
     if kind == k.VAR:
         return ONE if e._made[0] is x else ZERO
     if kind == k.ADD:
-        return _build.combination(0.0, [(c, of(t)) for t, c in e._terms.values()])
+        constant, rest = 0.0, []
+        for t, c in e._terms.values():
+            if t._kind != k.VAR:
+                rest.append((c, of(t)))
+            elif t._made[0] is x:
+                constant += c
+        return _build.combination(constant, rest)
     if kind == k.MUL:
         return _of_product(e, x, of)
     args = e._made
     if kind == k.POW:
-        return _of_power(args[0], args[1], of(args[0]), of(args[1]))
+        of_exponent = ZERO if args[1]._kind == k.CONSTANT else of(args[1])
+        return _of_power(args[0], args[1], of(args[0]), of_exponent)
     if kind == k.CONSTANT:
         return ZERO
     if kind == k.NAN:
@@ -73,7 +80,7 @@ def _derivative(e: Expression, x: Variable, of: Derivatives) -> Expression:
 def _of_product(e: Expression, x: Variable, of: Derivatives) -> Expression:
     terms = []
     for n, (base, exponent) in e._terms.items():
-        slope, slope_of_exponent = of(base), of(exponent)
+        slope, slope_of_exponent = of(base), ZERO if exponent._kind == k.CONSTANT else of(exponent)
         if slope is ONE and exponent._kind == k.CONSTANT:
             less = exponent._made[0] - 1.0
             rest = {**e._terms, n: (base, _build.numbered(_build.constant(less)))}

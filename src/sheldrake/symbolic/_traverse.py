@@ -169,6 +169,8 @@ def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> lis
     def replaced(e: Expression, of: Callable[[Expression], Expression]) -> Expression:
         if e._kind == k.VAR:
             return places.get(e._made[0], e)
+        if e._kind == k.CONSTANT:
+            return e
         if e._kind == k.IF_THEN_ELSE:
             condition, then, otherwise = e._made
             return _build.conditional(condition._substitute(places), of(then), of(otherwise))
