@@ -92,6 +92,7 @@ def make_solver_model(
     model.max_iterations = MAX_ITERATIONS if to_rest else DRAKE_ITERATIONS
     model.law = APPROXIMATIONS[approximation].law
     model.scalar_rows = APPROXIMATIONS[approximation].scalar_rows
+    model.ahead = to_rest and APPROXIMATIONS[approximation].scalar_rows
     model.sides = 1 if APPROXIMATIONS[approximation].symmetric else 2
     return model
 
@@ -133,6 +134,7 @@ def make_solver_work(
     blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
     return SolverWork(
         Problem(
+            numbers(packed),
             numbers(packed),
             numbers(records.DofVectors.SIZE, nv),
             integers(num_trees, records.Participation.SIZE),
