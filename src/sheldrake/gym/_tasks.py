@@ -121,13 +121,13 @@ def QuadrupedStand(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
         batch.states(plant)[worlds] = x
 
     def reward(batch: BatchSimulator, actions: np.ndarray) -> np.ndarray:
-        x = batch.states(plant)
+        x = batch.states(plant).copy()  # columns of slabs are far apart
         height = 10.0 * (x[:, 6] - _HEIGHT) ** 2
         effort = 0.05 * (x[:, 22:25] ** 2).sum(axis=1) + 0.01 * np.mean(np.square(actions), axis=1)
         return upright(x) - height - effort
 
     def fallen(batch: BatchSimulator) -> np.ndarray:
-        x = batch.states(plant)
+        x = batch.states(plant).copy()
         return (x[:, 6] < 0.5 * _HEIGHT) | (upright(x) < 0.3)
 
     return DrakeVectorEnv(

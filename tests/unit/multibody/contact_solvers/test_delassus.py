@@ -117,6 +117,19 @@ def test_motors_that_reach_their_limits_are_iterated_on_afterwards(name):
     assert reached > 10
 
 
+@pytest.mark.parametrize("name", ["lagged", "similar", "sap"])
+def test_motors_alone_take_no_iteration(name):
+    """What they do while they do not saturate is in v*."""
+    for seed in range(5):
+        ahead, all_of_them = (Limbs(name, [], np.inf, seed, few) for few in (True, False))
+        v, _, iterations = ahead.solve()
+        all_of_them.problem.rows_ahead = 0
+        all_of_them.problem.v_star[:] = np.nan  # is not asked for
+        expected_v, _, expected_iterations = all_of_them.solve()
+        np.testing.assert_allclose(v, expected_v, rtol=0.0, atol=1e-12)
+        assert (iterations, expected_iterations) == (0, 1)
+
+
 def test_many_contacts_have_velocities_as_unknowns():
     limbs = Limbs("lagged", [(8, GROUND)] * (FEW_CONTACTS + 1), np.inf, 0)
     limbs.solve()
