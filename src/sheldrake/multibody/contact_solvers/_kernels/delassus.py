@@ -42,11 +42,8 @@ from sheldrake.multibody.contact_solvers._kernels.cost import times_G
 from sheldrake.multibody.contact_solvers._kernels.factor import dofs_of, substitute_branches
 from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    add_generalized_impulse,
-    contacts_of_island,
     diagonal,
     dofs_above,
-    dofs_of_island,
     has_base_of_six,
     is_chain_of_six,
     velocity_of_any,
@@ -264,19 +261,16 @@ def solve_small(factor, t, n):
 @kernel(outline=True)
 def step_of_impulses(problem, contacts, factor, n, part):
     """dlambda, and dvc of the contacts, of Newton's step; `part` of the drift is left."""
-    r, t = factor.residual, factor.rhs
+    t = factor.rhs
     for c in range(n):
-        contact = contact_at(problem, contacts, c)
-        kept = scale3(times_G(contact.G, read3(factor.drift, 3 * c)), part)
-        write3(r, 3 * c, sub3(sub3(contact.gamma, read3(factor.impulse, 3 * c)), kept))
-        put_root(factor, c, contact.G)
+        put_root(factor, c, contact_at(problem, contacts, c).G)
     put_blocks(factor, n)
     for c in range(n):
-        write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), times_W(factor, n, c, r)))
+        write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), read3(factor.pushed, 3 * c)))
     solve_small(factor, t, n)
     for c in range(n):
         push = times_root(load_six(factor.root, SIX * c), read3(t, 3 * c))
-        write3(factor.change, 3 * c, sub3(read3(r, 3 * c), push))
+        write3(factor.change, 3 * c, sub3(read3(factor.residual, 3 * c), push))
     for c in range(n):
         contact = contact_at(problem, contacts, c)
         contact.dvc = add3(scale3(read3(factor.drift, 3 * c), part), times_W(factor, n, c, factor.change))
@@ -293,17 +287,22 @@ def move_impulses(problem, contacts, factor, n, alpha):
 
 @kernel(outline=True)
 def evaluate_impulses(model, problem, contacts, factor, n):
-    """The laws' impulses and G at the contacts' velocities; gradient^T diag(1/A) gradient, J^T (lambda - gamma) [J]."""
-    for contact in contacts_of_island(problem, contacts):
-        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
-    for k in dofs_of_island(model, problem):
-        problem.j_gamma[k] = 0.0
+    """The laws' impulses and G at the contacts' velocities, and the residual; gradient^T A'^-1 gradient [J]."""
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        add_generalized_impulse(problem.j_gamma, contact, sub3(read3(factor.impulse, 3 * c), contact.gamma))
+        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
+        write3(factor.residual, 3 * c, sub3(contact.gamma, read3(factor.impulse, 3 * c)))
+    return push_residual(factor, n)
+
+
+@kernel
+def push_residual(factor, n):
+    """W times the residual; that times the residual [J]."""
     total = 0.0
-    for k in dofs_of_island(model, problem):
-        total += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
+    for c in range(n):
+        u = times_W(factor, n, c, factor.residual)
+        write3(factor.pushed, 3 * c, u)
+        total += dot3(u, read3(factor.residual, 3 * c))
     return total
 
 
@@ -312,8 +311,7 @@ def slope_there(problem, contacts, factor, n):
     """Slope of the cost along the step at the end of all of it, where impulses are evaluated [J]."""
     slope = 0.0
     for c in range(n):
-        contact = contact_at(problem, contacts, c)
-        slope += dot3(sub3(read3(factor.impulse, 3 * c), contact.gamma), contact.dvc)
+        slope -= dot3(read3(factor.residual, 3 * c), contact_at(problem, contacts, c).dvc)
     return slope
 
 
@@ -331,7 +329,7 @@ def along_impulses(problem, contacts, factor, n):
 
 @kernel(outline=True)
 def start_impulses(model, problem, contacts, factor, n):
-    """W, and no impulse as yet; gradient^T diag(1/A) gradient at v0 [J]."""
+    """W, no impulse as yet, and the residual of the first step; gradient^T diag(1/A) gradient at v0 [J]."""
     first, end = dofs_of(model, problem)
     total = 0.0
     for k in range(first, end):
@@ -340,10 +338,13 @@ def start_impulses(model, problem, contacts, factor, n):
         contact = contact_at(problem, contacts, c)
         eliminate_contact(model, problem, factor, contact, c * (end - first) - first, first, end)
         u = with_drift(contact, velocity_of_any(contact, problem.v_star), True)
-        write3(factor.drift, 3 * c, sub3(u, contact.vc))
+        drift = sub3(u, contact.vc)
+        write3(factor.drift, 3 * c, drift)
         write3(factor.impulse, 3 * c, (0.0, 0.0, 0.0))
+        write3(factor.residual, 3 * c, sub3(contact.gamma, times_G(contact.G, drift)))
         for e in range(c + 1):
             delassus_block(model, problem, factor, c, e, first, end)
+    push_residual(factor, n)
     return total
 
 

@@ -274,9 +274,9 @@ class Presses(Stack):
     """Vectors over the directions of few contacts, three each, see `delassus`."""
 
     impulse = vector("lambda", "N s")
-    start = vector("gamma0, the impulses at v0", "N s")
+    pushed = vector("W times the residual", "m/s")
     change = vector("dlambda", "N s")
-    residual = vector("what Newton's step makes up for", "N s")
+    residual = vector("gamma - lambda, which Newton's step makes up for", "N s")
     drift = vector("J y: what the first step changes where no impulse of a contact does", "m/s")
 
 
