@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -33,7 +34,11 @@ from sheldrake.symbolic import (
 from sheldrake.symbolic import _build as build
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Symbolic, Symbolics
 
 
 class NonnegativePolynomial(BoundEnum):
@@ -44,7 +49,7 @@ class NonnegativePolynomial(BoundEnum):
     kDsos = 3
 
 
-NonnegativePolynomial.__qualname__ = "MathematicalProgram.NonnegativePolynomial"
+NonnegativePolynomial.__qualname__ = "NonnegativePolynomial"
 _SOS = NonnegativePolynomial.kSos
 
 
@@ -97,6 +102,18 @@ class ProgramPolynomials:
 
     # Nonnegative polynomials
 
+    @typing_overload
+    def NewSosPolynomial(
+        self, monomial_basis: np.ndarray | Sequence[Monomial], type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[Polynomial, np.ndarray]: ...
+    @typing_overload
+    def NewSosPolynomial(
+        self, gramian: Symbolics, monomial_basis: np.ndarray | Sequence[Monomial], type: NonnegativePolynomial = ...
+    ) -> Polynomial: ...
+    @typing_overload
+    def NewSosPolynomial(
+        self, indeterminates: Variables, degree: int, type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[Polynomial, np.ndarray]: ...
     def NewSosPolynomial(self, *args: Any, **kwargs: Any) -> Any:
         """Returns a nonnegative polynomial m' Q m and its Gram matrix Q.
 
@@ -173,6 +190,30 @@ class ProgramPolynomials:
         """The same with diagonally dominant Gram matrices."""
         return self.NewEvenDegreeNonnegativePolynomial(indeterminates, degree, NonnegativePolynomial.kDsos)
 
+    @typing_overload
+    def AddSosConstraint(
+        self,
+        p: Polynomial,
+        monomial_basis: np.ndarray | Sequence[Monomial],
+        type: NonnegativePolynomial = ...,
+        gram_name: str = "S",
+    ) -> np.ndarray: ...
+    @typing_overload
+    def AddSosConstraint(
+        self, p: Polynomial, type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[np.ndarray, np.ndarray]: ...
+    @typing_overload
+    def AddSosConstraint(
+        self,
+        e: Symbolic,
+        monomial_basis: np.ndarray | Sequence[Monomial],
+        type: NonnegativePolynomial = ...,
+        gram_name: str = "S",
+    ) -> np.ndarray: ...
+    @typing_overload
+    def AddSosConstraint(
+        self, e: Symbolic, type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[np.ndarray, np.ndarray]: ...
     def AddSosConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds that a polynomial, or an expression, is a sum of squares m' Q m.
 
@@ -290,14 +331,30 @@ def half_newton_basis(p: Polynomial) -> np.ndarray:
 
 
 def _in_hull(x: np.ndarray, points: np.ndarray) -> bool:
-    """Whether x is a convex combination of points."""
+    """Whether x is a convex combination of points: nonnegative least squares (Lawson, Hanson 1974) leave nothing."""
     if (points == x).all(axis=1).any():
         return True
-    from scipy.optimize import linprog
-
-    A = np.vstack((points.T, np.ones(len(points))))
-    found = linprog(np.zeros(len(points)), A_eq=A, b_eq=np.append(x, 1.0), bounds=(0, None), method="highs")
-    return found.status == 0
+    A, b = np.vstack((points.T, np.ones(len(points)))), np.append(x, 1.0)
+    weights, taken = np.zeros(len(points)), np.zeros(len(points), dtype=bool)
+    for _ in range(3 * len(points) + 10):
+        left = b - A @ weights
+        gains = np.where(taken, -np.inf, A.T @ left)
+        best = int(np.argmax(gains))
+        if np.abs(left).max() < 1e-9 or gains[best] <= 1e-9:
+            break
+        taken[best] = True
+        while True:
+            wanted = np.zeros(len(points))
+            wanted[taken] = np.linalg.lstsq(A[:, taken], b, rcond=None)[0]
+            low = taken & (wanted <= 0.0)
+            if not low.any():
+                break
+            part = (weights[low] / np.maximum(weights[low] - wanted[low], 1e-300)).min()
+            weights += part * (wanted - weights)
+            taken &= weights > 1e-12
+            weights[~taken] = 0.0
+        weights = wanted
+    return bool(np.abs(b - A @ weights).max() < 1e-9)
 
 
 def _without_useless(basis: list[Monomial], support: set[Monomial]) -> list[Monomial]:

