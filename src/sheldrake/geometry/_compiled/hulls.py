@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from sheldrake.geometry._kernels.model import CELLS, HULL, FaceLoop, Geometry, HullFace, HullVertex
@@ -38,34 +36,26 @@ class Hulls:
         vertex = np.zeros((self._num_vertices, HullVertex.SIZE))
         face = np.zeros((self._num_faces, HullFace.SIZE))
         loop = np.zeros((self._num_faces, FaceLoop.SIZE), np.int64)
-        topology = _lists(
-            [[v0 + v for v in near] for v0, _, mesh in self._placed() for near in _neighbours(mesh)],
-            [[f0 + f for f in around] for _, f0, mesh in self._placed() for around in _faces_around(mesh)],
-        )
-        starts = []
-        for v0, f0, mesh in self._placed():
-            vertices = mesh._vertices
-            vertex[v0 : v0 + len(vertices)] = vertices
-            face[f0 : f0 + mesh.num_faces()] = _planes(mesh)
-            for f, corners in enumerate(mesh._faces):
-                loop[f0 + f, FaceLoop.first_corner], loop[f0 + f, FaceLoop.num_corners] = len(topology), len(corners)
-                topology.extend(v0 + v for v in corners)
-                loop[f0 + f, FaceLoop.first_foot] = len(topology) if len(corners) > 3 else -1
-                topology.extend(v0 + v for v in _feet(vertices, corners))
-            starts.append(len(topology))
-            topology.extend(_cells(v0, len(topology), vertices))
+        corners = [np.zeros(0, np.int64)]
+        v0 = f0 = 0
+        for mesh in self._meshes:
+            vertex[v0 : v0 + mesh.num_vertices()], face[f0 : f0 + mesh.num_faces()] = mesh._vertices, _planes(mesh)
+            loop[f0 : f0 + mesh.num_faces(), FaceLoop.num_corners] = mesh._sizes
+            corners.append(v0 + mesh._flat)
+            v0, f0 = v0 + mesh.num_vertices(), f0 + mesh.num_faces()
+        flat = np.concatenate(corners)
+        sizes = loop[:, FaceLoop.num_corners]
+        topology = _lists(_neighbours(flat, sizes, v0), _faces_around(flat, sizes, v0))
+        topology += [_loops(flat, loop, vertex, len(topology[0]))]
+        starts, at, v0 = [], sum(map(len, topology)), 0
+        for mesh in self._meshes:
+            starts.append(at)
+            topology.append(_cells(v0, at, mesh._vertices))
+            at, v0 = at + len(topology[-1]), v0 + mesh.num_vertices()
         for row in geometry:
             if row[Geometry.kind] == HULL:
                 row[Geometry.first_cell] = starts[row[Geometry.first_cell]]
-        return vertex, face, loop, np.array(topology, np.int64)
-
-    def _placed(self) -> Iterator[tuple[int, int, PolygonSurfaceMesh]]:
-        """First row of the vertices and of the faces of each hull, and it."""
-        v0 = f0 = 0
-        for mesh in self._meshes:
-            yield v0, f0, mesh
-            v0 += mesh.num_vertices()
-            f0 += mesh.num_faces()
+        return vertex, face, loop, np.concatenate(topology)
 
 
 def cell_corners() -> np.ndarray:
@@ -100,59 +90,71 @@ def lowest_in_cells(vertices: np.ndarray) -> list[np.ndarray]:
     return found
 
 
-def _cells(v0: int, at: int, vertices: np.ndarray) -> list[int]:
+def _cells(v0: int, at: int, vertices: np.ndarray) -> np.ndarray:
     """Where in `topology` the vertices of each cell start, and they; for index `at` on."""
     lists = lowest_in_cells(vertices)
-    starts = at + len(lists) + 1 + np.concatenate([[0], np.cumsum([len(a) for a in lists])])
-    return [*starts.tolist(), *(v0 + np.concatenate(lists)).tolist()]
+    starts = at + len(lists) + 1 + np.append(0, np.cumsum([len(a) for a in lists]))
+    return np.concatenate([starts, v0 + np.concatenate(lists)])
 
 
 def _planes(mesh: PolygonSurfaceMesh) -> np.ndarray:
     """Normal and offset of the plane of each face: the mean over its corners, shape (faces, 4)."""
-    corners = np.array([len(face) for face in mesh._faces])
-    heights = (mesh._vertices[np.concatenate(mesh._faces)] * np.repeat(mesh._normals, corners, axis=0)).sum(axis=1)
+    corners = mesh._sizes
+    heights = (mesh._vertices[mesh._flat] * np.repeat(mesh._normals, corners, axis=0)).sum(axis=1)
     offsets = np.add.reduceat(heights, np.cumsum(corners) - corners) / corners
     return np.column_stack([mesh._normals, offsets])
 
 
-def _lists(*tables: list[list[int]]) -> list[int]:
-    """Tables of lists in a row: of each table where its lists start and the last ends, then all lists."""
-    flat = [0] * sum(len(table) + 1 for table in tables)
-    place = 0
-    for table in tables:
-        for rows in table:
-            flat[place] = len(flat)
-            flat.extend(rows)
-            place += 1
-        flat[place] = len(flat)
-        place += 1
-    return flat
+_Lists = tuple[np.ndarray, np.ndarray]
+"""The lengths of lists, and what is in them, one after the other."""
 
 
-def _faces_around(mesh: PolygonSurfaceMesh) -> list[list[int]]:
-    """The faces that have each vertex as a corner, in order."""
-    around: list[list[int]] = [[] for _ in range(mesh.num_vertices())]
-    for f, corners in enumerate(mesh._faces):
-        for v in corners:
-            around[v].append(f)
-    return around
+def _lists(*tables: _Lists) -> list[np.ndarray]:
+    """Of each table where its lists start and the last ends; then all lists; as one array in a list."""
+    at = sum(len(lengths) + 1 for lengths, _ in tables)
+    starts = []
+    for lengths, _ in tables:
+        starts.append(at + np.append(0, np.cumsum(lengths)))
+        at = starts[-1][-1]
+    return [np.concatenate([*starts, *(numbers for _, numbers in tables)])]
 
 
-def _neighbours(mesh: PolygonSurfaceMesh) -> list[list[int]]:
-    """The vertices joined to each vertex by an edge, sorted."""
-    joined: list[set[int]] = [set() for _ in range(mesh.num_vertices())]
-    for corners in mesh._faces:
-        for a, b in zip(corners, (*corners[1:], corners[0])):
-            joined[a].add(b)
-            joined[b].add(a)
-    return [sorted(found) for found in joined]
+def _faces_around(flat: np.ndarray, sizes: np.ndarray, n: int) -> _Lists:
+    """The faces that have each of n vertices as a corner, in order."""
+    faces = np.repeat(np.arange(len(sizes)), sizes)
+    return np.bincount(flat, minlength=n), faces[np.argsort(flat, kind="stable")]
 
 
-def _feet(vertices: np.ndarray, corners: tuple[int, ...]) -> list[int]:
+def _neighbours(flat: np.ndarray, sizes: np.ndarray, n: int) -> _Lists:
+    """The vertices joined to each of n vertices by an edge, sorted."""
+    following, ends = np.roll(flat, -1), np.cumsum(sizes)
+    following[ends - 1] = flat[ends - sizes]
+    edges = np.sort(np.concatenate([flat * n + following, following * n + flat]))
+    edges = edges[np.append(True, edges[1:] != edges[:-1])[: len(edges)]]  # `numpy.unique` takes five times longer
+    return np.bincount(edges // max(n, 1), minlength=n), edges % max(n, 1)
+
+
+def _loops(flat: np.ndarray, loop: np.ndarray, vertices: np.ndarray, at: int) -> np.ndarray:
+    """The corners of each face and, where there are more than three, its feet, from index `at` on, as `loop` says."""
+    sizes = loop[:, FaceLoop.num_corners]
+    has_feet = sizes > 3
+    lengths = sizes + 4 * has_feet
+    begin, first = np.cumsum(lengths) - lengths, np.cumsum(sizes) - sizes
+    loop[:, FaceLoop.first_corner] = at + begin
+    loop[:, FaceLoop.first_foot] = np.where(has_feet, at + begin + sizes, -1)
+    out = np.empty(lengths.sum(), np.int64)
+    out[np.arange(len(flat)) + np.repeat(begin - first, sizes)] = flat
+    for f in np.flatnonzero(has_feet).tolist():
+        foot = begin[f] + sizes[f]
+        out[foot : foot + 4] = _feet(vertices, flat[first[f] : first[f] + sizes[f]].tolist())
+    return out
+
+
+def _feet(vertices: np.ndarray, corners: list[int]) -> list[int]:
     """Four corners that span a face: the two farthest apart, and the farthest on either side of their line."""
-    if len(corners) <= 4:
-        return list(corners) if len(corners) == 4 else []
-    p = vertices[list(corners)]
+    if len(corners) == 4:
+        return corners
+    p = vertices[corners]
     apart = np.linalg.norm(p[:, None] - p[None], axis=2)
     a, b = divmod(int(apart.argmax()), len(corners))
     line = p[b] - p[a]
