@@ -1,6 +1,8 @@
 """Sixty robots of example-robot-data fall: CPU time of a 1 ms step in sheldrake, Drake and MuJoCo.
 
-    python benchmarks/real_robots.py [name ...] [--seconds 0.3]        pip install "sheldrake[kernels,peers,robots]"
+    python benchmarks/real_robots.py [name ...] [--seconds 0.3] [--keep FILE] [--write docs/performance.md]
+
+Needs `pip install "sheldrake[kernels,peers,robots]"`. With --keep, robots that FILE (JSON) has are not measured again.
 
 Each robot starts in the posture of its zeros, a metre above flat ground, without motors. What is compared is made as
 equal as the engines allow: meshes are replaced by their convex hulls once, for everybody; and the pairs of bodies that
@@ -29,6 +31,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 
+from benchmarks.tables import replace_table  # noqa: E402
 from benchmarks.turns import machine  # noqa: E402
 from tests.crosscheck.robots.real_robots import robot_files, robots_folder  # noqa: E402
 
@@ -154,6 +157,12 @@ def in_own_process(engine: str, path: pathlib.Path, seconds: float) -> dict | No
     return json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else None
 
 
+def ratio(found: dict[str, dict | None], engine: str) -> float:
+    """How many times sheldrake's time an engine took; NaN if one of them could not."""
+    ours, f = found["sheldrake"], found[engine]
+    return f["us"] / ours["us"] if f and ours else float("nan")
+
+
 def line(name: str, found: dict[str, dict | None]) -> str:
     """One robot: velocities, then of each engine time, contacts, and how many times sheldrake's time it took."""
     ours = found["sheldrake"]
@@ -161,14 +170,47 @@ def line(name: str, found: dict[str, dict | None]) -> str:
     for engine in ENGINES:
         f = found[engine]
         times = f"{f['us']:8.2f}{f['contacts']:6.1f}" if f else f"{'-':>8s}{'-':>6s}"
-        cells.append(times + (f"{f['us'] / ours['us']:6.1f}x" if f and ours else f"{'-':>7s}"))
+        cells.append(times + (f"{ratio(found, engine):6.1f}x" if f and ours else f"{'-':>7s}"))
     return f"{name:44s}{ours['nv'] if ours else '-':>4}" + " ".join(cells)
+
+
+def medians(table: dict[str, dict]) -> str:
+    """How all robots fare together."""
+    ratios = {engine: np.array([ratio(found, engine) for found in table.values()]) for engine in ("MuJoCo", "Drake")}
+    parts = [
+        f"{engine} / ours: median {np.nanmedian(r):.1f}, least {np.nanmin(r):.2f}, {np.sum(r < goal)} below {goal}"
+        for (engine, r), goal in zip(ratios.items(), (2, 20))
+    ]
+    return f"{len(table)} robots. " + "; ".join(parts) + "."
+
+
+def page_table(table: dict[str, dict]) -> str:
+    """As in the documentation, slowest against MuJoCo first."""
+
+    def cell(f: dict | None) -> str:
+        return f"{f['us']:.3g} ({f['contacts']:.3g})" if f else "–"
+
+    def times(x: float) -> str:
+        return f"{x:.2g}" if x == x else "–"
+
+    lines = [
+        "| µs a step (contacts) | sheldrake | one point a pair | Drake | MuJoCo | MuJoCo / ours | Drake / ours |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, found in sorted(table.items(), key=lambda item: np.nan_to_num(ratio(item[1], "MuJoCo"), nan=np.inf)):
+        nv = found["sheldrake"]["nv"] if found["sheldrake"] else "–"
+        cells = [cell(found[engine]) for engine in ENGINES]
+        cells += [times(ratio(found, engine)) for engine in ("MuJoCo", "Drake")]
+        lines.append(f"| {name}, nv = {nv} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", medians(table)])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="parts of paths; all robots without any")
     parser.add_argument("--seconds", type=float, default=0.3)
+    parser.add_argument("--keep", type=pathlib.Path, metavar="FILE", help="numbers found so far, as JSON")
+    parser.add_argument("--write", type=pathlib.Path, metavar="PAGE", help="put the table into this page")
     parser.add_argument("--engine", choices=ENGINES, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.engine:
@@ -177,16 +219,23 @@ def main() -> None:
         return
     print(machine())
     print(f"{'us a step, contacts, ratio of times':44s}{'nv':>4s}" + " ".join(f"{engine:>21s}" for engine in ENGINES))
+    table = json.loads(options.keep.read_text()) if options.keep and options.keep.exists() else {}
     with tempfile.TemporaryDirectory() as folder:
         for path in robot_files("urdf"):
-            if options.names and not any(name in str(path) for name in options.names):
+            name = f"{path.parts[-3].removesuffix('_description')} {path.stem}"
+            if name in table or (options.names and not any(part in str(path) for part in options.names)):
                 continue
             try:
                 copy = with_hulls(path, pathlib.Path(folder))
             except (RuntimeError, ValueError, OSError):
                 continue  # files that the package does not contain
-            found = {engine: in_own_process(engine, copy, options.seconds) for engine in ENGINES}
-            print(line(f"{path.parts[-3].removesuffix('_description')} {path.stem}", found), flush=True)
+            table[name] = {engine: in_own_process(engine, copy, options.seconds) for engine in ENGINES}
+            print(line(name, table[name]), flush=True)
+            if options.keep:
+                options.keep.write_text(json.dumps(table, indent=1) + "\n")
+    print(medians(table))
+    if options.write:
+        replace_table(options.write, "real_robots", page_table(table))
 
 
 if __name__ == "__main__":

@@ -235,7 +235,7 @@ class PolytopeFace(Record):
 
     normal = numbers(3, "outward unit normal")
     offset = number("distance from the origin", "m")
-    exists = number("1.0 while it does")
+    exists = number("more than 0 while it does: 1, or its number among those that are kept")
 
 
 class ShownEdge(Record):
@@ -316,7 +316,7 @@ class Seen(Record):
 # shapes the direction alone is known
 NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES, FACE_ON_MORE, MORE_ON_FACE, BY_DIRECTION = range(7)
 
-NEAR_FACES = 8  # of a polytope, that are looked at each time
+NEAR_FACES = 24  # of a polytope, that are looked at each time
 
 
 class Slot(Record):

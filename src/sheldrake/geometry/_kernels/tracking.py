@@ -81,13 +81,14 @@ def least_besides(table, faces, out):
 
 @kernel(outline=True)
 def sort_out_near(table, s, faces):
-    """The nearest faces of the polytope into slot s, in order; the least distance of the others [m]."""
+    """The nearest faces of the polytope, as it is kept, into slot s, in order; the least distance of the others [m]."""
     slot, tracked = table.slots[s], table.tracks[s]
     beyond = 1e300
-    count = 0
+    count = number = 0
     for f in range(faces):
         face = table.polytope[FACE + f]
         if face.exists > 0.0:
+            number += 1
             offset = distance_of(face)
             at = count
             if count < NEAR_FACES:
@@ -102,7 +103,7 @@ def sort_out_near(table, s, faces):
                 slot.near[at] = slot.near[at - 1]
                 at -= 1
             tracked.near_offset[at] = offset
-            slot.near[at] = f
+            slot.near[at] = number - 1
     slot.num_near = count
     return beyond
 
