@@ -138,6 +138,13 @@ def best_face(model, table, g, n_W):
     return best, normal_of_face(model, table, g, best)
 
 
+@kernel
+def face_around(model, table, g, vertex, n_W):
+    """`best_face` of a hull of which a vertex is known that is farthest along n_W."""
+    face = steepest_face(model, model[g].first_vertex + vertex, rotate_back(table.poses[g].R_WG, n_W))
+    return face, normal_of_face(model, table, g, face)
+
+
 @kernel(outline=True)
 def box_face(model, table, g, face, row):
     """Corners of a face of a box into `table.corners`, counter-clockwise seen from outside; their number."""
