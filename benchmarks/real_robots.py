@@ -1,8 +1,9 @@
 """Sixty robots of example-robot-data fall: CPU time of a 1 ms step in sheldrake, Drake and MuJoCo.
 
-    python benchmarks/real_robots.py [name ...] [--seconds 0.3] [--keep FILE] [--write docs/performance.md]
+    python benchmarks/real_robots.py [name ...] [--keep FILE] [--hulls FOLDER] [--write docs/performance.md]
 
-Needs `pip install "sheldrake[kernels,peers,robots]"`. With --keep, robots that FILE (JSON) has are not measured again.
+Needs `pip install "sheldrake[kernels,peers,robots]"`. With --keep, robots that FILE (JSON) has are not measured again;
+with --hulls, meshes whose hulls are in FOLDER are not read again.
 
 Each robot starts in the posture of its zeros, a metre above flat ground, without motors. What is compared is made as
 equal as the engines allow: meshes are replaced by their convex hulls once, for everybody; and the pairs of bodies that
@@ -151,9 +152,12 @@ def fall(engine: str, path: pathlib.Path, seconds: float) -> dict:
 
 
 def in_own_process(engine: str, path: pathlib.Path, seconds: float) -> dict | None:
-    """`fall` in a process that may fail."""
+    """`fall` in a process that may fail, or take for ever."""
     command = [sys.executable, __file__, "--engine", engine, str(path), "--seconds", str(seconds)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    except subprocess.TimeoutExpired:
+        return None
     return json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else None
 
 
@@ -210,6 +214,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="parts of paths; all robots without any")
     parser.add_argument("--seconds", type=float, default=0.3)
     parser.add_argument("--keep", type=pathlib.Path, metavar="FILE", help="numbers found so far, as JSON")
+    parser.add_argument("--hulls", type=pathlib.Path, metavar="FOLDER", help="where hulls of meshes are kept")
     parser.add_argument("--write", type=pathlib.Path, metavar="PAGE", help="put the table into this page")
     parser.add_argument("--engine", choices=ENGINES, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -226,7 +231,7 @@ def main() -> None:
             if name in table or (options.names and not any(part in str(path) for part in options.names)):
                 continue
             try:
-                copy = with_hulls(path, pathlib.Path(folder))
+                copy = with_hulls(path, options.hulls or pathlib.Path(folder))
             except (RuntimeError, ValueError, OSError):
                 continue  # files that the package does not contain
             table[name] = {engine: in_own_process(engine, copy, options.seconds) for engine in ENGINES}

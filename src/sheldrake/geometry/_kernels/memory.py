@@ -26,7 +26,7 @@ _CERTAIN = 1e-9  # relative to the size: shapes that seem so far apart are apart
 _EPA_GAP = 1e-13  # relative to the size: EPA stops when the depth of polytopes is known this well
 _EPA_GAP_SMOOTH = 1e-6  # and that of curved shapes, whose answer is then refined
 _NO_SHIFT = (0.0, 0.0, 0.0)
-_FEW_STEPS = 6  # of EPA from what is remembered: one that takes more grows a polytope larger than a new one
+_FEW_STEPS = 4  # of EPA from what is remembered: one that takes more grows a polytope larger than a new one
 SEPARATED = -1
 TOUCHING = -2
 
