@@ -92,7 +92,7 @@ def part_corners(side: int, row: int, column: int) -> np.ndarray:
 
 
 def _lowest_in_grid(corners: np.ndarray, vertices: np.ndarray, slack: float) -> np.ndarray:
-    """Which vertices may be lowest along some direction through each cell between some corners, shape (cells, vertices).
+    """Which vertices may be lowest along some direction through each cell of a grid, shape (cells, vertices).
 
     A vertex is none of them if another is lower along all four corners of the cell, and so along all between them. The
     others tried are those that are lowest along the corners and the middle.

@@ -248,7 +248,7 @@ def hull_on_plane(model, table, i, j, nhat, height, multi):
 
 @kernel(outline=True)
 def list_below(model, table, i, n_G, height, least):
-    """How many vertices of a hull are below the plane by more than `least`; those that it has room for go to `stack`."""
+    """How many vertices of a hull are below the plane by more than `least`; they go to `stack` if it has room."""
     first = model[i].first_vertex
     below = 0
     for v in range(first, first + model[i].num_vertices):

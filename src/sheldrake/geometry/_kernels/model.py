@@ -26,8 +26,8 @@ HALF_SPACES, SPHERES, BOXES, CONVEX = range(4)
 CAPACITY_EXCEEDED = 1
 
 # Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; few
-# vertices are lowest along any direction through a cell. A cell in which they are not few, as opposite to a flat side of
-# many vertices, is divided in as many parts along each edge.
+# vertices are lowest along any direction through a cell. A cell in which DIVIDED or more are, as opposite to a flat side
+# of many vertices, is divided into as many parts along each edge.
 CELLS = 8
 DIVIDED = 16
 
@@ -152,7 +152,7 @@ class GeometryModel(NamedTuple):
             cells.
         topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
             `topology[v + 1]` where they end; the same for the faces around v (rows of `face`) from num_vertices + 1 on;
-            then neighbours, faces, face corners, feet, and of each hull where the vertices of its cells start and they, see `lowest_vertex`.
+            then neighbours, faces, face corners, feet, and of each hull what `lowest_vertex` reads.
         partner: with cells, `partner[partner[a]:partner[a + 1]]` are the geometries b > a on other bodies that a must
             not touch.
     """
