@@ -63,14 +63,21 @@ def list_family(model, table, first, last, count):
 
 
 @kernel
-def adapt_skin(model, table):
-    """Makes the skin thicker or thinner: by how many pairs were looked at to make the list, and to go through it."""
-    to_make = model.end_of_pairs - model.sphere_pairs
-    to_read = table.near_held * table.end_of_near
-    if to_make > 2 * to_read and table.near_doublings < _MOST_DOUBLINGS:
-        table.near_doublings += 1
-    elif 2 * to_make < to_read and table.near_doublings > 0:
-        table.near_doublings -= 1
+def work_to_list(model):
+    """How many pairs are looked at to make the list."""
+    return model.end_of_pairs - model.sphere_pairs
+
+
+@kernel
+def work_to_read(table):
+    """How many pairs of the list have been looked at since it was made."""
+    return table.near_held * table.end_of_near
+
+
+@kernel
+def is_too_long(model, table):
+    """Whether a list of a thick skin has taken longer to read than two would have taken to make."""
+    return table.near_doublings > 0 and work_to_read(table) > 2 * work_to_list(model)
 
 
 @kernel(top=True)
@@ -78,10 +85,14 @@ def list_near_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Brings the list of near pairs up to date."""
     model = geometry_model
     if table.near_known == 1:
-        if not have_moved(model, table):
+        too_long = is_too_long(model, table)
+        if not (too_long or have_moved(model, table)):
             table.near_held += 1
             return
-        adapt_skin(model, table)
+        if too_long:
+            table.near_doublings -= 1
+        elif work_to_list(model) > 2 * work_to_read(table) and table.near_doublings < _MOST_DOUBLINGS:
+            table.near_doublings += 1
     table.near_held = 1
     for g in range(len(table.sights)):
         table.sights[g].centre_W = table.poses[g].centre_W
