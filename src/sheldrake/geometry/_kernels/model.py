@@ -26,8 +26,8 @@ HALF_SPACES, SPHERES, BOXES, CONVEX = range(4)
 CAPACITY_EXCEEDED = 1
 
 # Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; few
-# vertices are lowest along any direction through a cell. A cell in which DIVIDED or more are, as opposite to a flat side
-# of many vertices, is divided into as many parts along each edge.
+# vertices are lowest along any direction through a cell. A cell in which DIVIDED or more are, as opposite to a flat
+# side of many vertices, is divided into as many parts along each edge.
 CELLS = 8
 DIVIDED = 16
 
