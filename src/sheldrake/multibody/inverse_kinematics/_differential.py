@@ -272,7 +272,7 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
 
 def _add_limits(
     prog: MathematicalProgram,
-    v_next: ArrayLike,
+    v_next: np.ndarray,
     q: np.ndarray,
     v: np.ndarray,
     parameters: DifferentialInverseKinematicsParameters,
