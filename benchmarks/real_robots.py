@@ -5,7 +5,8 @@
 Needs `pip install "sheldrake[kernels,peers,robots]"`. With --keep, robots that FILE (JSON) has are not measured again;
 with --hulls, meshes whose hulls are in FOLDER are not read again.
 
-Each robot starts in the posture of its zeros, a metre above flat ground, without motors. What is compared is made as
+Each robot starts in the posture of its zeros, a metre above flat ground, without motors; what its file welds to the
+world stays there. What is compared is made as
 equal as the engines allow: meshes are replaced by their convex hulls once, for everybody; and the pairs of bodies that
 MuJoCo never tests, those on the two sides of one joint with all that is welded to them, are excluded in sheldrake and
 in Drake too. Contacts are counted at every hundredth of a second of another fall: sheldrake and MuJoCo find several
@@ -76,6 +77,12 @@ def exclude_neighbours(lib, plant, scene_graph) -> None:
             manager.Apply(lib.CollisionFilterDeclaration().ExcludeBetween(a, b))
 
 
+def add_ground(lib, plant) -> None:
+    """Flat ground, below the origin."""
+    ground = plant.world_body(), lib.RigidTransform([0.0, 0.0, -HEIGHT]), lib.HalfSpace(), "ground"
+    plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))
+
+
 def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bool = False) -> dict:
     """A fall in sheldrake or pydrake."""
     lib = importlib.import_module(f"{package}.all")
@@ -84,8 +91,7 @@ def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bo
     if single:
         scene_graph.set_default_point_contact_algorithm("single_point")
     lib.Parser(plant).AddModels(str(path))
-    ground = plant.world_body(), lib.RigidTransform(), lib.HalfSpace(), "ground"
-    plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))
+    add_ground(lib, plant)
     plant.Finalize()
     exclude_neighbours(lib, plant, scene_graph)
     diagram = builder.Build()
@@ -94,9 +100,6 @@ def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bo
 
     def begin() -> None:
         simulator.reset_context(diagram.CreateDefaultContext())
-        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        for body in plant.GetFloatingBaseBodies():
-            plant.SetFreeBodyPose(context, plant.get_body(body), lib.RigidTransform([0.0, 0.0, HEIGHT]))
         simulator.Initialize()
 
     def contacts() -> int:
@@ -112,12 +115,13 @@ def fall_in_mujoco(path: pathlib.Path, seconds: float) -> dict:
     bounds = 'balanceinertia="true" boundmass="1e-6" boundinertia="1e-9"'  # some links have no mass
     compiler = f'<compiler strippath="false" discardvisual="true" fusestatic="false" {bounds}/>'
     options = f'<mujoco>{compiler}<option timestep="{DT}"/></mujoco>'
-    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot[^>]*>)", rf"\1{options}", path.read_text(), count=1))
+    text = path.read_text()
+    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot[^>]*>)", rf"\1{options}", text, count=1))
+    welded = re.search(r'<link\s+name="world"', text)
     for body in spec.worldbody.bodies:
-        if not body.joints:
+        if not (body.joints or welded):
             body.add_freejoint()
-        body.pos = [0.0, 0.0, HEIGHT]
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, -HEIGHT])
     model = spec.compile()
     data = mujoco.MjData(model)
 
