@@ -5,6 +5,8 @@ import threading
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
+from tests.unit.common.counting import calls_of
 
 from sheldrake import solvers
 from sheldrake.solvers import (
@@ -24,6 +26,7 @@ from sheldrake.solvers import (
     SolverOptions,
 )
 from sheldrake.solvers._engines.clarabel import ClarabelSolver as _Clarabel
+from sheldrake.solvers._engines.conic import _compressed
 from sheldrake.solvers._engines.lemke import solve_lcp
 from sheldrake.solvers._engines.splitting import OsqpSolver as _Osqp
 from sheldrake.solvers._engines.splitting import ScsSolver as _Scs
@@ -245,3 +248,21 @@ def test_the_choice_is_by_program_type():
     prog.AddConstraint(sin(x[0]) <= 0.5)
     assert solvers.GetProgramType(prog) is solvers.ProgramType.kNLP
     assert ChooseBestSolver(prog).name() == "InteriorPoint"
+
+
+def test_a_small_quadratic_program_is_solved_in_few_calls():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3)
+    prog.AddQuadraticCost(np.eye(3), np.ones(3), x)
+    prog.AddBoundingBoxConstraint(-0.5, 0.5, x)
+    prog.AddLinearConstraint(np.ones((1, 3)), [-1.0], [1.0], x)
+    assert calls_of(lambda: ClarabelSolver().Solve(prog)) <= 800
+
+
+def test_triplets_are_compressed_as_scipy_does():
+    rng = np.random.default_rng(0)
+    for count in (0, 1, 40):
+        rows, cols, values = rng.integers(0, 5, count), rng.integers(0, 4, count), rng.normal(size=count)
+        ours, scipys = _compressed(rows, cols, values, (5, 4)), csc_matrix((values, (rows, cols)), shape=(5, 4))
+        assert (ours.indptr == scipys.indptr).all() and (ours.indices == scipys.indices).all()
+        assert ours.data == pytest.approx(scipys.data, abs=1e-15)
