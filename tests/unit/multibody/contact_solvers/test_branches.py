@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 from test_factor import direct
 
-<<<<<<< HEAD
-from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
-from sheldrake.multibody.contact_solvers._kernels.cost import are_runs, branches_of
-=======
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work, widest
->>>>>>> main
+from sheldrake.multibody.contact_solvers._kernels.cost import are_runs, branches_of
 
 
 def path(parents, k):
