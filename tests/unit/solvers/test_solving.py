@@ -245,3 +245,18 @@ def test_the_choice_is_by_program_type():
     prog.AddConstraint(sin(x[0]) <= 0.5)
     assert solvers.GetProgramType(prog) is solvers.ProgramType.kNLP
     assert ChooseBestSolver(prog).name() == "InteriorPoint"
+
+
+def test_columns_are_those_of_scipy():
+    from scipy.sparse import csc_matrix
+
+    from sheldrake.solvers._engines.conic import columns_of, compressed
+
+    rng = np.random.default_rng(4)
+    rows, cols, values = rng.integers(5, size=30), rng.integers(7, size=30), rng.normal(size=30)
+    expected = csc_matrix((values, (rows, cols)), shape=(5, 7))
+    for found in (compressed(rows, cols, values, (5, 7)), columns_of(expected.toarray())):
+        np.testing.assert_allclose(found.to_scipy().toarray(), expected.toarray(), rtol=1e-15)
+        np.testing.assert_array_equal(found.indptr, expected.indptr)
+        np.testing.assert_array_equal(found.indices, expected.indices)
+    assert compressed(np.zeros(0, int), np.zeros(0, int), np.zeros(0), (0, 2)).to_scipy().shape == (0, 2)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._engines.conic import ConicForm
+from sheldrake.solvers._engines.conic import ConicForm, columns_of
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -63,12 +63,11 @@ class ClarabelSolver(SolverInterface):
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         import clarabel
-        from scipy.sparse import triu
 
         form = ConicForm(prog)
         settings = self._settings(clarabel, options)
         cones = [_cone(clarabel, cone) for cone in form.cones]
-        solver = clarabel.DefaultSolver(triu(form.P(), format="csc"), form.q, form.A(), form.b, cones, settings)
+        solver = clarabel.DefaultSolver(form.P(), form.q, form.A(), form.b, cones, settings)
         found = solver.solve()
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
@@ -85,11 +84,34 @@ class ClarabelSolver(SolverInterface):
     def _settings(self, clarabel: Any, options: SolverOptions) -> Any:
         settings = clarabel.DefaultSettings()
         settings.verbose = self._prints(options)
+        if not options._of(self._name):
+            return settings
         known = [name for name in dir(settings) if not name.startswith("_")]
         for key, value in self._given(options, known).items():
             kind = type(getattr(settings, key))
             setattr(settings, key, kind(value))
         return settings
+
+
+def solve_quadratic_program(
+    Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> tuple[SolutionResult, np.ndarray]:
+    """Solves min 1/2 x' Q x + q' x with lower <= A x <= upper, for callers that solve a small one in every time step.
+
+    A `MathematicalProgram` is made for people; to make one takes many times as long as to solve a few numbers.
+    """
+    import clarabel
+
+    equal = lower == upper
+    below, above = ~equal & np.isfinite(upper), ~equal & np.isfinite(lower)
+    rows = np.vstack((A[equal], A[below], -A[above]))
+    b = np.concatenate((upper[equal], upper[below], -lower[above]))
+    first = np.count_nonzero(equal)
+    cones = [clarabel.ZeroConeT(first), clarabel.NonnegativeConeT(len(b) - first)]
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    found = clarabel.DefaultSolver(columns_of(np.triu(Q)), q, columns_of(rows), b, cones, settings).solve()
+    return _RESULTS.get(str(found.status), SolutionResult.kSolverSpecificError), np.array(found.x)
 
 
 class CsdpSolverDetails(NamedTuple):

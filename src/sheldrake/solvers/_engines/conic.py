@@ -25,6 +25,40 @@ class Cone(NamedTuple):
     size: int
 
 
+class Columns(NamedTuple):
+    """A sparse matrix by columns, with the attributes of SciPy's, which are slow to make for matrices of a few rows."""
+
+    data: np.ndarray
+    indices: np.ndarray
+    indptr: np.ndarray
+    shape: tuple[int, int]
+    has_canonical_format: bool = True
+
+    def to_scipy(self) -> scipy.sparse.csc_matrix:
+        """The same as a matrix of SciPy's."""
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix((self.data, self.indices, self.indptr), shape=self.shape)
+
+
+def compressed(rows: np.ndarray, cols: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> Columns:
+    """The matrix of triplets, those of one place added up."""
+    at = cols * max(shape[0], 1) + rows
+    order = np.argsort(at, kind="stable")
+    at = at[order]
+    first = np.flatnonzero(np.diff(at, prepend=-1))
+    data = np.add.reduceat(values[order], first) if first.size else np.zeros(0)
+    column, row = np.divmod(at[first], max(shape[0], 1))
+    return Columns(data, row, np.searchsorted(column, np.arange(shape[1] + 1)), shape)
+
+
+def columns_of(matrix: np.ndarray) -> Columns:
+    """The numbers of a dense matrix that are not zero."""
+    column, row = np.nonzero(matrix.T)
+    starts = np.searchsorted(column, np.arange(matrix.shape[1] + 1))
+    return Columns(matrix[row, column], row, starts, (matrix.shape[0], matrix.shape[1]))
+
+
 class ConicForm:
     """The arrays of the form, dense triplets of A, and where each constraint went.
 
@@ -49,22 +83,17 @@ class ConicForm:
         self._exponential()
         self.b = np.concatenate(self._b) if self._b else np.zeros(0)
 
-    def P(self) -> scipy.sparse.csc_matrix:
-        """The quadratic cost as a sparse matrix."""
-        from scipy.sparse import csc_matrix
-
-        n = self.num_vars
+    def P(self) -> Columns:
+        """The upper triangle of the quadratic cost."""
         rows, cols, values = self._triplets_P
-        return csc_matrix((values, (rows, cols)), shape=(n, n))
+        upper = rows <= cols
+        return compressed(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
 
-    def A(self) -> scipy.sparse.csc_matrix:
-        """The constraints as a sparse matrix."""
-        from scipy.sparse import csc_matrix
-
-        if not self._rows:
-            return csc_matrix((0, self.num_vars))
-        triplet = (np.concatenate(self._values), (np.concatenate(self._rows), np.concatenate(self._cols)))
-        return csc_matrix(triplet, shape=(self.num_rows, self.num_vars))
+    def A(self) -> Columns:
+        """The constraints."""
+        triplets = (self._rows, self._cols, self._values)
+        rows, cols, values = (np.concatenate(part) if part else np.zeros(0) for part in triplets)
+        return compressed(rows.astype(int), cols.astype(int), values, (self.num_rows, self.num_vars))
 
     def _objective(self) -> None:
         prog = self.prog
