@@ -8,13 +8,16 @@ from sheldrake.all import (
     CoulombFriction,
     DiagramBuilder,
     LogVectorOutput,
+    MathematicalProgram,
     Meshcat,
+    MultibodyPlant,
     Parser,
     RigidTransform,
     RollPitchYaw,
     RotationMatrix,
     Simulator,
     SpatialInertia,
+    VectorLogSink,
 )
 
 builder = DiagramBuilder()
@@ -49,5 +52,16 @@ simulator = Simulator(root_diagram, root)
 simulator.AdvanceTo("2.0")  # wrong
 simulator.set_target_realtime_rate(rate=1.0)  # wrong
 simulator.get_context().SetTime()  # wrong
-Meshcat().SetObject("box")
+Meshcat().SetObject("box")  # wrong
 Meshcat().url()  # wrong
+finished = MultibodyPlant(0.001).is_finalised()  # wrong
+sink = VectorLogSink("two")  # wrong
+program = MathematicalProgram()
+x = program.NewContinuousVariables(2, name="x")
+y = program.NewContinuousVariables(2, named="y")  # wrong
+program.AddCost(x.dot(x))
+program.AddQuadraticCost(np.eye(2), np.zeros(2), x, convex=True)  # wrong
+program.AddQuadraticCost(np.eye(2), np.zeros(2), x, is_convex=True)
+program.AddLinearConstraint(x[0] + x[1] <= 1)
+program.AddLinearConstraint(np.ones((1, 2)), [0.0])  # wrong
+program.AddBoundingBoxConstraint(0, 1, x)

@@ -1,4 +1,10 @@
-"""Classes put together from parts: an object has its parts, and shows calls of theirs as its own."""
+"""Classes put together from parts: an object has its parts, and shows calls of theirs as its own.
+
+_elements = part(Elements, "_parts.elements")
+
+class MultibodyPlant:
+    AddJoint = Call(_elements.AddJoint)
+"""
 
 from __future__ import annotations
 
@@ -6,48 +12,60 @@ import functools
 import operator
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
+from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
 
-Part = TypeVar("Part")
-Given = ParamSpec("Given")
-Result = TypeVar("Result")
+Kind = TypeVar("Kind")
+Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-class Calls(Generic[Part]):
-    """Shows calls of a part: `AddJoint = elements(Elements.AddJoint)` in the body of a class.
+class _Asked(NamedTuple):
+    """A method of a part."""
+
+    method: Callable[..., Any]
+    kind: type
+    path: str
+
+
+class _Part:
+    """Gives the methods of a class as `_Asked`."""
+
+    def __init__(self, kind: type, path: str) -> None:
+        self._kind, self._path = kind, path
+
+    def __getattr__(self, name: str) -> _Asked:
+        return _Asked(getattr(self._kind, name), self._kind, self._path)
+
+
+def part(kind: type[Kind], path: str) -> Kind:
+    """A part whose methods `Call` takes; for a type checker, and for nothing else, it is an object of its class.
 
     Args:
         kind: The part's class.
         path: Where an object has it: names of attributes, with dots between them.
     """
-
-    def __init__(self, kind: type[Part], path: str) -> None:
-        self._kind, self._path = kind, path
-
-    def __call__(self, method: Callable[Concatenate[Part, Given], Result]) -> Call[Given, Result]:
-        """The call, of the same name and signature."""
-        return Call(method, self._kind, self._path)
+    return cast(Kind, _Part(kind, path))
 
 
-class Call(Generic[Given, Result]):
-    """A call of a part that its whole shows.
+class Call(Generic[Method]):
+    """A call of a part that its whole shows, with the name and the signatures that it has there.
 
     When an object is first asked for it, it keeps the part's own bound method: from then on the call takes no longer
     than if it were the object's. A class that overrides the call has its own, also after `super()` asked for this one.
     """
 
-    def __init__(self, method: Callable[..., Result], kind: type, path: str) -> None:
-        self.__doc__ = method.__doc__
-        self.kind = kind
-        self._method = method
-        self._find: Callable[[Any], Callable[Given, Result]] = operator.attrgetter(f"{path}.{method.__name__}")
+    def __init__(self, method: Method) -> None:
+        asked = cast(_Asked, method)
+        self.__doc__ = asked.method.__doc__
+        self.kind = asked.kind
+        self._method = asked.method
+        self._find: Callable[[Any], Method] = operator.attrgetter(f"{asked.path}.{asked.method.__name__}")
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
         function, find = self._method, self._find
 
         @functools.wraps(function)
-        def call(whole: object, *args: Any, **kwargs: Any) -> Result:
+        def call(whole: object, *args: Any, **kwargs: Any) -> Any:
             return find(whole)(*args, **kwargs)
 
         call.__name__, call.__qualname__ = name, f"{owner.__qualname__}.{name}"
@@ -56,12 +74,12 @@ class Call(Generic[Given, Result]):
         self._function = call
 
     @overload
-    def __get__(self, whole: None, owner: type) -> Callable[..., Result]: ...
+    def __get__(self, whole: None, owner: type) -> Callable[..., Any]: ...
 
     @overload
-    def __get__(self, whole: object, owner: type) -> Callable[Given, Result]: ...
+    def __get__(self, whole: object, owner: type) -> Method: ...
 
-    def __get__(self, whole: object | None, owner: type) -> Callable[..., Result]:
+    def __get__(self, whole: object | None, owner: type) -> Callable[..., Any]:
         if whole is None:
             return self._function
         bound = self._find(whole)

@@ -109,6 +109,10 @@ class Quaternion(ScalarBase):
         """The vector part, shape (3,)."""
         return self._wxyz[1:].copy()
 
+    @typing_overload
+    def set_wxyz(self, wxyz: Scalars) -> None: ...
+    @typing_overload
+    def set_wxyz(self, w: Scalar, x: Scalar, y: Scalar, z: Scalar) -> None: ...
     def set_wxyz(self, *args: Any, **kwargs: Any) -> None:
         """Replace all components: `set_wxyz(wxyz)` or `set_wxyz(w, x, y, z)`.
 

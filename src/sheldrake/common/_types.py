@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     """One scalar type, in signatures whose numbers are all of it."""
 
 Scalar: TypeAlias = "float | AutoDiffXd | Expression"  # what a quantity of a model is: a number, or what stands for one
-Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Sequence[Scalar]]"  # arrays of these
+Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Variable] | Sequence[Sequence[Scalar]]"  # arrays of these
 Symbolic: TypeAlias = "float | Expression | Variable"  # what symbolic calls take for an expression
 Symbolics: TypeAlias = "ArrayLike | Sequence[Symbolic]"  # arrays of these
 Vector: TypeAlias = "Sequence[Scalar] | np.ndarray"  # a vector of these, whose items can be walked

@@ -40,6 +40,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import ArrayLike
+
 Layout = typing.Union[int, "tuple[Layout, ...]"]
 """What a tuple looks like: 3 is (x, y, z), (3, 3) is ((a, b, c), (d, e, f)), (1, 3) is (a, (b, c, d))."""
 
@@ -153,7 +155,7 @@ class Record(metaclass=_Meta):
         return view_of(cls)(vector)
 
     @classmethod
-    def of(cls, **values: float) -> np.ndarray:
+    def of(cls, **values: ArrayLike) -> np.ndarray:
         """A vector of these values, by name.
 
         Raises:

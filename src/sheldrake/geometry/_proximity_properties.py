@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any
+from typing import overload as typing_overload
 
 from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType
@@ -27,6 +28,20 @@ POINT_CONTACT_ALGORITHM = "point_contact_algorithm"
 POINT_CONTACT_ALGORITHMS = ("multi_point", "single_point")
 
 
+@typing_overload
+def AddContactMaterial(
+    properties: ProximityProperties,
+    dissipation: float | None = None,
+    point_stiffness: float | None = None,
+    friction: CoulombFriction | None = None,
+) -> None: ...
+@typing_overload
+def AddContactMaterial(
+    dissipation: float | None,
+    point_stiffness: float | None,
+    friction: CoulombFriction | None,
+    properties: ProximityProperties,
+) -> None: ...
 def AddContactMaterial(*args: Any, **kwargs: Any) -> None:
     """Adds point contact material to proximity properties.
 
@@ -78,6 +93,10 @@ def _add_contact_material(
         properties.AddProperty(MATERIAL, FRICTION, friction)
 
 
+@typing_overload
+def AddRigidHydroelasticProperties(properties: ProximityProperties) -> None: ...
+@typing_overload
+def AddRigidHydroelasticProperties(resolution_hint: float, properties: ProximityProperties) -> None: ...
 def AddRigidHydroelasticProperties(*args: Any, **kwargs: Any) -> None:
     """Makes a geometry rigid for hydroelastic contact.
 

@@ -6,6 +6,7 @@ import operator
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -134,6 +135,10 @@ class BsplineBasis(ScalarBase):
         find = bisect_right if u < _number(self.final_parameter_value()) else bisect_left
         return find([_number(knot) for knot in self._knots], u) - 1
 
+    @typing_overload
+    def ComputeActiveBasisFunctionIndices(self, parameter_value: Scalar) -> list[int]: ...
+    @typing_overload
+    def ComputeActiveBasisFunctionIndices(self, parameter_interval: Scalars) -> list[int]: ...
     def ComputeActiveBasisFunctionIndices(self, *args: Any, **kwargs: Any) -> list[int]:
         """Which basis functions are not zero at `parameter_value`, or somewhere in `parameter_interval` [a, b]."""
         values = [*args, *kwargs.values()]

@@ -191,6 +191,14 @@ class RigidTransform(ScalarBase):
         """p_AoBo_A [m], shape (3,), read-only."""
         return self._p
 
+    @typing_overload
+    def set_rotation(self, R: RotationMatrix) -> None: ...
+    @typing_overload
+    def set_rotation(self, rpy: RollPitchYaw) -> None: ...
+    @typing_overload
+    def set_rotation(self, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def set_rotation(self, theta_lambda: AngleAxis) -> None: ...
     def set_rotation(self, *args: Any, **kwargs: Any) -> None:
         """Replace the rotation by a RotationMatrix `R`, `rpy`, `quaternion` or AngleAxis `theta_lambda`."""
         self._choose("set_rotation", args, kwargs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -153,7 +153,7 @@ class DirectCollocationConstraint(Constraint):
         self,
         system: System,
         context: Context,
-        input_port_index: InputPortSelection | int = _FIRST,
+        input_port_index: InputPortSelection | SupportsIndex = _FIRST,
         assume_non_continuous_states_are_fixed: bool = False,
     ):
         _check_context(context, assume_non_continuous_states_are_fixed)
@@ -221,7 +221,7 @@ class DirectCollocation(MultipleShooting):
         num_time_samples: int,
         minimum_time_step: float,
         maximum_time_step: float,
-        input_port_index: InputPortSelection | int = _FIRST,
+        input_port_index: InputPortSelection | SupportsIndex = _FIRST,
         assume_non_continuous_states_are_fixed: bool = False,
         prog: MathematicalProgram | None = None,
     ):

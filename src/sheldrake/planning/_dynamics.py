@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -22,7 +22,7 @@ _STEP = 1e-6  # Of differences of exact derivatives, relative to numbers above o
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 
 
-def input_port_of(system: System, input_port_index: InputPortSelection | int) -> InputPort | None:
+def input_port_of(system: System, input_port_index: InputPortSelection | SupportsIndex) -> InputPort | None:
     """The chosen input port, or None.
 
     Raises:
@@ -56,7 +56,9 @@ class Dynamics:
         discrete: Whether the state is discrete.
     """
 
-    def __init__(self, system: System, context: Context, input_port_index: InputPortSelection | int, discrete: bool):
+    def __init__(
+        self, system: System, context: Context, input_port_index: InputPortSelection | SupportsIndex, discrete: bool
+    ):
         port = input_port_of(system, input_port_index)
         self.num_inputs = port.size() if port is not None else 0
         self._place = None if port is None else int(port.get_index())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -21,8 +22,9 @@ from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
     from sheldrake.math import RigidTransform
+    from sheldrake.math._rotation_matrix import RotationMatrix
     from sheldrake.trajectories._base import Trajectory
 
 
@@ -87,6 +89,12 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
         return np.array(orientation.wxyz())
 
+    @typing_overload
+    def Append(self, time: Scalar, quaternion: Quaternion) -> None: ...
+    @typing_overload
+    def Append(self, time: Scalar, rotation_matrix: RotationMatrix) -> None: ...
+    @typing_overload
+    def Append(self, time: Scalar, angle_axis: AngleAxis) -> None: ...
     def Append(self, time: Scalar, *args: Any, **kwargs: Any) -> None:
         """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
 

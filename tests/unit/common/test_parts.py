@@ -4,7 +4,7 @@ import inspect
 
 import pytest
 
-from sheldrake.common._parts import Calls, forget_calls, home_of
+from sheldrake.common._parts import Call, forget_calls, home_of, part
 
 
 class Memory:
@@ -17,7 +17,7 @@ class Memory:
         return len(self.numbers)
 
 
-_memory = Calls(Memory, "_parts.memory")
+_memory = part(Memory, "_parts.memory")
 
 
 class Parts:
@@ -29,8 +29,8 @@ class Whole:
     def __init__(self):
         self._parts = Parts()
 
-    add = _memory(Memory.add)
-    put = _memory(Memory.add)
+    add = Call(_memory.add)
+    put = Call(_memory.add)
 
 
 def test_a_call_is_the_parts_own_bound_method_once_asked_for():

@@ -1,6 +1,9 @@
 """A program is put together from parts: each works without a program, and a program shows the calls of all of them."""
 
 import inspect
+import re
+import sys
+import typing
 
 import numpy as np
 import pytest
@@ -38,6 +41,23 @@ def test_a_program_shows_the_calls_of_each_part(part):
         assert shown.__doc__ == getattr(part, name).__doc__
         assert inspect.signature(shown) == inspect.signature(getattr(part, name))
         assert shown.__qualname__ == f"MathematicalProgram.{name}"
+
+
+@pytest.mark.skipif(not hasattr(typing, "get_overloads"), reason="before Python 3.11 overloads leave no trace")
+@pytest.mark.parametrize("part", PARTS)
+def test_what_editors_are_told_is_what_calls_take(part):
+    module = sys.modules[part.__module__]
+    for name, call in vars(part).items():
+        told = typing.get_overloads(call) if inspect.isfunction(call) else []
+        if not told:
+            continue
+        ways = getattr(
+            module,
+            re.search(rf"(_[A-Z_]+)\.choose\(\"{name}|\"{name}\", (_[A-Z_]+)", inspect.getsource(call)).expand(r"\1\2"),
+        )
+        taken = {tuple((n, n in way.defaults) for n in way.names) for way in ways}
+        parameters = [list(inspect.signature(f).parameters.values())[1:] for f in told]
+        assert {tuple((p.name, p.default is not p.empty) for p in of) for of in parameters} == taken, name
 
 
 def test_variables_alone():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import os
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -56,6 +57,20 @@ class Objects:
     def __init__(self, tree: SceneTree):
         self._tree = tree
 
+    @typing_overload
+    def SetObject(self, path: str, shape: Shape, rgba: Rgba = ..., diffuse_map: str | os.PathLike = "") -> None: ...
+    @typing_overload
+    def SetObject(
+        self,
+        path: str,
+        mesh: TriangleSurfaceMesh,
+        rgba: Rgba = ...,
+        wireframe: bool = False,
+        wireframe_line_width: float = 1.0,
+        side: SideOfFaceToRender = ...,
+    ) -> None: ...
+    @typing_overload
+    def SetObject(self, path: str, cloud: PointCloud, point_size: float = 0.001, rgba: Rgba = ...) -> None: ...
     def SetObject(self, *args: Any, **kwargs: Any) -> None:
         """Draws something at a path, in place of what was drawn there.
 

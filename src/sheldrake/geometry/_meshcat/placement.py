@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -30,6 +31,10 @@ class Placement:
     def __init__(self, hub: Hub):
         self._hub = hub
 
+    @typing_overload
+    def SetTransform(self, path: str, X_ParentPath: RigidTransform, time_in_recording: float | None = None) -> None: ...
+    @typing_overload
+    def SetTransform(self, path: str, matrix: ArrayLike) -> None: ...
     def SetTransform(self, *args: Any, **kwargs: Any) -> None:
         """Places a path, and everything below it, in its parent.
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -221,6 +222,21 @@ class ConvexSet:
         self._contain(into, Affine.of(vars), Affine.constant(1.0))
         return np.array(into.variables, dtype=object), [as_kind(Constraint, added) for added in into.constraints]
 
+    @typing_overload
+    def AddPointInNonnegativeScalingConstraints(
+        self, prog: MathematicalProgram, x: np.ndarray, t: Variable
+    ) -> list: ...
+    @typing_overload
+    def AddPointInNonnegativeScalingConstraints(
+        self,
+        prog: MathematicalProgram,
+        A: ArrayLike,
+        b: ArrayLike,
+        c: ArrayLike,
+        d: float,
+        x: np.ndarray,
+        t: np.ndarray,
+    ) -> list: ...
     def AddPointInNonnegativeScalingConstraints(self, *args: Any, **kwargs: Any) -> list:
         """Constrains x to t S, t >= 0, for this set S (to its directions of recession where t = 0).
 

@@ -571,7 +571,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         how, center = options.find_polytope_options, ellipsoid.center()
         Q = options.ellipsoid_scaling * np.linalg.inv(ellipsoid.A())  # It is {Q u + center | |u| <= 1}.
         prog = MathematicalProgram()
-        new_C, new_d = prog.NewContinuousVariables(*C.shape, "C"), prog.NewContinuousVariables(len(d), "d")
+        new_C, new_d = prog.NewContinuousVariables(len(C), C.shape[1], "C"), prog.NewContinuousVariables(len(d), "d")
         margin = prog.NewContinuousVariables(len(d), "delta")
         prog.AddBoundingBoxConstraint(0.0, np.inf, margin)
         if how.s_inner_pts is not None:

@@ -19,10 +19,8 @@ from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.symbolic import MakeVectorContinuousVariable, Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from sheldrake.solvers import Binding, MathematicalProgramResult
-    from sheldrake.symbolic import Expression
+    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.symbolic import Expression, Formula
 
 
 class VertexId(_Identifier):
@@ -110,7 +108,7 @@ class Element:
 
     @overloaded(*constraints("f"))
     def AddConstraint(
-        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+        self, what: Formula | BindingBase[Constraint], use_in_transcription: Iterable
     ) -> BindingBase[Constraint]:
         """Adds a constraint and returns it; called as `(f)` or `(binding)`, and `use_in_transcription`.
 

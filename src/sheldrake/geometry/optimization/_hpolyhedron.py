@@ -261,6 +261,19 @@ class HPolyhedron(ConvexSet):
 
     # Samples
 
+    @typing_overload
+    def UniformSample(
+        self, generator: RandomGenerator, mixing_steps: int = 10, subspace: ArrayLike | None = None, tol: float = 1e-8
+    ) -> np.ndarray: ...
+    @typing_overload
+    def UniformSample(
+        self,
+        generator: RandomGenerator,
+        previous_sample: ArrayLike,
+        mixing_steps: int = 10,
+        subspace: ArrayLike | None = None,
+        tol: float = 1e-8,
+    ) -> np.ndarray: ...
     def UniformSample(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns a random point, by hit and run: called as `(generator, [previous_sample,] mixing_steps=10,
         subspace=None, tol=1e-8)`.

@@ -34,9 +34,8 @@ class _CenterOfMass(KinematicFunction):
 
     def _com_slope(self) -> np.ndarray:
         """Derivative of p_EC by q, shape (3, nq)."""
-        return self._plant.CalcJacobianCenterOfMassTranslationalVelocity(
-            self._context, *self._which(), QDOT, self._E, self._E
-        )
+        arguments = [self._context, *self._which(), QDOT, self._E, self._E]
+        return self._plant.CalcJacobianCenterOfMassTranslationalVelocity(*arguments)
 
 
 class ComPositionConstraint(_CenterOfMass, Constraint):

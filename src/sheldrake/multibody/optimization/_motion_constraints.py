@@ -66,7 +66,7 @@ class CentroidalMomentumConstraint(KinematicFunction, Constraint):
         plant, context, nv = self._plant, self._context, self._plant.num_velocities()
         plant.SetVelocities(context, as_duals(more[:nv]))
         p_WC = plant.CalcCenterOfMassPositionInWorld(context, *self._instances)
-        h = plant.CalcSpatialMomentumInWorldAboutPoint(context, *self._instances, p_WC)
+        h = plant.CalcSpatialMomentumInWorldAboutPoint(*[context, *self._instances, p_WC])
         return h.get_coeffs()[: self._size] - more[nv:]
 
 

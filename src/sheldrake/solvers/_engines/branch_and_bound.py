@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.solvers._engines.choose import MakeSolver
+from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._ids import SolutionResult, SolverId
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
@@ -163,11 +164,14 @@ def _relaxation(prog: MathematicalProgram) -> MathematicalProgram:
             relaxed.append(new)
         places[v.get_id()] = new
         out.AddDecisionVariables([new])
-    for add, binding in [(out.AddCost, b) for b in prog.GetAllCosts()] + [
-        (out.AddConstraint, b) for b in prog.GetAllConstraints()
-    ]:
-        vars = np.array([places[v.get_id()] for v in binding._variables], dtype=object)
-        add(binding._evaluator, vars)
+
+    def on_places(binding: BindingBase) -> np.ndarray:
+        return np.array([places[v.get_id()] for v in binding._variables], dtype=object)
+
+    for cost in prog.GetAllCosts():
+        out.AddCost(cost._evaluator, on_places(cost))
+    for constraint in prog.GetAllConstraints():
+        out.AddConstraint(constraint._evaluator, on_places(constraint))
     out.AddBoundingBoxConstraint(0.0, 1.0, np.array(relaxed, dtype=object))
     out.SetInitialGuessForAllVariables(prog.initial_guess())
     return out

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -35,7 +36,9 @@ from sheldrake.symbolic import _traverse as traverse
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.common._types import Symbolic, Symbolics
     from sheldrake.solvers._arrays import VariablesLike
+    from sheldrake.symbolic import Formula
 
 _SMOOTH = LorentzConeConstraint.EvalType.kConvexSmooth
 
@@ -82,6 +85,30 @@ class ProgramCones:
     def __init__(self, variables: ProgramVariables, bindings: ProgramBindings) -> None:
         self._variables, self._bindings = variables, bindings
 
+    @typing_overload
+    def AddLorentzConeConstraint(
+        self,
+        f: Formula | bool,
+        eval_type: LorentzConeConstraint.EvalType = ...,
+        psd_tol: float = 1e-08,
+        coefficient_tol: float = 1e-08,
+    ) -> Binding[LorentzConeConstraint]: ...
+    @typing_overload
+    def AddLorentzConeConstraint(
+        self, v: Symbolics, eval_type: LorentzConeConstraint.EvalType = ...
+    ) -> Binding[LorentzConeConstraint]: ...
+    @typing_overload
+    def AddLorentzConeConstraint(
+        self,
+        linear_expression: Symbolic,
+        quadratic_expression: Symbolic,
+        tol: float = 0.0,
+        eval_type: LorentzConeConstraint.EvalType = ...,
+    ) -> Binding[LorentzConeConstraint]: ...
+    @typing_overload
+    def AddLorentzConeConstraint(
+        self, A: ArrayLike | Matrix, b: ArrayLike, vars: VariablesLike, eval_type: LorentzConeConstraint.EvalType = ...
+    ) -> Binding[LorentzConeConstraint]: ...
     def AddLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Binding[LorentzConeConstraint]:
         """Adds z_0 >= |z_1 ... z_m|.
 
@@ -94,6 +121,20 @@ class ProgramCones:
         """
         return self._bindings.add(_LORENTZ.choose("AddLorentzConeConstraint", args, kwargs))
 
+    @typing_overload
+    def AddRotatedLorentzConeConstraint(
+        self,
+        linear_expression1: Symbolic,
+        linear_expression2: Symbolic,
+        quadratic_expression: Symbolic,
+        tol: float = 0.0,
+    ) -> Binding[RotatedLorentzConeConstraint]: ...
+    @typing_overload
+    def AddRotatedLorentzConeConstraint(self, v: Symbolics) -> Binding[RotatedLorentzConeConstraint]: ...
+    @typing_overload
+    def AddRotatedLorentzConeConstraint(
+        self, A: ArrayLike | Matrix, b: ArrayLike, vars: VariablesLike
+    ) -> Binding[RotatedLorentzConeConstraint]: ...
     def AddRotatedLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Binding[RotatedLorentzConeConstraint]:
         """Adds z_0 z_1 >= z_2^2 + ..., z_0 >= 0, z_1 >= 0.
 
@@ -123,6 +164,12 @@ class ProgramCones:
         z = np.concatenate(([-c, 1.0], np.zeros(len(factor))))
         return self._bindings.add(parse.rotated_lorentz(A, z, vars))
 
+    @typing_overload
+    def AddExponentialConeConstraint(
+        self, A: ArrayLike | Matrix, b: ArrayLike, vars: VariablesLike
+    ) -> Binding[ExponentialConeConstraint]: ...
+    @typing_overload
+    def AddExponentialConeConstraint(self, z: Symbolics) -> Binding[ExponentialConeConstraint]: ...
     def AddExponentialConeConstraint(self, *args: Any, **kwargs: Any) -> Binding[ExponentialConeConstraint]:
         """Adds z_0 >= z_1 exp(z_2 / z_1), z_1 > 0; called as `(A, b, vars)` or `(z)` with affine expressions."""
         return self._bindings.add(_EXPONENTIAL.choose("AddExponentialConeConstraint", args, kwargs))
@@ -161,6 +208,12 @@ class ProgramCones:
             return self.AddPositiveSemidefiniteConstraint(part)
         return self.AddLinearMatrixInequalityConstraint(part)
 
+    @typing_overload
+    def AddLinearMatrixInequalityConstraint(
+        self, F: Iterable[ArrayLike], vars: VariablesLike
+    ) -> Binding[LinearMatrixInequalityConstraint]: ...
+    @typing_overload
+    def AddLinearMatrixInequalityConstraint(self, X: Symbolics) -> Binding[LinearMatrixInequalityConstraint]: ...
     def AddLinearMatrixInequalityConstraint(
         self, *args: Any, **kwargs: Any
     ) -> Binding[LinearMatrixInequalityConstraint]:

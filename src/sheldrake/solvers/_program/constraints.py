@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -35,6 +36,10 @@ from sheldrake.symbolic import Expression, Variable
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.common._types import Symbolic, Symbolics
+    from sheldrake.solvers._arrays import VariablesLike
+    from sheldrake.symbolic import Formula
+
 
 class ProgramConstraints:
     """Adds constraints that are no cones, and callbacks.
@@ -46,6 +51,22 @@ class ProgramConstraints:
     def __init__(self, bindings: ProgramBindings) -> None:
         self._bindings = bindings
 
+    @typing_overload
+    def AddConstraint(
+        self, func: Callable[..., object], lb: ArrayLike, ub: ArrayLike, vars: VariablesLike, description: str = ""
+    ) -> Binding[Constraint]: ...
+    @typing_overload
+    def AddConstraint(self, e: Symbolic, lb: float, ub: float) -> Binding[Constraint]: ...
+    @typing_overload
+    def AddConstraint(self, f: Formula | bool) -> Binding[Constraint]: ...
+    @typing_overload
+    def AddConstraint(self, constraint: Constraint, vars: VariablesLike) -> Binding[Constraint]: ...
+    @typing_overload
+    def AddConstraint(self, formulas: np.ndarray | Sequence[Formula]) -> Binding[Constraint]: ...
+    @typing_overload
+    def AddConstraint(self, binding: BindingBase[Constraint]) -> Binding[Constraint]: ...
+    @typing_overload
+    def AddConstraint(self, v: Symbolics, lb: ArrayLike, ub: ArrayLike) -> Binding[Constraint]: ...
     def AddConstraint(self, *args: Any, **kwargs: Any) -> Binding[Constraint]:
         """Adds a constraint and returns its binding.
 
@@ -57,6 +78,22 @@ class ProgramConstraints:
         """
         return as_kind(Constraint, self._bindings.add(_CONSTRAINT.choose("AddConstraint", args, kwargs)))
 
+    @typing_overload
+    def AddLinearConstraint(
+        self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike, vars: VariablesLike
+    ) -> Binding[LinearConstraint]: ...
+    @typing_overload
+    def AddLinearConstraint(
+        self, a: ArrayLike | Matrix, lb: float, ub: float, vars: VariablesLike
+    ) -> Binding[LinearConstraint]: ...
+    @typing_overload
+    def AddLinearConstraint(self, e: Symbolic, lb: float, ub: float) -> Binding[LinearConstraint]: ...
+    @typing_overload
+    def AddLinearConstraint(self, v: Symbolics, lb: ArrayLike, ub: ArrayLike) -> Binding[LinearConstraint]: ...
+    @typing_overload
+    def AddLinearConstraint(self, f: Formula | bool) -> Binding[LinearConstraint]: ...
+    @typing_overload
+    def AddLinearConstraint(self, formulas: np.ndarray | Sequence[Formula]) -> Binding[LinearConstraint]: ...
     def AddLinearConstraint(self, *args: Any, **kwargs: Any) -> Binding[LinearConstraint]:
         """Adds a linear constraint.
 
@@ -68,6 +105,24 @@ class ProgramConstraints:
         """
         return as_kind(LinearConstraint, self._bindings.add(_LINEAR.choose("AddLinearConstraint", args, kwargs)))
 
+    @typing_overload
+    def AddLinearEqualityConstraint(
+        self, Aeq: ArrayLike | Matrix, beq: ArrayLike, vars: VariablesLike
+    ) -> Binding[LinearEqualityConstraint]: ...
+    @typing_overload
+    def AddLinearEqualityConstraint(
+        self, a: ArrayLike | Matrix, beq: float, vars: VariablesLike
+    ) -> Binding[LinearEqualityConstraint]: ...
+    @typing_overload
+    def AddLinearEqualityConstraint(self, e: Symbolic, b: float) -> Binding[LinearEqualityConstraint]: ...
+    @typing_overload
+    def AddLinearEqualityConstraint(self, f: Formula | bool) -> Binding[LinearEqualityConstraint]: ...
+    @typing_overload
+    def AddLinearEqualityConstraint(
+        self, formulas: np.ndarray | Sequence[Formula]
+    ) -> Binding[LinearEqualityConstraint]: ...
+    @typing_overload
+    def AddLinearEqualityConstraint(self, v: Symbolics, b: ArrayLike) -> Binding[LinearEqualityConstraint]: ...
     def AddLinearEqualityConstraint(self, *args: Any, **kwargs: Any) -> Binding[LinearEqualityConstraint]:
         """Adds linear equations.
 
@@ -79,10 +134,30 @@ class ProgramConstraints:
         """
         return self._bindings.add(_EQUALITY.choose("AddLinearEqualityConstraint", args, kwargs))
 
+    @typing_overload
+    def AddBoundingBoxConstraint(
+        self, lb: ArrayLike, ub: ArrayLike, vars: VariablesLike
+    ) -> Binding[BoundingBoxConstraint]: ...
+    @typing_overload
+    def AddBoundingBoxConstraint(self, lb: float, ub: float, var: Variable) -> Binding[BoundingBoxConstraint]: ...
     def AddBoundingBoxConstraint(self, *args: Any, **kwargs: Any) -> Binding[BoundingBoxConstraint]:
         """Adds bounds of variables; called as `(lb, ub, vars)` with numbers or arrays, one variable or an array."""
         return self._bindings.add(_BOX.choose("AddBoundingBoxConstraint", args, kwargs))
 
+    @typing_overload
+    def AddQuadraticConstraint(
+        self,
+        Q: ArrayLike | Matrix,
+        b: ArrayLike,
+        lb: float,
+        ub: float,
+        vars: VariablesLike,
+        hessian_type: QuadraticConstraint.HessianType | None = None,
+    ) -> Binding[QuadraticConstraint]: ...
+    @typing_overload
+    def AddQuadraticConstraint(
+        self, e: Symbolic, lb: float, ub: float, hessian_type: QuadraticConstraint.HessianType | None = None
+    ) -> Binding[QuadraticConstraint]: ...
     def AddQuadraticConstraint(self, *args: Any, **kwargs: Any) -> Binding[QuadraticConstraint]:
         """Adds lb <= 1/2 x' Q x + b' x <= ub.
 
@@ -100,9 +175,11 @@ class ProgramConstraints:
         new = LinearComplementarityConstraint._make(M, q)
         return self._bindings.add(bind(LinearComplementarityConstraint, new, kinds.vars(vars)))
 
-    def AddVisualizationCallback(self, *args: Any, **kwargs: Any) -> Binding[VisualizationCallback]:
-        """Adds a function that solvers call with their iterates of some variables; called as `(func, vars)`."""
-        return self._bindings.add(_CALLBACK.choose("AddVisualizationCallback", args, kwargs))
+    def AddVisualizationCallback(
+        self, func: Callable[..., object], vars: VariablesLike
+    ) -> Binding[VisualizationCallback]:
+        """Adds a function that solvers call with their iterates of some variables."""
+        return self._bindings.add(_CALLBACK.choose("AddVisualizationCallback", (func, vars), {}))
 
 
 # What the calls take, and the constraints that they make of it.

@@ -6,7 +6,8 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -21,6 +22,12 @@ from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._parse import costs as parse
 from sheldrake.solvers._program.bindings import ProgramBindings
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Symbolic
+    from sheldrake.solvers._arrays import VariablesLike
+
 
 class ProgramCosts:
     """Adds costs.
@@ -32,6 +39,14 @@ class ProgramCosts:
     def __init__(self, bindings: ProgramBindings) -> None:
         self._bindings = bindings
 
+    @typing_overload
+    def AddCost(self, func: Callable[..., object], vars: VariablesLike, description: str = "") -> Binding[Cost]: ...
+    @typing_overload
+    def AddCost(self, binding: BindingBase[Cost]) -> Binding[Cost]: ...
+    @typing_overload
+    def AddCost(self, e: Symbolic) -> Binding[Cost]: ...
+    @typing_overload
+    def AddCost(self, obj: Cost, vars: VariablesLike) -> Binding[Cost]: ...
     def AddCost(self, *args: Any, **kwargs: Any) -> Binding[Cost]:
         """Adds a cost and returns its binding.
 
@@ -43,6 +58,12 @@ class ProgramCosts:
         """
         return as_kind(Cost, self._bindings.add(_COST.choose("AddCost", args, kwargs)))
 
+    @typing_overload
+    def AddLinearCost(self, e: Symbolic) -> Binding[LinearCost]: ...
+    @typing_overload
+    def AddLinearCost(self, a: ArrayLike, b: float, vars: VariablesLike) -> Binding[LinearCost]: ...
+    @typing_overload
+    def AddLinearCost(self, a: ArrayLike, vars: VariablesLike) -> Binding[LinearCost]: ...
     def AddLinearCost(self, *args: Any, **kwargs: Any) -> Binding[LinearCost]:
         """Adds a linear cost; called as `(e)`, `(a, b, vars)` or `(a, vars)`.
 
@@ -51,6 +72,16 @@ class ProgramCosts:
         """
         return self._bindings.add(_LINEAR.choose("AddLinearCost", args, kwargs))
 
+    @typing_overload
+    def AddQuadraticCost(self, e: Symbolic, is_convex: bool | None = None) -> Binding[QuadraticCost]: ...
+    @typing_overload
+    def AddQuadraticCost(
+        self, Q: ArrayLike | Matrix, b: ArrayLike, vars: VariablesLike, is_convex: bool | None = None
+    ) -> Binding[QuadraticCost]: ...
+    @typing_overload
+    def AddQuadraticCost(
+        self, Q: ArrayLike | Matrix, b: ArrayLike, c: float, vars: VariablesLike, is_convex: bool | None = None
+    ) -> Binding[QuadraticCost]: ...
     def AddQuadraticCost(self, *args: Any, **kwargs: Any) -> Binding[QuadraticCost]:
         """Adds a cost 1/2 x' Q x + b' x + c.
 
@@ -61,14 +92,26 @@ class ProgramCosts:
         """
         return self._bindings.add(_QUADRATIC.choose("AddQuadraticCost", args, kwargs))
 
+    @typing_overload
+    def AddQuadraticErrorCost(self, w: float, x_desired: ArrayLike, vars: VariablesLike) -> Binding[QuadraticCost]: ...
+    @typing_overload
+    def AddQuadraticErrorCost(
+        self, Q: ArrayLike | Matrix, x_desired: ArrayLike, vars: VariablesLike
+    ) -> Binding[QuadraticCost]: ...
     def AddQuadraticErrorCost(self, *args: Any, **kwargs: Any) -> Binding[QuadraticCost]:
         """Adds the cost (x - x_desired)' Q (x - x_desired); called as `(Q or w, x_desired, vars)`."""
         return self._bindings.add(_ERROR.choose("AddQuadraticErrorCost", args, kwargs))
 
-    def Add2NormSquaredCost(self, *args: Any, **kwargs: Any) -> Binding[QuadraticCost]:
-        """Adds the cost |A x - b|^2; called as `(A, b, vars)`."""
-        return self._bindings.add(_SQUARED_NORM.choose("Add2NormSquaredCost", args, kwargs))
+    def Add2NormSquaredCost(self, A: ArrayLike | Matrix, b: ArrayLike, vars: VariablesLike) -> Binding[QuadraticCost]:
+        """Adds the cost |A x - b|^2."""
+        return self._bindings.add(_SQUARED_NORM.choose("Add2NormSquaredCost", (A, b, vars), {}))
 
+    @typing_overload
+    def AddL2NormCost(self, A: ArrayLike | Matrix, b: ArrayLike, vars: VariablesLike) -> Binding[L2NormCost]: ...
+    @typing_overload
+    def AddL2NormCost(
+        self, e: Symbolic, psd_tol: float = 1e-08, coefficient_tol: float = 1e-08
+    ) -> Binding[L2NormCost]: ...
     def AddL2NormCost(self, *args: Any, **kwargs: Any) -> Binding[L2NormCost]:
         """Adds the cost |A x + b|; called as `(A, b, vars)` or `(e, psd_tol=1e-8, coefficient_tol=1e-8)`.
 

@@ -6,6 +6,7 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -126,6 +127,12 @@ class ProgramEpigraphs:
         linear = self._constraints.AddLinearConstraint(row, [lower], [np.inf], t)
         return linear, t, Z
 
+    @typing_overload
+    def AddMaximizeGeometricMeanCost(
+        self, A: ArrayLike | Matrix, b: ArrayLike, x: VariablesLike
+    ) -> Binding[LinearCost]: ...
+    @typing_overload
+    def AddMaximizeGeometricMeanCost(self, x: VariablesLike, c: float = 1.0) -> Binding[LinearCost]: ...
     def AddMaximizeGeometricMeanCost(self, *args: Any, **kwargs: Any) -> Binding[LinearCost]:
         """Adds the cost -(z_1 ... z_n)^(1/n); called as `(A, b, x)` with z = A x + b, or `(x, c)` with a factor c."""
         return self._geometric_mean(*_MEAN.choose("AddMaximizeGeometricMeanCost", args, kwargs))

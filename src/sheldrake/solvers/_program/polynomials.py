@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -33,7 +34,11 @@ from sheldrake.symbolic import (
 from sheldrake.symbolic import _build as build
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Symbolic, Symbolics
 
 
 class NonnegativePolynomial(BoundEnum):
@@ -44,7 +49,7 @@ class NonnegativePolynomial(BoundEnum):
     kDsos = 3
 
 
-NonnegativePolynomial.__qualname__ = "MathematicalProgram.NonnegativePolynomial"
+NonnegativePolynomial.__qualname__ = "NonnegativePolynomial"
 _SOS = NonnegativePolynomial.kSos
 
 
@@ -97,6 +102,18 @@ class ProgramPolynomials:
 
     # Nonnegative polynomials
 
+    @typing_overload
+    def NewSosPolynomial(
+        self, monomial_basis: np.ndarray | Sequence[Monomial], type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[Polynomial, np.ndarray]: ...
+    @typing_overload
+    def NewSosPolynomial(
+        self, gramian: Symbolics, monomial_basis: np.ndarray | Sequence[Monomial], type: NonnegativePolynomial = ...
+    ) -> Polynomial: ...
+    @typing_overload
+    def NewSosPolynomial(
+        self, indeterminates: Variables, degree: int, type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[Polynomial, np.ndarray]: ...
     def NewSosPolynomial(self, *args: Any, **kwargs: Any) -> Any:
         """Returns a nonnegative polynomial m' Q m and its Gram matrix Q.
 
@@ -173,6 +190,30 @@ class ProgramPolynomials:
         """The same with diagonally dominant Gram matrices."""
         return self.NewEvenDegreeNonnegativePolynomial(indeterminates, degree, NonnegativePolynomial.kDsos)
 
+    @typing_overload
+    def AddSosConstraint(
+        self,
+        p: Polynomial,
+        monomial_basis: np.ndarray | Sequence[Monomial],
+        type: NonnegativePolynomial = ...,
+        gram_name: str = "S",
+    ) -> np.ndarray: ...
+    @typing_overload
+    def AddSosConstraint(
+        self, p: Polynomial, type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[np.ndarray, np.ndarray]: ...
+    @typing_overload
+    def AddSosConstraint(
+        self,
+        e: Symbolic,
+        monomial_basis: np.ndarray | Sequence[Monomial],
+        type: NonnegativePolynomial = ...,
+        gram_name: str = "S",
+    ) -> np.ndarray: ...
+    @typing_overload
+    def AddSosConstraint(
+        self, e: Symbolic, type: NonnegativePolynomial = ..., gram_name: str = "S"
+    ) -> tuple[np.ndarray, np.ndarray]: ...
     def AddSosConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds that a polynomial, or an expression, is a sum of squares m' Q m.
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -64,14 +65,26 @@ class ProgramVariables:
             self._append(v)
         return out
 
+    @typing_overload
+    def NewContinuousVariables(self, rows: int, name: str = "x") -> np.ndarray: ...
+    @typing_overload
+    def NewContinuousVariables(self, rows: int, cols: int, name: str = "x") -> np.ndarray: ...
     def NewContinuousVariables(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new continuous variables; called as `(rows, name="x")` or `(rows, cols, name="x")`."""
         return self._new(_TYPE.CONTINUOUS, *_NEW_VARIABLES.choose("NewContinuousVariables", args, kwargs))
 
+    @typing_overload
+    def NewBinaryVariables(self, rows: int, name: str = "b") -> np.ndarray: ...
+    @typing_overload
+    def NewBinaryVariables(self, rows: int, cols: int, name: str = "b") -> np.ndarray: ...
     def NewBinaryVariables(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new variables that are 0 or 1; called as `(rows, name="b")` or `(rows, cols, name="b")`."""
         return self._new(_TYPE.BINARY, *_NEW_BINARIES.choose("NewBinaryVariables", args, kwargs))
 
+    @typing_overload
+    def NewIndeterminates(self, rows: int, name: str = "x") -> np.ndarray: ...
+    @typing_overload
+    def NewIndeterminates(self, rows: int, cols: int, name: str = "X") -> np.ndarray: ...
     def NewIndeterminates(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new indeterminates; called as `(rows, name="x")` or `(rows, cols, name="X")`."""
         shape, name = _NEW_INDETERMINATES.choose("NewIndeterminates", args, kwargs)

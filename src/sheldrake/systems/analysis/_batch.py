@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def BatchEvalTimeDerivatives(
     times: Any,
     states: Any,
     inputs: Any,
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
     parallelize: Parallelism | int | bool | None = None,
 ) -> np.ndarray:
     """Time derivatives, one column for each column of `times`, `states` and `inputs`.
@@ -74,7 +74,7 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
     states: Any,
     inputs: Any,
     num_time_steps: int = 1,
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
     parallelize: Parallelism | int | bool | None = None,
 ) -> np.ndarray:
     """Discrete states some steps later, one column for each column of `times`, `states` and `inputs`.
@@ -177,7 +177,7 @@ def _prepare(
     times: Any,
     states: Any,
     inputs: Any,
-    selection: InputPortSelection | int,
+    selection: InputPortSelection | SupportsIndex,
 ) -> tuple:
     system.ValidateContext(context)
     times, states = np.ravel(times), np.atleast_2d(states)
@@ -192,7 +192,7 @@ def _prepare(
     return context.Clone(), port, list(zip(times, states.T, inputs.T))
 
 
-def _port(system: System, selection: InputPortSelection | int) -> InputPort | None:
+def _port(system: System, selection: InputPortSelection | SupportsIndex) -> InputPort | None:
     if selection is InputPortSelection.kNoInput:
         return None
     if selection is InputPortSelection.kUseFirstInputIfItExists:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class DynamicProgrammingOptions(Options):
     discount_factor: float = 1.0
     convergence_tol: float = 1e-4
     periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists
     assume_non_continuous_states_are_fixed: bool = False
     visualization_callback: Callable[..., None] | None = None
 

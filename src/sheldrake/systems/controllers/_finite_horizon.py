@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class FiniteHorizonLinearQuadraticRegulatorOptions(Options):
     u0: Trajectory | None = None
     xd: Trajectory | None = None
     ud: Trajectory | None = None
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists
     use_square_root_method: bool = False
     simulator_config: SimulatorConfig = SimulatorConfig()
 

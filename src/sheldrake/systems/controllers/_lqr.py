@@ -5,7 +5,7 @@ Of matrices, of a linear system, or of any system about a point: `Linearize`, th
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
 
@@ -79,7 +79,7 @@ def LinearQuadraticRegulator(
     Q: ArrayLike,
     R: ArrayLike,
     N: ArrayLike | None = None,
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
 ) -> AffineSystem: ...
 def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> tuple[np.ndarray, np.ndarray] | AffineSystem:
     """Returns the linear feedback that minimizes ∫ x'Qx + u'Ru + 2x'Nu.
@@ -165,7 +165,7 @@ def _of_system_at(
     Q: ArrayLike,
     R: ArrayLike,
     N: ArrayLike | None = None,
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
 ) -> AffineSystem:
     linear = Linearize(system, context, input_port_index, OutputPortSelection.kNoOutput)
     K = _gain(linear, Q, R, N)

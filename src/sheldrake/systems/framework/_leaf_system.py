@@ -6,6 +6,7 @@ import dataclasses
 import operator
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -205,6 +206,16 @@ class LeafSystem(LeafEvents):
 
     # State and parameters.
 
+    @typing_overload
+    def DeclareContinuousState(self, num_state_variables: int) -> ContinuousStateIndex: ...
+    @typing_overload
+    def DeclareContinuousState(self, num_q: int, num_v: int, num_z: int) -> ContinuousStateIndex: ...
+    @typing_overload
+    def DeclareContinuousState(self, model_vector: BasicVector | Scalars) -> ContinuousStateIndex: ...
+    @typing_overload
+    def DeclareContinuousState(
+        self, model_vector: BasicVector | Scalars, num_q: int, num_v: int, num_z: int
+    ) -> ContinuousStateIndex: ...
     def DeclareContinuousState(self, *args: Any, **kwargs: Any) -> ContinuousStateIndex:
         """Declares the continuous state: `(num_state_variables)`, `(num_q, num_v, num_z)`, `(model_vector)` or
         `(model_vector, num_q, num_v, num_z)`. A later call replaces it.
@@ -250,7 +261,7 @@ class LeafSystem(LeafEvents):
         self._changed()
         return AbstractStateIndex(len(self._xa_models) - 1)
 
-    def DeclareNumericParameter(self, model_vector: BasicVector) -> int:
+    def DeclareNumericParameter(self, model_vector: BasicVector | Scalars) -> int:
         """Declares a group of numeric parameters; `model_vector` is its default."""
         self._pn_models.append(vector_model(model_vector, "DeclareNumericParameter()"))
         self._changed()

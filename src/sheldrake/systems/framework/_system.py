@@ -7,6 +7,7 @@ import gc
 import operator
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -294,6 +295,10 @@ class System(ScalarConversion, SystemPorts):
         """Whether any output depends on any input directly."""
         return bool(self._feedthrough())
 
+    @typing_overload
+    def HasDirectFeedthrough(self, output_port: int) -> bool: ...
+    @typing_overload
+    def HasDirectFeedthrough(self, input_port: int, output_port: int) -> bool: ...
     def HasDirectFeedthrough(self, *args: Any, output_port: Any = None, input_port: Any = None) -> bool:
         """Whether an output depends directly on any input: `(output_port)`, or on one: `(input_port, output_port)`."""
         if len(args) == 1 and output_port is None:

@@ -37,21 +37,23 @@ class SystemType(type):
     It is here and not in a `__getattr__` of systems, for with one of those every look at an attribute takes longer.
     """
 
-    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        """A new system.
+    if not TYPE_CHECKING:  # for checkers a call of the class is that of its own `__init__`
 
-        Raises:
-            TypeError: an overriding `__init__` did not call that of its base class, or not before it was needed.
-        """
-        try:
-            new = super().__call__(*args, **kwargs)
-        except AttributeError as error:
-            if is_blank(getattr(error, "obj", None)):
-                raise cls._not_called() from error
-            raise
-        if is_blank(new):
-            raise cls._not_called()
-        return new
+        def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+            """A new system.
+
+            Raises:
+                TypeError: an overriding `__init__` did not call that of its base class, or not before it was needed.
+            """
+            try:
+                new = super().__call__(*args, **kwargs)
+            except AttributeError as error:
+                if is_blank(getattr(error, "obj", None)):
+                    raise cls._not_called() from error
+                raise
+            if is_blank(new):
+                raise cls._not_called()
+            return new
 
     def _not_called(cls) -> TypeError:
         return TypeError(

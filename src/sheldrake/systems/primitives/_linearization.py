@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 def Linearize(
     system: System,
     context: Context,
-    input_port_index: InputPortSelection | int = InputPortSelection.kUseFirstInputIfItExists,
-    output_port_index: OutputPortSelection | int = OutputPortSelection.kUseFirstOutputIfItExists,
+    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
+    output_port_index: OutputPortSelection | SupportsIndex = OutputPortSelection.kUseFirstOutputIfItExists,
     equilibrium_check_tolerance: float = 1e-6,
 ) -> LinearSystem:
     """The linear system of deviations from an equilibrium.
@@ -50,7 +50,7 @@ def FirstOrderTaylorApproximation(
     system: System,
     context: Context,
     input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
-    output_port_index: OutputPortSelection | int = OutputPortSelection.kUseFirstOutputIfItExists,
+    output_port_index: OutputPortSelection | SupportsIndex = OutputPortSelection.kUseFirstOutputIfItExists,
 ) -> AffineSystem:
     """The affine system that agrees with a system to first order; arguments as of `Linearize`."""
     values, slopes, x0, u0, period = _taylor(system, context, input_port_index, output_port_index)
@@ -60,7 +60,7 @@ def FirstOrderTaylorApproximation(
 
 
 def _chosen(
-    selection: InputPortSelection | OutputPortSelection | int,
+    selection: InputPortSelection | OutputPortSelection | SupportsIndex,
     ports: list,
     none: InputPortSelection | OutputPortSelection,
     first: InputPortSelection | OutputPortSelection,
@@ -74,7 +74,10 @@ def _chosen(
 
 
 def _taylor(
-    system: System, context: Context, input_index: InputPortSelection | int, output_index: OutputPortSelection | int
+    system: System,
+    context: Context,
+    input_index: InputPortSelection | SupportsIndex,
+    output_index: OutputPortSelection | SupportsIndex,
 ) -> tuple:
     """x' or x+ and y, their derivatives by x and u, x, u, and the period [s], 0 for continuous state."""
     system.ValidateContext(context)

@@ -31,18 +31,21 @@ class VectorLogSink(LeafSystem):
 
     Args:
         input_size: Size of the input.
-        publish_triggers: When to log: a set of TriggerType kForced, kPerStep, kPeriodic.
+        publish_triggers: When to log: a set of TriggerType kForced, kPerStep, kPeriodic; a number is the period.
         publish_period: Period [s]; 0 logs after every step.
     """
 
     _generic = True
 
     def __init__(
-        self, input_size: int, publish_triggers: Iterable[TriggerType] | None = None, publish_period: float = 0.0
+        self,
+        input_size: int,
+        publish_triggers: Iterable[TriggerType] | float | None = None,
+        publish_period: float = 0.0,
     ):
         super().__init__()
         if isinstance(publish_triggers, (int, float)):
-            publish_triggers, publish_period = None, publish_triggers
+            publish_period, publish_triggers = publish_triggers, None
         if not publish_period >= 0:
             raise RuntimeError(f"VectorLogSink: publish_period must not be negative, got {publish_period}.")
         if publish_triggers is None:
@@ -110,7 +113,7 @@ class VectorLogSink(LeafSystem):
 def LogVectorOutput(
     src: OutputPort,
     builder: DiagramBuilder,
-    publish_triggers: Iterable[TriggerType] | None = None,
+    publish_triggers: Iterable[TriggerType] | float | None = None,
     publish_period: float = 0.0,
 ) -> VectorLogSink:
     """Adds a VectorLogSink to `builder`, connected to the output port `src`; its arguments as there."""

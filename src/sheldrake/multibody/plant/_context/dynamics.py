@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +22,11 @@ from sheldrake.multibody.tree._kernels import integrate, jacobians
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scipy.sparse import csc_matrix
+
+    from sheldrake.multibody.tree import ModelInstanceIndex
 
 _KV = JacobianWrtVariable.kV
 
@@ -268,6 +273,19 @@ class Dynamics:
             context, JacobianWrtVariable.kQDot, frame_B, p_BoBi_B, frame_A, frame_E
         )
 
+    @typing_overload
+    def CalcJacobianCenterOfMassTranslationalVelocity(
+        self, context: Context, with_respect_to: JacobianWrtVariable, frame_A: Frame, frame_E: Frame
+    ) -> np.ndarray: ...
+    @typing_overload
+    def CalcJacobianCenterOfMassTranslationalVelocity(
+        self,
+        context: Context,
+        model_instances: Sequence[ModelInstanceIndex],
+        with_respect_to: JacobianWrtVariable,
+        frame_A: Frame,
+        frame_E: Frame,
+    ) -> np.ndarray: ...
     def CalcJacobianCenterOfMassTranslationalVelocity(self, context: Context, *args: Any, **kwargs: Any) -> np.ndarray:
         """J with v_AScm_E = J s, shape (3, nv or nq): `(context, [model_instances], with_respect_to, frame_A,
         frame_E)`.
@@ -337,6 +355,19 @@ class Dynamics:
         columns = points(call, "p_BoBi_B", p_BoBi_B).T
         return np.array([_mapped(call, ask(np.ascontiguousarray(p)))[3:] for p in columns]).T
 
+    @typing_overload
+    def CalcBiasCenterOfMassTranslationalAcceleration(
+        self, context: Context, with_respect_to: JacobianWrtVariable, frame_A: Frame, frame_E: Frame
+    ) -> np.ndarray: ...
+    @typing_overload
+    def CalcBiasCenterOfMassTranslationalAcceleration(
+        self,
+        context: Context,
+        model_instances: Sequence[ModelInstanceIndex],
+        with_respect_to: JacobianWrtVariable,
+        frame_A: Frame,
+        frame_E: Frame,
+    ) -> np.ndarray: ...
     def CalcBiasCenterOfMassTranslationalAcceleration(self, context: Context, *args: Any, **kwargs: Any) -> np.ndarray:
         """The part of a_AScm_E that does not depend on vdot, shape (3,): `(context, [model_instances],
         with_respect_to, frame_A, frame_E)`.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,7 +32,9 @@ from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Scalar
+    from collections.abc import Sequence
+
+    from sheldrake.common._types import Scalar, Scalars
 
 _ALL = slice(1, None)
 """Rows of all bodies but the world."""
@@ -300,6 +303,12 @@ class Kinematics:
         a = m * A[:, 3:] + np.cross(A[:, :3], h) + np.cross(w, np.cross(w, h))
         return a.sum(axis=0) / mass
 
+    @typing_overload
+    def CalcSpatialMomentumInWorldAboutPoint(self, context: Context, p_WoP_W: Scalars) -> SpatialMomentum: ...
+    @typing_overload
+    def CalcSpatialMomentumInWorldAboutPoint(
+        self, context: Context, model_instances: Sequence[ModelInstanceIndex], p_WoP_W: Scalars
+    ) -> SpatialMomentum: ...
     def CalcSpatialMomentumInWorldAboutPoint(self, context: Context, *args: Any, **kwargs: Any) -> SpatialMomentum:
         """Spatial momentum about a point P of W, expressed in W: `(context, p_WoP_W)` of all bodies, or
         `(context, model_instances, p_WoP_W)`.
