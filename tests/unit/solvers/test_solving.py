@@ -260,3 +260,19 @@ def test_columns_are_those_of_scipy():
         np.testing.assert_array_equal(found.indptr, expected.indptr)
         np.testing.assert_array_equal(found.indices, expected.indices)
     assert compressed(np.zeros(0, int), np.zeros(0, int), np.zeros(0), (0, 2)).to_scipy().shape == (0, 2)
+
+
+def test_quadratic_programs_as_arrays(monkeypatch):
+    from sheldrake.solvers._engines.quadratic import solve_quadratic_program
+
+    rng = np.random.default_rng(7)
+    M, A = rng.normal(size=(4, 4)), rng.normal(size=(5, 4))
+    lower, upper = np.array([0.5, -np.inf, -1.0, 0.2, -np.inf]), np.array([0.5, 1.0, np.inf, 0.4, np.inf])
+    arrays = M.T @ M, rng.normal(size=4), A, lower, upper
+    at_once = solve_quadratic_program(*arrays)
+    assert (
+        solve_quadratic_program(np.eye(1), np.zeros(1), np.ones((2, 1)), np.array([1.0, -2]), np.array([2.0, 0]))
+        is None
+    )
+    monkeypatch.setattr(_Clarabel, "_is_available", classmethod(lambda cls: False))
+    np.testing.assert_allclose(at_once, solve_quadratic_program(*arrays), atol=1e-5)  # OSQP stops sooner

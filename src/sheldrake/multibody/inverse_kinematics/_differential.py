@@ -13,8 +13,8 @@ from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT
 from sheldrake.multibody.tree import JacobianWrtVariable
-from sheldrake.solvers import ClarabelSolver, MathematicalProgram, SolutionResult, Solve, SolverOptions
-from sheldrake.solvers._engines.clarabel import solve_quadratic_program
+from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
+from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._kinds import matrix, vector
 
 if TYPE_CHECKING:
@@ -226,8 +226,7 @@ def _from_jacobian(
     pull = parameters._gain @ (parameters._nominal - q)
     wanted = P @ (pull if Nplus is None else np.asarray(Nplus, dtype=float) @ pull) if len(P) else np.zeros(0)
     limits = _limits(q, v, parameters, N)
-    at_once = len(P) and not parameters._options.options and ClarabelSolver._is_available()
-    solve = _solve_at_once if at_once else _solve_program
+    solve = _solve_at_once if len(P) and not parameters._options.options else _solve_program
     x = solve(J, V, P, wanted, limits, parameters._options)
     Status = DifferentialInverseKinematicsStatus
     if x is None:
@@ -251,8 +250,7 @@ def _solve_at_once(
     A[V.size + 1 :, :nv] = np.concatenate([rows for rows, _, _ in limits]) if limits else 0.0
     lower = np.concatenate((np.zeros(V.size + 1), *(low for _, low, _ in limits)))
     upper = np.concatenate((np.zeros(V.size), [1.0], *(high for _, _, high in limits)))
-    outcome, x = solve_quadratic_program(Q, np.append(-2.0 * P.T @ wanted, -100.0), A, lower, upper)
-    return x if outcome is SolutionResult.kSolutionFound else None
+    return solve_quadratic_program(Q, np.append(-2.0 * P.T @ wanted, -100.0), A, lower, upper)
 
 
 def _solve_program(

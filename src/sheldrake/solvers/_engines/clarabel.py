@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._engines.conic import ConicForm, columns_of
+from sheldrake.solvers._engines.conic import ConicForm
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -28,6 +28,9 @@ _RESULTS = {
     "AlmostDualInfeasible": SolutionResult.kDualInfeasible,
     "MaxIterations": SolutionResult.kIterationLimit,
 }
+
+SOLVED = {status for status, result in _RESULTS.items() if result is SolutionResult.kSolutionFound}
+"""What Clarabel calls a solution."""
 
 
 class ClarabelSolverDetails(NamedTuple):
@@ -91,27 +94,6 @@ class ClarabelSolver(SolverInterface):
             kind = type(getattr(settings, key))
             setattr(settings, key, kind(value))
         return settings
-
-
-def solve_quadratic_program(
-    Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray
-) -> tuple[SolutionResult, np.ndarray]:
-    """Solves min 1/2 x' Q x + q' x with lower <= A x <= upper, for callers that solve a small one in every time step.
-
-    A `MathematicalProgram` is made for people; to make one takes many times as long as to solve a few numbers.
-    """
-    import clarabel
-
-    equal = lower == upper
-    below, above = ~equal & np.isfinite(upper), ~equal & np.isfinite(lower)
-    rows = np.vstack((A[equal], A[below], -A[above]))
-    b = np.concatenate((upper[equal], upper[below], -lower[above]))
-    first = np.count_nonzero(equal)
-    cones = [clarabel.ZeroConeT(first), clarabel.NonnegativeConeT(len(b) - first)]
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    found = clarabel.DefaultSolver(columns_of(np.triu(Q)), q, columns_of(rows), b, cones, settings).solve()
-    return _RESULTS.get(str(found.status), SolutionResult.kSolverSpecificError), np.array(found.x)
 
 
 class CsdpSolverDetails(NamedTuple):
