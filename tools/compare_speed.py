@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LIBRARIES = ("Drake", "sheldrake")
+BYTECODE = pathlib.Path(tempfile.gettempdir()) / f"compare-speed-bytecode-{os.getuid()}"
 LOOK_AT_THEIR_CALLER = {"super", "locals", "globals", "vars", "dir", "eval", "exec"}
 """Builtin functions that must be called from the very place."""
 
@@ -206,7 +207,8 @@ def _run(script: pathlib.Path, arguments: list[str], library: str) -> dict[Site,
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "times.json"
         command = [sys.executable, __file__, str(script), *arguments, "--in-process", library, str(out)]
-        environment = {**os.environ, "SHELDRAKE_QUIET": "1"}
+        environment = {**os.environ, "SHELDRAKE_QUIET": "1", "PYTHONPYCACHEPREFIX": str(BYTECODE)}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)  # users import what was compiled before
         done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment)
         if done.returncode or not out.exists():
             sys.exit(f"{script} failed with {library}:\n{done.stdout.decode()}")

@@ -88,8 +88,12 @@ class Options:
     def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
         for name in self._defaults:
-            object.__setattr__(new, name, copied(getattr(self, name)))
+            value = getattr(self, name)
+            object.__setattr__(new, name, value if type(value) in _NEVER_COPIED else copied(value))
         return new
+
+
+_NEVER_COPIED = {float, int, bool, str, type(None)}
 
 
 def copied(value: Any) -> Any:

@@ -83,7 +83,8 @@ class Call(Generic[Method]):
         if whole is None:
             return self._function
         bound = self._find(whole)
-        if _attribute(type(whole), self._name) is self:
+        cls = type(whole)
+        if cls.__dict__.get(self._name) is self or _attribute(cls, self._name) is self:  # not asked by way of super()
             whole.__dict__[self._name] = bound
         return bound
 

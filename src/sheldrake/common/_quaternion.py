@@ -46,7 +46,10 @@ class Quaternion(ScalarBase):
         Raises:
             RuntimeError: its length is not one (to 1e-5).
         """
-        self._choose("init", args, kwargs)
+        if self._T is float and len(args) == 4 and not kwargs and all([isinstance(x, (float, int)) for x in args]):
+            self._set_four(*args)
+        else:
+            self._choose("init", args, kwargs)
 
     @staticmethod
     def _ways_init(cls: type[Quaternion]) -> list[Overload]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._enums import BoundEnum
@@ -26,9 +27,77 @@ class RandomDistribution(BoundEnum):
     kExponential = 2
 
 
-class RandomGenerator:
-    """The 32-bit Mersenne twister; called, it gives the next integer below 2^32."""
+class _Stretch:
+    """Numbers of a sequence between two steps of its state, which never change: generators and their copies share them.
 
+    Args:
+        numbers: The 624 integers.
+        key: The state that gives them; None for the first ones after a seed, which say it when somebody asks.
+        seed: That seed.
+    """
+
+    __slots__ = ("_following", "_key", "_seed", "numbers")
+
+    def __init__(self, numbers: list[int], key: np.ndarray | None, seed: int = 0):
+        self.numbers, self._key, self._seed = numbers, key, seed
+        self._following: _Stretch | None = None
+
+    @staticmethod
+    def of_seed(seed: int) -> _Stretch:
+        """The first one."""
+        bits = _twister()
+        bits._legacy_seeding(seed)
+        return _Stretch(bits.random_raw(_SIZE).tolist(), None, seed)
+
+    @staticmethod
+    def of_key(key: np.ndarray, position: int) -> _Stretch:
+        """What a state gives: at position 0 its own numbers, at the end those of the next one."""
+        bits = _twister()
+        bits.state = {"bit_generator": "MT19937", "state": {"key": key, "pos": position}}
+        return _Stretch(bits.random_raw(_SIZE).tolist(), bits.state["state"]["key"])
+
+    def key(self) -> np.ndarray:
+        """The state of these numbers, shape (624,)."""
+        if self._key is None:
+            self._key = _Stretch.of_key(_seeded_key(self._seed), _SIZE)._key
+        assert self._key is not None
+        return self._key
+
+    def following(self) -> _Stretch:
+        """The numbers after these."""
+        if self._following is None:
+            self._following = _Stretch.of_key(self.key(), _SIZE)
+        return self._following
+
+
+_SIZE = 624  # of the twister's state [words]
+_of_this_thread = threading.local()
+
+
+def _twister() -> Any:
+    """NumPy's twister of this thread, in any state: making one takes a hundred times longer than seeding it."""
+    bits = getattr(_of_this_thread, "bits", None)
+    if bits is None:
+        from numpy.random import MT19937
+
+        bits = _of_this_thread.bits = MT19937(0)
+    return bits
+
+
+def _seeded_key(seed: int) -> np.ndarray:
+    bits = _twister()
+    bits._legacy_seeding(seed)
+    key: np.ndarray = bits.state["state"]["key"]
+    return key
+
+
+class RandomGenerator:
+    """The 32-bit Mersenne twister; called, it gives the next integer below 2^32.
+
+    A copy goes on with the same numbers and costs nothing: both read the same stretches of them.
+    """
+
+    __slots__ = ("__weakref__", "_position", "_seed", "_stretch")
     default_seed = 5489
 
     def __init__(self, seed: int = default_seed):
@@ -38,13 +107,19 @@ class RandomGenerator:
         """
         if isinstance(seed, bool) or not hasattr(seed, "__index__") or seed < 0:
             raise incompatible("RandomGenerator", ["()", "(seed: int, not negative)"], (seed,), {}, constructor=True)
-        import numpy.random
-
-        self._bits = numpy.random.RandomState(int(seed) % 2**32)._bit_generator
+        self._seed = int(seed) % 2**32
+        self._stretch: _Stretch | None = None  # before the first number
+        self._position = _SIZE
 
     def __call__(self) -> int:
         """The next integer."""
-        return int(self._bits.random_raw())
+        stretch, position = self._stretch, self._position
+        if stretch is None:
+            stretch, position = _Stretch.of_seed(self._seed), 0
+        elif position == _SIZE:
+            stretch, position = stretch.following(), 0
+        self._stretch, self._position = stretch, position + 1
+        return stretch.numbers[position]
 
     def _uniform(self) -> float:
         """The next number in [0, 1), from two integers, low half first, as C++'s generate_canonical takes them."""
@@ -53,16 +128,30 @@ class RandomGenerator:
 
     def ToPlain(self) -> dict:
         """Where the sequence stands, as numbers and arrays; `SetFromPlain` goes on from there."""
-        state: Any = self._bits.state
-        return {"key": state["state"]["key"], "position": int(state["state"]["pos"])}
+        key = _seeded_key(self._seed) if self._stretch is None else self._stretch.key().copy()
+        return {"key": key, "position": self._position}
 
     def SetFromPlain(self, content: dict) -> None:
         """Goes on from where `ToPlain` was called."""
         key, position = content["key"], content["position"]
-        if _shape_and_kind(key) != ((624,), "u") or type(position) is not int or not 0 <= position <= 624:
+        if _shape_and_kind(key) != ((_SIZE,), "u") or type(position) is not int or not 0 <= position <= _SIZE:
             raise ValueError("that is no state of a RandomGenerator")  # NumPy would read what is behind it
-        state = {"key": key, "pos": position}
-        self._bits.state = {"bit_generator": "MT19937", "state": state}
+        self._stretch, self._position = _Stretch.of_key(key, 0), position
+
+    def __copy__(self) -> RandomGenerator:
+        new = object.__new__(type(self))
+        new._seed, new._stretch, new._position = self._seed, self._stretch, self._position
+        return new
+
+    def __deepcopy__(self, memo: dict) -> RandomGenerator:
+        return self.__copy__()
+
+    def __getstate__(self) -> dict:
+        return self.ToPlain()
+
+    def __setstate__(self, state: dict) -> None:
+        self._seed = self.default_seed
+        self.SetFromPlain(state)
 
     def __repr__(self) -> str:
         return f"<RandomGenerator at {id(self):#x}>"

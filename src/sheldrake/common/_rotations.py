@@ -31,6 +31,11 @@ def quaternion_to_matrix(T: type, wxyz: np.ndarray) -> np.ndarray:
     return _products_to_matrix(T, 2.0 / norm2(x, y, z, w), w, x, y, z)
 
 
+def numbers_to_matrix(w: float, x: float, y: float, z: float) -> np.ndarray:
+    """The same of four plain numbers."""
+    return _products_to_matrix(float, 2.0 / norm2(x, y, z, w), w, x, y, z)
+
+
 def _products_to_matrix(T: type, s: Any, w: Any, x: Any, y: Any, z: Any) -> np.ndarray:
     sx, sy, sz = s * x, s * y, s * z
     swx, swy, swz = sx * w, sy * w, sz * w
@@ -162,6 +167,9 @@ def quaternion_to_angle_axis(wxyz: Sequence[Number]) -> tuple:
     """(angle in [0, pi] [rad], x, y, z) of a quaternion; the x axis where it does not turn at all."""
     w, x, y, z = wxyz
     n = sqrt(x * x + y * y + z * z)
+    if isinstance(n, float) and isinstance(w, float):
+        m = -n if w < 0.0 else n
+        return (2.0 * math.atan2(n, abs(w)), x / m, y / m, z / m) if n else (0.0 * w, 1.0 + 0.0 * w, 0.0 * w, 0.0 * w)
 
     def turned() -> tuple:
         magnitude = abs(w)

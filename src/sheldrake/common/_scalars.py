@@ -95,6 +95,9 @@ def as_array(T: type, value: object, shape: tuple[int, ...]) -> np.ndarray:
     return array
 
 
+_FLOAT64 = np.dtype(np.float64)
+
+
 def any_array(T: type, value: object) -> np.ndarray:
     """A new array of numbers of type `T`, of whatever shape `value` has.
 
@@ -111,6 +114,18 @@ def any_array(T: type, value: object) -> np.ndarray:
     for index in np.ndindex(source.shape):
         array[index] = as_scalar(T, source[index])
     return array
+
+
+def plain_vector(value: object) -> np.ndarray | None:
+    """A read-only copy of three numbers as most calls give them, or None: then a kind has to look."""
+    if type(value) is np.ndarray and value.dtype is _FLOAT64 and value.shape == (3,):
+        p = value.copy()
+    elif type(value) is list and len(value) == 3 and all([isinstance(x, (float, int)) for x in value]):
+        p = np.array(value, np.float64)
+    else:
+        return None
+    p.setflags(False)  # type: ignore[call-arg]
+    return p
 
 
 @functools.cache

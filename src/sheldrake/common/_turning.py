@@ -26,7 +26,7 @@ def check_unit(T: type, numbers: np.ndarray, what: str) -> None:
     """
     if is_symbolic(T):
         return
-    length = sqrt(sum(x * x for x in numbers.tolist()))
+    length = sqrt(sum([x * x for x in numbers.tolist()]))
     if abs(length - 1.0) > TOLERANCE:
         raise RuntimeError(f"{what} is not normalized: {numbers.tolist()} has length {length}.")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._blas import one_thread
 from sheldrake.math._matrices import float_matrix
 
 if TYPE_CHECKING:
@@ -22,6 +23,10 @@ __all__ = [
 
 _SYMMETRY = 1e-10  # how far from symmetric Q and R may be
 _GROWTH = 1e-9  # of a closed loop, over its largest entry, that is round-off
+_SMALL, _FEW = 40, 8  # sizes up to which nothing of SciPy is needed
+_DOUBLINGS = 50
+_EPSILON = 1e-15  # step of a doubling that changes nothing
+_RESIDUAL = 1e-11  # of a solution by doubling
 _UNIQUENESS = 1e-10  # how close to zero a sum (or product less one) of two eigenvalues may be
 
 
@@ -58,6 +63,65 @@ def require_stable(call: str, closed: np.ndarray, *, discrete: bool) -> None:
         raise RuntimeError(f"{call} fails. The system is not stabilizable.")
 
 
+def stabilizing_solution(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, discrete: bool) -> np.ndarray:
+    """The solution of a Riccati equation without cross terms, of small matrices mostly by doubling.
+
+    SciPy takes ten times as long as a small regulator, and loading it a thousand times; it does what is left: large
+    matrices, those that doubling does not solve to `_RESIDUAL`, and those without a solution.
+
+    Raises:
+        LinAlgError: there is none.
+        ValueError: a number is not finite.
+    """
+    if len(A) <= _SMALL:
+        S = _by_doubling(A, B @ np.linalg.solve(R, B.T), Q, discrete)
+        if S is not None:
+            return S
+    from scipy.linalg import solve_continuous_are, solve_discrete_are
+
+    with one_thread():
+        S = (solve_discrete_are if discrete else solve_continuous_are)(A, B, Q, R)
+    return (S + S.T) / 2
+
+
+def _by_doubling(A: np.ndarray, G: np.ndarray, Q: np.ndarray, discrete: bool) -> np.ndarray | None:
+    """The solution with G = B R^-1 B^T by structure-preserving doubling (Chu, Fan and Lin, 2005), if that solves it."""
+    one = np.eye(len(A))
+    try:
+        with np.errstate(all="ignore"):
+            E, F, S = (A, G, Q) if discrete else _cayley(A, G, Q)
+            for _ in range(_DOUBLINGS):
+                V = np.linalg.solve(one + F @ S, np.hstack((E, F)))
+                V_E, V_F = V[:, : len(A)], V[:, len(A) :]
+                step = E.T @ S @ V_E
+                E, F, S = E @ V_E, F + E @ V_F @ E.T, S + step
+                if np.abs(step).max() <= _EPSILON * np.abs(S).max():
+                    S = (S + S.T) / 2
+                    return S if _residual(A, G, Q, S, discrete) < _RESIDUAL else None
+    except np.linalg.LinAlgError:
+        pass
+    return None
+
+
+def _cayley(A: np.ndarray, G: np.ndarray, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The discrete problem with the same solution, for a shift in the middle of the modes' magnitudes."""
+    n = len(A)
+    _, logarithm = np.linalg.slogdet(np.block([[A, -G], [-Q, -A.T]]))
+    shift = np.exp(max(logarithm, -2.0 * n) / (2 * n))
+    inverse = np.linalg.inv(A - shift * np.eye(n))
+    W = 2.0 * shift * np.linalg.inv((A - shift * np.eye(n)).T + Q @ inverse @ G)
+    return np.eye(n) + W.T, inverse @ G @ W, W @ Q @ inverse
+
+
+def _residual(A: np.ndarray, G: np.ndarray, Q: np.ndarray, S: np.ndarray, discrete: bool) -> float:
+    """How far S is from solving the equation, over what is added in it."""
+    if discrete:
+        terms = A.T @ S @ np.linalg.solve(np.eye(len(A)) + G @ S, A), -S, Q
+    else:
+        terms = S @ A + A.T @ S, -S @ G @ S, Q
+    return float(np.abs(sum(terms)).max() / max(1e-300, *(np.abs(term).max() for term in terms)))
+
+
 def _solve(call: str, solver: Callable[[], np.ndarray]) -> np.ndarray:
     """What `solver` gives, made symmetric."""
     try:
@@ -81,12 +145,10 @@ def ContinuousAlgebraicRiccatiEquation(A: ArrayLike, B: ArrayLike, Q: ArrayLike,
     Raises:
         RuntimeError: a matrix is not so, or there is no such solution.
     """
-    from scipy.linalg import solve_continuous_are
-
     call = "ContinuousAlgebraicRiccatiEquation"
     A, B, Q, R = (float_matrix(call, **{name: M}) for name, M in (("A", A), ("B", B), ("Q", Q), ("R", R)))
     _check_cost(call, A, B, Q, R)
-    S = _solve(call, lambda: solve_continuous_are(A, B, Q, R))
+    S = _solve(call, lambda: stabilizing_solution(A, B, Q, R, discrete=False))
     require_stable(call, A - B @ np.linalg.solve(R, B.T @ S), discrete=False)
     return S
 
@@ -106,8 +168,6 @@ def DiscreteAlgebraicRiccatiEquation(
     Raises:
         RuntimeError: a matrix is not so, or there is no such solution.
     """
-    from scipy.linalg import solve_discrete_are
-
     call = "DiscreteAlgebraicRiccatiEquation"
     A, B, Q, R = (float_matrix(call, **{name: M}) for name, M in (("A", A), ("B", B), ("Q", Q), ("R", R)))
     _check_cost(call, A, B, Q, R)
@@ -119,7 +179,9 @@ def DiscreteAlgebraicRiccatiEquation(
         raise RuntimeError(
             f"{call}(): Q (less N R^-1 N^T) must be positive semidefinite; it has eigenvalue {smallest}."
         )
-    S = _solve(call, lambda: solve_discrete_are(A, B, Q, R, s=N))
+    # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
+    without_N = A - B @ np.linalg.solve(R, N.T)
+    S = _solve(call, lambda: stabilizing_solution(without_N, B, reduced, R, discrete=True))
     require_stable(call, A - B @ np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T), discrete=True)
     return S
 
@@ -134,6 +196,12 @@ def _lyapunov(call: str, A: ArrayLike, Q: ArrayLike) -> tuple[np.ndarray, np.nda
     return A, Q
 
 
+def _symmetric_solution(M: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """X of M vec(X) + vec(Q) = 0, made symmetric."""
+    X = np.linalg.solve(M, -Q.ravel()).reshape(Q.shape)
+    return (X + X.T) / 2
+
+
 def RealContinuousLyapunovEquation(A: ArrayLike, Q: ArrayLike) -> np.ndarray:
     """The solution X of A^T X + X A + Q = 0, shape (n, n).
 
@@ -144,13 +212,16 @@ def RealContinuousLyapunovEquation(A: ArrayLike, Q: ArrayLike) -> np.ndarray:
     Raises:
         RuntimeError: the solution is not unique, or the shapes differ.
     """
-    from scipy.linalg import solve_continuous_lyapunov
-
     call = "RealContinuousLyapunovEquation"
     A, Q = _lyapunov(call, A, Q)
     values = np.linalg.eigvals(A)
     if (np.abs(values[:, None] + values[None, :]) < _UNIQUENESS).any():
         raise RuntimeError(f"{call}(): Solution is not unique!")
+    if len(A) <= _FEW:
+        one = np.eye(len(A))
+        return _symmetric_solution(np.kron(A.T, one) + np.kron(one, A.T), Q)
+    from scipy.linalg import solve_continuous_lyapunov
+
     X = solve_continuous_lyapunov(A.T, -Q)
     return (X + X.T) / 2
 
@@ -165,12 +236,14 @@ def RealDiscreteLyapunovEquation(A: ArrayLike, Q: ArrayLike) -> np.ndarray:
     Raises:
         RuntimeError: the solution is not unique, or the shapes differ.
     """
-    from scipy.linalg import solve_discrete_lyapunov
-
     call = "RealDiscreteLyapunovEquation"
     A, Q = _lyapunov(call, A, Q)
     values = np.linalg.eigvals(A)
     if (np.abs(values[:, None] * values[None, :] - 1.0) < _UNIQUENESS).any():
         raise RuntimeError(f"{call}(): Solution is not unique!")
+    if len(A) <= _FEW:
+        return _symmetric_solution(np.kron(A.T, A.T) - np.eye(len(A) ** 2), Q)
+    from scipy.linalg import solve_discrete_lyapunov
+
     X = solve_discrete_lyapunov(A.T, Q)
     return (X + X.T) / 2

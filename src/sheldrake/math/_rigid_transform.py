@@ -5,6 +5,7 @@ On floats, AutoDiffXd and Expression alike; built on `_rotation_matrix`, and wha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
@@ -24,13 +25,14 @@ from sheldrake.common._scalars import (
     identity,
     is_symbolic,
     matrix,
+    plain_vector,
     scalar,
     vector,
     zeros,
 )
 from sheldrake.common.eigen_geometry import AngleAxis_, Isometry3_, Quaternion_
 from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
-from sheldrake.math._rotation_matrix import RotationMatrix, RotationMatrix_
+from sheldrake.math._rotation_matrix import PLAIN_MATRICES, RotationMatrix, RotationMatrix_
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -78,13 +80,18 @@ class RigidTransform(ScalarBase):
         Raises:
             RuntimeError: an array of another shape, or its rotation part is no rotation matrix.
         """
-        if len(args) == 2 and type(args[0]) is RotationMatrix and type(args[1]) is _ndarray and not kwargs:
-            p = args[1]
-            if p.dtype is _FLOAT64 and p.shape == (3,) and self._T is float:
+        if len(args) == 2 and not kwargs and self._T is float:  # nearly all
+            orientation, p = args
+            if type(orientation) is RotationMatrix and type(p) is _ndarray and p.dtype is _FLOAT64 and p.shape == (3,):
                 self._R = R = _new(RotationMatrix)
-                R._M = args[0]._M
+                R._M = orientation._M
                 self._p = p = p.copy()
                 p.setflags(write=False)
+                return
+            matrix_of, p = PLAIN_MATRICES.get(type(orientation)), plain_vector(p)
+            if matrix_of is not None and p is not None:
+                self._R = R = _new(RotationMatrix)
+                R._M, self._p = matrix_of(orientation), p
                 return
         if args or kwargs:
             self._choose("init", args, kwargs)
@@ -330,8 +337,9 @@ class RigidTransform(ScalarBase):
         """Largest difference between the numbers of two poses [1 or m]."""
         other = self._argument("GetMaximumAbsoluteDifference", instance_of(self._plain_class()), other=other)
         if self._T is float:
-            turned, moved = np.abs(self._R._M - other._R._M).max(), np.abs(self._p - other._p).max()
-            return float(np.maximum(turned, moved))
+            turned, moved = (self._R._M - other._R._M).ravel().tolist(), (self._p - other._p).tolist()
+            largest = max(map(abs, turned + moved))
+            return math.nan if largest != largest or any(x != x for x in turned + moved) else largest
         return largest_magnitude(self.GetAsMatrix34() - other.GetAsMatrix34(), self._T)
 
     def GetMaximumAbsoluteTranslationDifference(self, other: Any) -> float:

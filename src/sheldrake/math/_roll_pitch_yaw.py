@@ -20,11 +20,12 @@ from sheldrake.common._scalars import (
     is_symbolic,
     matrix,
     new_array,
+    plain_vector,
     scalar,
     vector,
 )
 from sheldrake.common.eigen_geometry import Quaternion_
-from sheldrake.math._rotation_matrix import RotationMatrix_
+from sheldrake.math._rotation_matrix import PLAIN_MATRICES, RotationMatrix_
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math._rotation_matrix import RotationMatrix
 
+_PLAIN = (float, int)
 _EPSILON = float(np.finfo(float).eps)
 _GIMBAL_LOCK = 0.008  # smallest |cos(pitch)| at which rates of the angles are computed, as in Drake
 
@@ -66,12 +68,14 @@ class RollPitchYaw(ScalarBase):
         if len(args) == 1 and not kwargs and isinstance(args[0], RotationMatrix_[self._T]):  # the usual one
             self._set(args[0]._M, rotations.matrix_to_canonical_quaternion(args[0]._M))
         elif (
-            len(args) == 3
+            self._T is float
+            and len(args) == 3
             and not kwargs
-            and self._T is float
-            and type(args[0]) is type(args[1]) is type(args[2]) is float
+            and (type(args[0]) is type(args[1]) is type(args[2]) is float or all([isinstance(x, _PLAIN) for x in args]))
         ):
-            self._rpy = new_array(float, [*args])
+            self._rpy = new_array(float, args)
+        elif self._T is float and len(args) == 1 and not kwargs and (rpy := plain_vector(args[0])) is not None:
+            self._rpy = rpy
         else:
             self._choose("init", args, kwargs)
 
@@ -352,4 +356,5 @@ def _wrapped(angle: Scalar) -> Scalar:
     return select(lower < -math.pi, lambda: lower + 2.0 * math.pi, lambda: lower)
 
 
+PLAIN_MATRICES[RollPitchYaw] = RollPitchYaw._to_matrix
 RollPitchYaw_ = ScalarTemplate("RollPitchYaw_", RollPitchYaw, scope="sheldrake.math")

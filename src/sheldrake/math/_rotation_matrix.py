@@ -6,6 +6,8 @@ On floats, AutoDiffXd and Expression alike; with Drake's numbers, bit by bit whe
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -27,16 +29,13 @@ from sheldrake.common._scalars import (
     scalar,
     vector,
 )
-from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
+from sheldrake.common.eigen_geometry import AngleAxis, AngleAxis_, Quaternion, Quaternion_
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike
 
     from sheldrake.common import eigen_geometry
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
     from sheldrake.math._roll_pitch_yaw import RollPitchYaw
 
 _new = object.__new__
@@ -89,6 +88,17 @@ def _is_rotation(M: np.ndarray) -> bool:
     return bool(lengths + angles < _MISTAKE and a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0)
 
 
+def _of_quaternion(quaternion: Quaternion) -> np.ndarray:
+    return _checked(quaternion._T, rotations.quaternion_to_matrix(quaternion._T, quaternion._wxyz))
+
+
+def _of_angle_axis(theta_lambda: AngleAxis) -> np.ndarray:
+    x, y, z = theta_lambda._axis.tolist()
+    length = sqrt(x * x + y * y + z * z)
+    unit = [x / length, y / length, z / length]
+    return _checked(theta_lambda._T, rotations.angle_axis_to_matrix(theta_lambda._T, theta_lambda._angle, unit))
+
+
 class RotationMatrix(ScalarBase):
     """The rotation matrix R_AB: the orientation of frame B in frame A; its columns are B's axes expressed in A.
 
@@ -118,7 +128,10 @@ class RotationMatrix(ScalarBase):
         Raises:
             RuntimeError: `R` is no rotation matrix, the quaternion or the axis is zero or not finite.
         """
-        if args or kwargs:
+        matrix_of = PLAIN_MATRICES.get(type(args[0])) if len(args) == 1 and not kwargs and self._T is float else None
+        if matrix_of is not None:
+            self._M = matrix_of(args[0])
+        elif args or kwargs:
             self._choose("init", args, kwargs)
         else:
             self._M = identity(self._T, 3)
@@ -131,13 +144,10 @@ class RotationMatrix(ScalarBase):
             self._M = other._M
 
         def from_quaternion(self: RotationMatrix, quaternion: Quaternion) -> None:
-            self._M = _checked(T, rotations.quaternion_to_matrix(T, quaternion._wxyz))
+            self._M = _of_quaternion(quaternion)
 
         def from_angle_axis(self: RotationMatrix, theta_lambda: AngleAxis) -> None:
-            axis = theta_lambda._axis.tolist()
-            length = sqrt(sum(x * x for x in axis))
-            unit = [x / length for x in axis]
-            self._M = _checked(T, rotations.angle_axis_to_matrix(T, theta_lambda._angle, unit))
+            self._M = _of_angle_axis(theta_lambda)
 
         def from_rpy(self: RotationMatrix, rpy: RollPitchYaw) -> None:
             self._M = rpy._to_matrix()
@@ -380,5 +390,12 @@ class RotationMatrix(ScalarBase):
 def _indented(value: object) -> str:
     return repr(value).replace("\n", "\n  ")
 
+
+PLAIN_MATRICES: dict[type, Callable[[Any], np.ndarray]] = {
+    RotationMatrix: operator.attrgetter("_M"),
+    Quaternion: _of_quaternion,
+    AngleAxis: _of_angle_axis,
+}
+"""The matrix of what turns, on floats, by its class: nearly all that is built is of these. RollPitchYaw adds itself."""
 
 RotationMatrix_ = ScalarTemplate("RotationMatrix_", RotationMatrix, scope="sheldrake.math", value_type=True)

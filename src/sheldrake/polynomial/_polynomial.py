@@ -26,10 +26,14 @@ def evaluate(coefficients: np.ndarray, x: Any, order: int = 0) -> np.ndarray:
     n = coefficients.shape[-1]
     if order >= n:
         return coefficients[..., 0] * 0.0
+    if n == 1:
+        return coefficients[..., 0] * 1.0
     if order == 0:
-        value = coefficients[..., n - 1] * 1.0
-        for power in range(n - 2, -1, -1):
-            value = value * x + coefficients[..., power]
+        value = coefficients[..., n - 1] * x
+        value += coefficients[..., n - 2]
+        for power in range(n - 3, -1, -1):
+            value *= x
+            value += coefficients[..., power]
         return value
     value = coefficients[..., n - 1] * _falling(n - 1, order)
     for power in range(n - 2, order - 1, -1):

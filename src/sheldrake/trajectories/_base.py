@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from sheldrake.common._scalars import ScalarTemplate
     from sheldrake.common._types import Scalar, Scalars
 
+_FLOAT64 = np.dtype(np.float64)
+
 
 def _pure(name: str) -> RuntimeError:
     return RuntimeError(f'Tried to call pure virtual function "Trajectory<T>::{name}"')
@@ -32,13 +34,18 @@ class Trajectory:
 
     _T: ClassVar[type] = float
     _template: ClassVar[Any]
+    _MAKES_ARRAYS: ClassVar[bool] = False
+    """Whether `do_value` gives a new matrix each time, as it is: users' own may give anything."""
 
     def __init__(self) -> None:
         pass
 
     def value(self, t: Scalar) -> np.ndarray:
         """Returns the matrix at time t [s], shape `(rows, cols)`."""
-        return self._matrix("value", self.do_value(self._scalar("value", t)))
+        value = self.do_value(self._scalar("value", t))
+        if self._MAKES_ARRAYS and type(value) is np.ndarray and value.dtype is _FLOAT64 and value.ndim == 2:
+            return value
+        return self._matrix("value", value)
 
     def vector_values(self, t: Scalar) -> np.ndarray:
         """Returns the vectors at many times [s], shape `(rows, n)` for columns and `(n, cols)` for rows.
@@ -160,6 +167,8 @@ class Trajectory:
 
     @classmethod
     def _scalar(cls, call: str, t: Scalar) -> Any:
+        if cls._T is float and isinstance(t, float):
+            return float(t)  # no longer NumPy's, with which sums take five times as long
         try:
             return as_scalar(cls._T, t.item() if isinstance(t, np.ndarray) and t.ndim == 0 else t)
         except Mismatch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
 from typing import TYPE_CHECKING, Any
 
@@ -83,8 +84,10 @@ class BsplineTrajectory(Trajectory):
         """The matrix at time t, by de Boor's rule."""
         basis = self._require()
         t = self._inside(t)
-        order, knots = basis.order(), basis.knots()
+        order, knots = basis._order, basis._knots
         i = self._interval(knots, order, t)
+        if self._T is float:
+            return self._plain_value(knots, order, i, t)
         d = [self._points[j] for j in range(i - order + 1, i + 1)]
         for r in range(1, order):
             for j in range(order - 1, r - 1, -1):
@@ -92,6 +95,17 @@ class BsplineTrajectory(Trajectory):
                 alpha = (t - left) / (knots[i + 1 + j - r] - left)
                 d[j] = d[j - 1] * (1.0 - alpha) + d[j] * alpha
         return d[order - 1]
+
+    def _plain_value(self, knots: list, order: int, i: int, t: Any) -> np.ndarray:
+        """The same of plain numbers, element by element: there are few, and an array of them takes longer."""
+        d = [self._points[j].ravel().tolist() for j in range(i - order + 1, i + 1)]
+        for r in range(1, order):
+            for j in range(order - 1, r - 1, -1):
+                left = knots[i - order + 1 + j]
+                alpha = (t - left) / (knots[i + 1 + j - r] - left)
+                beta = 1.0 - alpha
+                d[j] = [a * beta + b * alpha for a, b in zip(d[j - 1], d[j])]
+        return np.array(d[order - 1]).reshape(self._points[0].shape)
 
     def _inside(self, t: Any) -> Scalar:
         start: Any = self.start_time()
@@ -105,8 +119,10 @@ class BsplineTrajectory(Trajectory):
         """The interval of knots that holds t: the last for the end of all."""
         if hasattr(t, "Evaluate"):
             t, knots = t.Evaluate(), [k.Evaluate() for k in knots]
-        i = order - 1
         last = len(knots) - order - 1
+        if type(t) is float:
+            return bisect.bisect_right(knots, t, order, last + 1) - 1
+        i = order - 1
         while i < last and t >= knots[i + 1]:
             i += 1
         return i
@@ -114,12 +130,10 @@ class BsplineTrajectory(Trajectory):
     def EvaluateLinearInControlPoints(self, parameter_value: Scalar, derivative_order: int = 0) -> np.ndarray:
         """Returns weights w such that the value, or a derivative, is the sum of w[i] times control point i."""
         n = self.num_control_points()
-        out = self._zeros(n)
-        probe = type(self)(self._require(), [self._zeros(1, 1) for _ in range(n)])
-        for i in range(n):
-            probe._points = [self._zeros(1, 1) + (1.0 if j == i else 0.0) for j in range(n)]
-            out[i] = probe.EvalDerivative(parameter_value, derivative_order)[0, 0]
-        return out
+        units = [self._zeros(n, 1) for _ in range(n)]
+        for i, unit in enumerate(units):
+            unit[i, 0] = unit[i, 0] + 1.0
+        return type(self)(self._require(), units).EvalDerivative(parameter_value, derivative_order)[:, 0]
 
     def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
         """Returns M such that the derivative's control points are those here times M, as `scipy.sparse.csc_matrix`."""

@@ -11,19 +11,19 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common import _rotations as rotations
 from sheldrake.common._checked import checked
 from sheldrake.common._scalar_math import acos, atan2, select, sin, sqrt
 from sheldrake.common._scalars import as_scalar, is_symbolic
-from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
-from sheldrake.math import RigidTransform_, RotationMatrix_
+from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion, Quaternion_
+from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix_
 from sheldrake.trajectories._base import holds
 from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
-    from sheldrake.math import RigidTransform
+    from sheldrake.common.eigen_geometry import AngleAxis
     from sheldrake.math._rotation_matrix import RotationMatrix
     from sheldrake.trajectories._base import Trajectory
 
@@ -120,6 +120,8 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     def _quaternion(self, t: Scalar) -> np.ndarray:
         """Spherical linear interpolation (Shoemake 1985)."""
         self._require_segment()
+        if self._T is float:
+            return np.array(self._plain_quaternion(t))
         t = self._clamped(t)
         i = self.get_segment_index(t)
         fraction = (t - self._breaks[i]) / (self._breaks[i + 1] - self._breaks[i])
@@ -137,8 +139,32 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         weight_a, weight_b = _select(cosine >= 1.0 - 2.220446049250313e-16, straight, along_the_arc)
         return a * weight_a + b * weight_b
 
+    def _plain_quaternion(self, t: Any) -> list[Any]:
+        """The same of plain numbers."""
+        t = self._clamped(t)
+        i = self._index(t)
+        fraction = (t - self._breaks[i]) / (self._breaks[i + 1] - self._breaks[i])
+        a, b = self._q[i].tolist(), self._q[i + 1].tolist()
+        cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+        if cosine >= 1.0 - 2.220446049250313e-16:
+            weight_a, weight_b = 1.0 - fraction, fraction
+        else:
+            angle = acos(cosine)
+            scale = sin(angle)
+            weight_a, weight_b = sin((1.0 - fraction) * angle) / scale, sin(fraction * angle) / scale
+        return [x * weight_a + y * weight_b for x, y in zip(a, b)]
+
+    def _plain_orientation(self, t: Any) -> list[Any]:
+        """The quaternion of plain numbers, of length one."""
+        self._require_segment()
+        w, x, y, z = self._plain_quaternion(t)
+        length = sqrt(w * w + x * x + y * y + z * z)
+        return [w / length, x / length, y / length, z / length]
+
     def orientation(self, time: Scalar) -> Quaternion:
         """Returns the quaternion at a time [s]."""
+        if self._T is float:
+            return Quaternion._make(self._plain_orientation(self._scalar("orientation", time)))
         q = self._quaternion(self._scalar("orientation", time))
         return Quaternion_[self._T](q / sqrt((q * q).sum()))
 
@@ -149,7 +175,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
 
     def _velocity_of(self, i: int) -> np.ndarray:
         """Angular velocity of a segment: the turn from its start to its end, over its duration."""
-        (w0, x0, y0, z0), (w1, x1, y1, z1) = self._q[i], self._q[i + 1]
+        (w0, x0, y0, z0), (w1, x1, y1, z1) = self._q[i].tolist(), self._q[i + 1].tolist()
         w = w1 * w0 + x1 * x0 + y1 * y0 + z1 * z0
         x = -w1 * x0 + x1 * w0 - y1 * z0 + z1 * y0
         y = -w1 * y0 + y1 * w0 - z1 * x0 + x1 * z0
@@ -160,8 +186,12 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             length = sqrt(square)
             return 2.0 * atan2(length, w) / length
 
-        scale = _select(square == 0.0, lambda: as_scalar(self._T, 0.0), rate) / self.duration(i)
-        out = np.empty(3, dtype=float if self._T is float else object)
+        duration: Any = self._breaks[i + 1] - self._breaks[i]
+        if self._T is float:
+            scale = (0.0 if square == 0.0 else rate()) / duration
+            return np.array((x * scale, y * scale, z * scale))
+        scale = _select(square == 0.0, lambda: as_scalar(self._T, 0.0), rate) / duration
+        out = np.empty(3, dtype=object)
         out[:] = x * scale, y * scale, z * scale
         return out
 
@@ -169,6 +199,8 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         """Returns the angular acceleration [rad/s^2]: zero."""
         self._scalar("angular_acceleration", time)
         return self._zeros(3)
+
+    _MAKES_ARRAYS = True
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The quaternion as a column."""
@@ -291,6 +323,10 @@ class PiecewisePose(PiecewiseTrajectory):
     def GetPose(self, time: Scalar) -> RigidTransform:
         """Returns the pose at a time [s]; that at the nearest end outside."""
         t = self._scalar("GetPose", time)
+        if self._T is float:
+            return RigidTransform._make(
+                rotations.numbers_to_matrix(*self._R._plain_orientation(t)), self._p.value(t).reshape(3)
+            )
         p = self._p.value(t)[:, 0]
         return RigidTransform_[self._T](self._R.orientation(t), p)
 
@@ -304,7 +340,7 @@ class PiecewisePose(PiecewiseTrajectory):
 
     def _motion(self, call: str, time: Scalar, order: int) -> np.ndarray:
         t = self._scalar(call, time)
-        inside = self.is_time_in_range(t) if not is_symbolic(self._T) else True
+        inside = is_symbolic(self._T) or self._breaks[0] <= t <= self._breaks[-1]
         return self.DoEvalDerivative(t, order)[:, 0] if inside else self._zeros(6)
 
     @checked
@@ -333,6 +369,10 @@ class PiecewisePose(PiecewiseTrajectory):
 
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """Spatial velocity, acceleration ..."""
+        if self._T is float and derivative_order > 0:
+            R, linear = self._R, self._p._at(t, derivative_order)
+            angular = R._velocity_of(R._index(t)).reshape(3, 1) if derivative_order == 1 else np.zeros((3, 1))
+            return np.concatenate((angular, linear))
         return np.concatenate([f.EvalDerivative(t, derivative_order) for f in (self._R, self._p)])
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:

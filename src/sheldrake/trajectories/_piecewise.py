@@ -71,6 +71,8 @@ class PiecewiseTrajectory(Trajectory):
         n = len(self._breaks) - 1
         if n == 1:
             return 0
+        if self._T is float:
+            return bisect.bisect_right(self._breaks, time, 1, n) - 1
         breaks = [b.Evaluate() for b in self._breaks] if is_symbolic(self._T) else self._breaks
         return min(max(bisect.bisect_right(breaks, time) - 1, 0), n - 1)
 
@@ -98,7 +100,7 @@ class PiecewiseTrajectory(Trajectory):
         """The nearest time inside."""
         start: Any = self._breaks[0]
         end: Any = self._breaks[-1]
-        if is_symbolic(self._T):
+        if self._T is not float and is_symbolic(self._T):
             return end.min(start.max(time))
         if time < start:
             return start

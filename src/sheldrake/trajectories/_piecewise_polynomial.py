@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from bisect import bisect_right
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -90,15 +91,24 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     # Values
 
+    _MAKES_ARRAYS = True
+
     def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t."""
-        return self._at(t, 0)
+        if self._T is not float or not self._c:
+            return self._at(t, 0)
+        breaks = self._breaks
+        last = len(breaks) - 1
+        t = breaks[0] if t < breaks[0] else breaks[last] if t > breaks[last] else t
+        i = bisect_right(breaks, t, 1, last) - 1
+        c = self._c[i]
+        return c[..., 0].copy() if c.shape[-1] == 1 else evaluate(c, t - breaks[i])
 
     def _at(self, t: Scalar, order: int) -> np.ndarray:
         if not self._c:
             self._segment(-1)
         t = self._clamped(t)
-        if is_symbolic(self._T) and len(self._c) > 1:
+        if self._T is not float and is_symbolic(self._T) and len(self._c) > 1:
             return self._symbolic_at(t, order)
         i = self._index(t)
         c = self._c[i]

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.unit.common.counting import calls_of
 
 import sheldrake.common as common
 from sheldrake.common import MemoryFile, Parallelism, RandomDistribution, RandomGenerator, Sha256
@@ -97,6 +98,22 @@ def test_random_generator():
     assert common.CalcProbabilityDensity(RandomDistribution.kUniform, [0.5, 1.5]) == 0.0
     with pytest.raises(TypeError):
         common.CalcProbabilityDensity(RandomDistribution.kUniform, "a")
+
+
+@pytest.mark.parametrize("drawn", [0, 1, 623, 624, 1300])
+def test_copies_of_a_random_generator_go_on_with_its_numbers(drawn):
+    generator, numpys = RandomGenerator(7), np.random.RandomState(7)
+    assert [generator() for _ in range(drawn)] == numpys.randint(0, 2**32, drawn, np.uint64).tolist()
+    copies = [copy.copy(generator), copy.deepcopy(generator), pickle.loads(pickle.dumps(generator))]
+    follow = numpys.randint(0, 2**32, 1300, np.uint64).tolist()
+    for one in (*copies, generator):
+        assert [one() for _ in range(1300)] == follow
+
+
+def test_a_copy_of_a_random_generator_costs_nothing():
+    generator = RandomGenerator(7)
+    generator()
+    assert calls_of(lambda: copy.deepcopy(generator)) <= 20
 
 
 def test_assertion_failure():

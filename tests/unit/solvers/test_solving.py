@@ -5,6 +5,8 @@ import threading
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
+from tests.unit.common.counting import calls_of
 
 from sheldrake import solvers
 from sheldrake.solvers import (
@@ -24,7 +26,9 @@ from sheldrake.solvers import (
     SolverOptions,
 )
 from sheldrake.solvers._engines.clarabel import ClarabelSolver as _Clarabel
+from sheldrake.solvers._engines.conic import _compressed
 from sheldrake.solvers._engines.lemke import solve_lcp
+from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._engines.splitting import OsqpSolver as _Osqp
 from sheldrake.solvers._engines.splitting import ScsSolver as _Scs
 from sheldrake.symbolic import sin
@@ -247,32 +251,31 @@ def test_the_choice_is_by_program_type():
     assert ChooseBestSolver(prog).name() == "InteriorPoint"
 
 
-def test_columns_are_those_of_scipy():
-    from scipy.sparse import csc_matrix
+def test_a_small_quadratic_program_is_solved_in_few_calls():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3)
+    prog.AddQuadraticCost(np.eye(3), np.ones(3), x)
+    prog.AddBoundingBoxConstraint(-0.5, 0.5, x)
+    prog.AddLinearConstraint(np.ones((1, 3)), [-1.0], [1.0], x)
+    assert calls_of(lambda: ClarabelSolver().Solve(prog)) <= 800
 
-    from sheldrake.solvers._engines.conic import columns_of, compressed
 
-    rng = np.random.default_rng(4)
-    rows, cols, values = rng.integers(5, size=30), rng.integers(7, size=30), rng.normal(size=30)
-    expected = csc_matrix((values, (rows, cols)), shape=(5, 7))
-    for found in (compressed(rows, cols, values, (5, 7)), columns_of(expected.toarray())):
-        np.testing.assert_allclose(found.to_scipy().toarray(), expected.toarray(), rtol=1e-15)
-        np.testing.assert_array_equal(found.indptr, expected.indptr)
-        np.testing.assert_array_equal(found.indices, expected.indices)
-    assert compressed(np.zeros(0, int), np.zeros(0, int), np.zeros(0), (0, 2)).to_scipy().shape == (0, 2)
+def test_triplets_are_compressed_as_scipy_does():
+    rng = np.random.default_rng(0)
+    for count in (0, 1, 40):
+        rows, cols, values = rng.integers(0, 5, count), rng.integers(0, 4, count), rng.normal(size=count)
+        ours, scipys = _compressed(rows, cols, values, (5, 4)), csc_matrix((values, (rows, cols)), shape=(5, 4))
+        assert (ours.indptr == scipys.indptr).all() and (ours.indices == scipys.indices).all()
+        assert ours.data == pytest.approx(scipys.data, abs=1e-15)
 
 
 def test_quadratic_programs_as_arrays(monkeypatch):
-    from sheldrake.solvers._engines.quadratic import solve_quadratic_program
-
     rng = np.random.default_rng(7)
     M, A = rng.normal(size=(4, 4)), rng.normal(size=(5, 4))
     lower, upper = np.array([0.5, -np.inf, -1.0, 0.2, -np.inf]), np.array([0.5, 1.0, np.inf, 0.4, np.inf])
     arrays = M.T @ M, rng.normal(size=4), A, lower, upper
     at_once = solve_quadratic_program(*arrays)
-    assert (
-        solve_quadratic_program(np.eye(1), np.zeros(1), np.ones((2, 1)), np.array([1.0, -2]), np.array([2.0, 0]))
-        is None
-    )
+    apart = np.array([1.0, -2.0]), np.array([2.0, 0.0])
+    assert solve_quadratic_program(np.eye(1), np.zeros(1), np.ones((2, 1)), *apart) is None
     monkeypatch.setattr(_Clarabel, "_is_available", classmethod(lambda cls: False))
     np.testing.assert_allclose(at_once, solve_quadratic_program(*arrays), atol=1e-5)  # OSQP stops sooner

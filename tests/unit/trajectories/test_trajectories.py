@@ -3,6 +3,7 @@ import pickle
 
 import numpy as np
 import pytest
+from tests.unit.common.counting import calls_of
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
@@ -505,3 +506,22 @@ def test_quaternion_samples_have_the_sign_nearer_to_the_one_before():
     q = Quaternion(0.6, 0.8, 0.0, 0.0)
     s = PiecewiseQuaternionSlerp([0.0, 1.0], [q, Quaternion(-0.6, -0.8, 0.0, 0.0)])
     np.testing.assert_array_equal([sample.wxyz() for sample in s.get_quaternion_samples()], [q.wxyz(), q.wxyz()])
+
+
+def test_values_are_few_calls():
+    times = np.linspace(0.0, 1.0, 5)
+    points = np.random.default_rng(0).normal(size=(3, 5))
+    poses = [RigidTransform(RotationMatrix.MakeZRotation(t), [t, 0.0, 0.0]) for t in times]
+    cubic = PiecewisePolynomial.CubicShapePreserving(times, points)
+    motion = PiecewisePose.MakeLinear(times, poses)
+    spline = BsplineTrajectory(BsplineBasis(4, 5), points)
+    for ask, most in ((cubic.value, 10), (spline.value, 46), (motion.GetPose, 60), (motion.GetVelocity, 35)):
+        assert calls_of(lambda ask=ask: ask(0.3)) <= most
+
+
+def test_a_trajectory_derived_from_ours_may_give_lists():
+    class Mine(PiecewisePolynomial):
+        def do_value(self, t):
+            return [1.0, t]
+
+    assert Mine(np.zeros((2, 1))).value(3.0).tolist() == [[1.0], [3.0]]

@@ -172,12 +172,12 @@ def cache_folder() -> pathlib.Path:
 
 @functools.cache
 def _machine() -> str:
-    import importlib.metadata  # not above: with prebuilt kernels nobody asks
-
     target = host()
+    import llvmlite  # not above: with prebuilt kernels nobody asks
+
     python = ".".join(platform.python_version_tuple()[:2])
     processor = f"{target.triple.split('-')[0]}-{target.level}"
-    return f"abi{ABI}-python{python}-llvmlite{importlib.metadata.version('llvmlite')}-{processor}"
+    return f"abi{ABI}-python{python}-llvmlite{llvmlite.__version__}-{processor}"
 
 
 def fingerprint(kernel: Kernel) -> str:
@@ -210,31 +210,42 @@ def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
     if id(kernel) in seen:
         return
     seen.add(id(kernel))
-    digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}{kernel.short_loops}".encode())
-    _visit_code(kernel.py_func.__code__, digest, _has_docstring(kernel.py_func.__code__))
+    for part in _parts(kernel):
+        if isinstance(part, bytes):
+            digest.update(part)
+        else:
+            _visit(part, digest, seen)
+
+
+@functools.cache
+def _parts(kernel: Kernel) -> list[bytes | Kernel]:
+    """What a kernel consists of, and between it those that it calls: entries share most of them."""
+    parts: list[Any] = [f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}{kernel.short_loops}".encode()]
+    _visit_code(kernel.py_func.__code__, parts, _has_docstring(kernel.py_func.__code__))
     for name, value in _mentioned(kernel.py_func):
-        _visit_value(name, value, digest, seen)
+        _visit_value(name, value, parts)
+    return parts
 
 
-def _visit_value(name: str, value: Any, digest: Any, seen: set[int]) -> None:
+def _visit_value(name: str, value: Any, parts: list[Any]) -> None:
     """What a kernel's code means by a name."""
     from sheldrake.common.kernel import Kernel
 
     if isinstance(value, Kernel):
-        _visit(value, digest, seen)
+        parts.append(value)
     elif isinstance(value, (*_NUMBERS_AND_TEXTS, tuple)):
-        digest.update(f"{name}={value!r}:{type(value).__name__}".encode())
+        parts.append(f"{name}={value!r}:{type(value).__name__}".encode())
         if isinstance(value, tuple) and not all(isinstance(part, _NUMBERS_AND_TEXTS) for part in value):
             for k, part in enumerate(value):  # by its content: of a kernel, repr() gives the name alone
-                _visit_value(f"{name}[{k}]", part, digest, seen)
+                _visit_value(f"{name}[{k}]", part, parts)
     elif isinstance(value, type):
         layout = getattr(value, "_fields", ()), getattr(value, "PARTS", ())
-        digest.update(f"{name}={value.__name__}:{layout}".encode())
+        parts.append(f"{name}={value.__name__}:{layout}".encode())
     elif callable(value):  # mathematics; what else it is, the compiler refuses where it is called
-        digest.update(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
+        parts.append(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
 
 
-def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+def _mentioned(function: Any) -> Iterator[tuple[str, Any]]:
     """Names in a function's code with what they stand for, and what `module.name` and `Class.name` stand for."""
     code, scope = function.__code__, function.__globals__
     cells = {n: c.cell_contents for n, c in zip(code.co_freevars, function.__closure__ or ()) if c != types.CellType()}
@@ -262,14 +273,14 @@ def _has_docstring(code: types.CodeType) -> bool:
     return bool(code.co_consts) and isinstance(code.co_consts[0], str)
 
 
-def _visit_code(code: types.CodeType, digest: Any, has_docstring: bool = False) -> None:
-    digest.update(code.co_code)
-    digest.update(repr((code.co_names, code.co_varnames)).encode())
+def _visit_code(code: types.CodeType, parts: list[Any], has_docstring: bool = False) -> None:
+    parts.append(code.co_code)
+    parts.append(repr((code.co_names, code.co_varnames)).encode())
     for constant in code.co_consts[has_docstring:]:
         if isinstance(constant, types.CodeType):
-            _visit_code(constant, digest)
+            _visit_code(constant, parts)
         else:
-            digest.update(repr(constant).encode())
+            parts.append(repr(constant).encode())
 
 
 def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:

@@ -16,7 +16,7 @@ from sheldrake.geometry._compiled.hulls import Hulls
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._kernels import model as kernel_model
 from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Margins, Material, PoseInBody, Size
-from sheldrake.geometry._kernels.spatial_hash import width_of_cells
+from sheldrake.geometry._kernels.spatial_hash import median, width_of_cells
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._state.records import GeometryRecord
@@ -88,7 +88,7 @@ def compile_proximity(
 def _skin(bounds: np.ndarray) -> float:
     """Skin of near pairs for bounding spheres of these radii [m]."""
     finite = bounds[np.isfinite(bounds)]
-    return SKIN * float(np.median(finite)) if len(finite) else 0.0
+    return SKIN * median(finite) if len(finite) else 0.0
 
 
 def _pairs_with_half_spaces(kind: np.ndarray) -> np.ndarray:

@@ -70,7 +70,15 @@ class RotationalInertia(ScalarBase):
         `RotationalInertia(Ixx, Iyy, Izz)`, with `Ixy, Ixz, Iyz` behind, or `RotationalInertia(mass, p_PQ_E)` of a
         particle at Q; without arguments all NaN.
         """
-        self._choose("init", args, kwargs)
+        self._construct(args, kwargs)
+
+    def _construct(self, args: tuple, kwargs: dict) -> None:
+        if self._T is float and len(args) in (3, 6) and not kwargs and all([isinstance(x, float) for x in args]):
+            xx, yy, zz = args[:3]
+            xy, xz, yz = args[3:] or (0.0, 0.0, 0.0)
+            self._set(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+        else:
+            self._choose("init", args, kwargs)
 
     @staticmethod
     def _ways_init(cls: type[RotationalInertia]) -> list[Overload]:
@@ -183,15 +191,20 @@ class RotationalInertia(ScalarBase):
 
     def _is_plausible(self) -> bool:
         numbers = floats(self._I, "CouldBePhysicallyValid()")
-        if not np.isfinite(numbers).all():
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = numbers.tolist()
+        trace, products = xx + yy + zz, abs(xy) + abs(xz) + abs(yz)
+        if not math.isfinite(trace + products):
             return False
-        slack = _TOLERANCE * max(1.0, abs(numbers.trace()) / 2)
+        slack = _TOLERANCE * max(1.0, abs(trace) / 2)
 
-        def plausible(moments: list[float]) -> bool:
+        def plausible(moments: list[float], spare: float = 0.0) -> bool:
             a, b, c = sorted(moments)
-            return bool(a + slack >= 0.0 and a + b + slack >= c)
+            return a + slack >= spare and a + b + slack >= c + 3.0 * spare
 
-        return plausible(numbers.diagonal().tolist()) and plausible(np.linalg.eigvalsh(numbers).tolist())
+        moments = [xx, yy, zz]
+        if plausible(moments, products):
+            return True  # principal moments are no further from these than the products' sum (Weyl 1912)
+        return plausible(moments) and plausible(np.linalg.eigvalsh(numbers).tolist())
 
     def IsNearlyEqualTo(self, other: RotationalInertia, precision: float) -> bool:
         """Whether all numbers agree to `precision` times the larger of both largest possible moments."""

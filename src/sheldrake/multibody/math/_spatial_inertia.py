@@ -90,13 +90,15 @@ class SpatialInertia(ScalarBase):
 
     def _fault(self) -> str:
         """Why no body can have this inertia, or an empty string."""
-        mass = float(floats(np.array([self._mass]), "IsPhysicallyValid()")[0])
+        mass = self._mass
+        if self._T is not float:
+            mass = float(floats(np.array([mass]), "IsPhysicallyValid()")[0])
         if not (mass >= 0.0 and math.isfinite(mass)):
             return f"mass = {mass} is negative or not finite."
         com = floats(self._p, "IsPhysicallyValid()")
-        if not np.isfinite(com).all():
+        if not all(map(math.isfinite, com.tolist())):
             return f"Center of mass = {com.tolist()} is not finite."
-        central = self._G.ShiftToCenterOfMass(self._p)
+        central = UnitInertia_[self._T]._make(self._G._I - point_mass(self._T, self._p))
         if central._is_plausible():
             return ""
         about_P = floats(self._G._I, "IsPhysicallyValid()") * mass
@@ -157,6 +159,8 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def _positive(cls, call: str, **named: Scalar) -> list:
+        if all([type(value) is float and 0.0 < value < math.inf for value in named.values()]) and cls._T is float:
+            return list(named.values())
         values = []
         for name, value in named.items():
             converted = cls._argument(call, scalar(cls._T), **{name: value})

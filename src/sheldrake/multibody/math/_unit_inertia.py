@@ -51,7 +51,7 @@ class UnitInertia(RotationalInertia):
         `UnitInertia(Ixx, Iyy, Izz)`, with `Ixy, Ixz, Iyz` behind, or `UnitInertia(I)` from the inertia of a body of
         mass one; without arguments all NaN.
         """
-        self._choose("init", args, kwargs)
+        self._construct(args, kwargs)
 
     @staticmethod
     def _ways_init(cls: type[RotationalInertia]) -> list[Overload]:
@@ -66,6 +66,8 @@ class UnitInertia(RotationalInertia):
     @classmethod
     def _lengths(cls, call: str, **named: Scalar) -> list:
         """Lengths [m], not negative."""
+        if all([type(length) is float and length >= 0.0 for length in named.values()]) and cls._T is float:
+            return list(named.values())
         values = []
         for name, value in named.items():
             length = cls._argument(call, scalar(cls._T), **{name: value})

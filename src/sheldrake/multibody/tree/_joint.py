@@ -381,12 +381,12 @@ class Joint(NamedElement):
     def GetOnePosition(self, context: Context) -> float:
         """The position of a joint that has one."""
         self._require_one("GetOnePosition", self.num_positions())
-        return self._q(context, "GetOnePosition").item(0)
+        return self._one_q(context, "GetOnePosition")
 
     def GetOneVelocity(self, context: Context) -> float:
         """The velocity of a joint that has one."""
         self._require_one("GetOneVelocity", self.num_velocities())
-        return self._velocities(context, "GetOneVelocity").item(0)
+        return self._one_v(context, "GetOneVelocity")
 
     def _require_one(self, call: str, number: int) -> None:
         if number != 1:
@@ -395,6 +395,14 @@ class Joint(NamedElement):
     def _q(self, context: Context, call: str) -> np.ndarray:
         owner = self._finalized(call)
         return np.array(owner.contexts.positions(context)[self._q_start : self._q_start + self.num_positions()])
+
+    def _one_q(self, context: Context, call: str) -> Any:
+        """The first position."""
+        return self._finalized(call).contexts.view(context).q.item(self._q_start)
+
+    def _one_v(self, context: Context, call: str) -> Any:
+        """The first velocity."""
+        return self._finalized(call).contexts.view(context).v.item(self._v_start)
 
     def _velocities(self, context: Context, call: str) -> np.ndarray:
         owner = self._finalized(call)

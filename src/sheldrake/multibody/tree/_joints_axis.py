@@ -170,7 +170,7 @@ class RevoluteJoint(_AxisJoint):
 
     def get_angle(self, context: Context) -> float:
         """The angle [rad]."""
-        return self._q(context, "get_angle").item(0)
+        return self._one_q(context, "get_angle")
 
     def set_angle(self, context: Context, angle: float) -> RevoluteJoint:
         """Sets the angle [rad]."""
@@ -178,7 +178,7 @@ class RevoluteJoint(_AxisJoint):
 
     def get_angular_rate(self, context: Context) -> float:
         """The rate of the angle [rad/s]."""
-        return self._velocities(context, "get_angular_rate").item(0)
+        return self._one_v(context, "get_angular_rate")
 
     def set_angular_rate(self, context: Context, angle: float) -> RevoluteJoint:
         """Sets the rate of the angle [rad/s]."""
@@ -216,7 +216,7 @@ class PrismaticJoint(_AxisJoint):
 
     def get_translation(self, context: Context) -> float:
         """The translation [m]."""
-        return self._q(context, "get_translation").item(0)
+        return self._one_q(context, "get_translation")
 
     def set_translation(self, context: Context, translation: float) -> PrismaticJoint:
         """Sets the translation [m]."""
@@ -224,7 +224,7 @@ class PrismaticJoint(_AxisJoint):
 
     def get_translation_rate(self, context: Context) -> float:
         """The rate of the translation [m/s]."""
-        return self._velocities(context, "get_translation_rate").item(0)
+        return self._one_v(context, "get_translation_rate")
 
     def set_translation_rate(self, context: Context, translation_dot: float) -> PrismaticJoint:
         """Sets the rate of the translation [m/s]."""
@@ -311,7 +311,7 @@ class ScrewJoint(OneDampingJoint):
 
     def get_rotation(self, context: Context) -> float:
         """The angle [rad]."""
-        return self._q(context, "get_rotation").item(0)
+        return self._one_q(context, "get_rotation")
 
     def set_rotation(self, context: Context, theta: float) -> ScrewJoint:
         """Sets the angle [rad]."""
@@ -319,7 +319,7 @@ class ScrewJoint(OneDampingJoint):
 
     def get_translation(self, context: Context) -> float:
         """The translation along the axis [m]."""
-        return self._q(context, "get_translation").item(0) * self._lead()
+        return self._one_q(context, "get_translation") * self._lead()
 
     def set_translation(self, context: Context, translation: float) -> ScrewJoint:
         """Sets the translation along the axis [m]."""
@@ -327,7 +327,7 @@ class ScrewJoint(OneDampingJoint):
 
     def get_angular_velocity(self, context: Context) -> float:
         """The rate of the angle [rad/s]."""
-        return self._velocities(context, "get_angular_velocity").item(0)
+        return self._one_v(context, "get_angular_velocity")
 
     def set_angular_velocity(self, context: Context, theta_dot: float) -> ScrewJoint:
         """Sets the rate of the angle [rad/s]."""
@@ -335,7 +335,7 @@ class ScrewJoint(OneDampingJoint):
 
     def get_translational_velocity(self, context: Context) -> float:
         """The speed along the axis [m/s]."""
-        return self._velocities(context, "get_translational_velocity").item(0) * self._lead()
+        return self._one_v(context, "get_translational_velocity") * self._lead()
 
     def set_translational_velocity(self, context: Context, translation_dot: float) -> ScrewJoint:
         """Sets the speed along the axis [m/s]."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,9 +29,6 @@ _RESULTS = {
     "AlmostDualInfeasible": SolutionResult.kDualInfeasible,
     "MaxIterations": SolutionResult.kIterationLimit,
 }
-
-SOLVED = {status for status, result in _RESULTS.items() if result is SolutionResult.kSolutionFound}
-"""What Clarabel calls a solution."""
 
 
 class ClarabelSolverDetails(NamedTuple):
@@ -70,7 +68,7 @@ class ClarabelSolver(SolverInterface):
         form = ConicForm(prog)
         settings = self._settings(clarabel, options)
         cones = [_cone(clarabel, cone) for cone in form.cones]
-        solver = clarabel.DefaultSolver(form.P(), form.q, form.A(), form.b, cones, settings)
+        solver = clarabel.DefaultSolver(form.upper_P(), form.q, form.A(), form.b, cones, settings)
         found = solver.solve()
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
@@ -87,13 +85,15 @@ class ClarabelSolver(SolverInterface):
     def _settings(self, clarabel: Any, options: SolverOptions) -> Any:
         settings = clarabel.DefaultSettings()
         settings.verbose = self._prints(options)
-        if not options._of(self._name):
-            return settings
-        known = [name for name in dir(settings) if not name.startswith("_")]
-        for key, value in self._given(options, known).items():
+        for key, value in self._given(options, _names_of_settings(settings.__class__)).items():
             kind = type(getattr(settings, key))
             setattr(settings, key, kind(value))
         return settings
+
+
+@functools.cache
+def _names_of_settings(kind: Hashable) -> list[str]:
+    return [name for name in dir(kind) if not name.startswith("_")]
 
 
 class CsdpSolverDetails(NamedTuple):

@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from sheldrake.solvers._engines.choose import Solve
-from sheldrake.solvers._engines.clarabel import SOLVED, ClarabelSolver
-from sheldrake.solvers._engines.conic import columns_of
+from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._program.program import MathematicalProgram
+
+
+class Columns(NamedTuple):
+    """A sparse matrix by columns with the attributes of SciPy's, which take as long to make as the program to solve."""
+
+    data: np.ndarray
+    indices: np.ndarray
+    indptr: np.ndarray
+    shape: tuple[int, int]
+    has_canonical_format: bool = True
+
+    @classmethod
+    def of(cls, matrix: np.ndarray) -> Columns:
+        """The numbers of a dense matrix that are not zero."""
+        column, row = np.nonzero(matrix.T)
+        starts = np.searchsorted(column, np.arange(matrix.shape[1] + 1))
+        return cls(matrix[row, column], row, starts, (matrix.shape[0], matrix.shape[1]))
 
 
 def solve_quadratic_program(
@@ -32,8 +50,8 @@ def solve_quadratic_program(
     cones = [clarabel.ZeroConeT(first), clarabel.NonnegativeConeT(len(b) - first)]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    found = clarabel.DefaultSolver(columns_of(np.triu(Q)), q, columns_of(rows), b, cones, settings).solve()
-    return np.array(found.x) if str(found.status) in SOLVED else None
+    found = clarabel.DefaultSolver(Columns.of(np.triu(Q)), q, Columns.of(rows), b, cones, settings).solve()
+    return np.array(found.x) if str(found.status) in ("Solved", "AlmostSolved") else None
 
 
 def _by_program(Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray | None:

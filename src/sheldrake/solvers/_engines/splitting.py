@@ -202,7 +202,7 @@ class ScsSolver(SolverInterface):
                 cones["ep"] += 1
             else:
                 cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
-        data = {"P": form.P().to_scipy(), "A": form.A().to_scipy()[order].tocsc(), "b": form.b[order], "c": form.q}
+        data = {"P": form.upper_P(), "A": form.A()[order].tocsc(), "b": form.b[order], "c": form.q}
         settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options)}
         settings.update(self._given(options, _SCS_OPTIONS))
         found = scs.SCS(data, cones, **settings).solve()

@@ -1,6 +1,6 @@
 """Linear quadratic regulators.
 
-Of matrices, of a linear system, or of any system about a point: `Linearize`, then a Riccati equation (SciPy).
+Of matrices, of a linear system, or of any system about a point: `Linearize`, then a Riccati equation.
 """
 
 from __future__ import annotations
@@ -9,14 +9,11 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
 
-from sheldrake.common._blas import one_thread
-from sheldrake.math._matrix_equations import require_stable
+from sheldrake.math._matrix_equations import require_stable, stabilizing_solution
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, System
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike
 
     from sheldrake.systems.framework import Context
@@ -51,11 +48,9 @@ def _checked(call: str, A: Any, B: Any, Q: ArrayLike, R: ArrayLike, N: ArrayLike
     return A, B, Q, R, N
 
 
-def _riccati(
-    call: str, solve: Callable[..., np.ndarray], A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray
-) -> np.ndarray:
+def _riccati(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, discrete: bool) -> np.ndarray:
     try:
-        S = solve(A, B, Q, R)
+        S = stabilizing_solution(A, B, Q, R, discrete=discrete)
     except (np.linalg.LinAlgError, ValueError) as error:
         raise RuntimeError(
             f"{call}(): the Riccati equation has no stabilizing solution ({error}). Either (A, B) is not stabilizable, "
@@ -104,28 +99,26 @@ def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> tuple[np.ndarray, np.
     return _of_linear_system(*args, **kwargs)
 
 
-@one_thread()
 def _of_matrices(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, F: ArrayLike | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    from scipy.linalg import null_space, solve_continuous_are
-
     call = "LinearQuadraticRegulator"
     A, B, Q, R, N = _checked(call, A, B, Q, R, N)
     if F is not None and np.size(F):
+        from scipy.linalg import null_space
+
         basis = null_space(np.atleast_2d(np.array(F, dtype=float)))
         K, S = _of_matrices(basis.T @ A @ basis, basis.T @ B, basis.T @ Q @ basis, R, basis.T @ N)
         return K @ basis.T, basis @ S @ basis.T
     R_inverse = np.linalg.inv(R)
     # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
     A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
-    S = _riccati(call, solve_continuous_are, A1, B, Q1, R)
+    S = _riccati(call, A1, B, Q1, R, discrete=False)
     K = R_inverse @ (B.T @ S + N.T)
     require_stable(call, A - B @ K, discrete=False)
     return K, S
 
 
-@one_thread()
 def DiscreteTimeLinearQuadraticRegulator(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -134,13 +127,11 @@ def DiscreteTimeLinearQuadraticRegulator(
     Raises:
         RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
     """
-    from scipy.linalg import solve_discrete_are
-
     call = "DiscreteTimeLinearQuadraticRegulator"
     A, B, Q, R, N = _checked(call, A, B, Q, R, N)
     R_inverse = np.linalg.inv(R)
     A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
-    S = _riccati(call, solve_discrete_are, A1, B, Q1, R)
+    S = _riccati(call, A1, B, Q1, R, discrete=True)
     K = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T)
     require_stable(call, A - B @ K, discrete=True)
     return K, S

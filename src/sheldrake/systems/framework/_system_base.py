@@ -80,6 +80,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         self._name = ""
         self._parent_ref: Any = None
         self._inputs, self._outputs = [], []
+        self._port_names: dict[str, dict[str, None]] = {"input": {}, "output": {}}
         self._cache_entries: list[CacheDeclaration] = []
         self._entries_in_use: weakref.WeakValueDictionary[int, CacheEntry] = weakref.WeakValueDictionary()
         self._tickets: dict[int, tuple] = {}

@@ -54,7 +54,9 @@ class SystemPorts(SystemBase):
             raise Mismatch(f"incompatible function arguments: the name of a port must be a str, not {name!r}")
         if not name:
             raise RuntimeError(f"System.Declare{kind.title()}Port(): the name of a port must not be empty.")
-        if any(port.name == name for port in ports):
+        taken = self._port_names[kind]
+        taken.update((port.name, None) for port in ports[len(taken) :])  # those declared since the last look
+        if name in taken:
             raise RuntimeError(f"{self._describe()} already has an {kind} port named {name}")
 
     def get_input_port(self, port_index: SupportsIndex | None = None, warn_deprecated: bool = True) -> InputPort:

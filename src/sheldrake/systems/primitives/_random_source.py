@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,12 +27,17 @@ class _Sampler:
         self.distribution, self.generator = distribution, RandomGenerator(seed)
         self._spare: float | None = None
 
+    def __deepcopy__(self, memo: dict) -> _Sampler:
+        new = object.__new__(_Sampler)
+        new.distribution, new.generator, new._spare = self.distribution, copy.copy(self.generator), self._spare
+        return new
+
     def draw(self) -> float:
         """The next number."""
         if self.distribution is RandomDistribution.kUniform:
             return self.generator._uniform()
         if self.distribution is RandomDistribution.kExponential:
-            return -float(np.log1p(-self.generator._uniform()))
+            return -math.log1p(-self.generator._uniform())
         return self._normal()
 
     def ToPlain(self) -> dict:
@@ -59,7 +66,7 @@ class _Sampler:
             r = x * x + y * y
             if 0.0 < r <= 1.0:
                 break
-        scale = float(np.sqrt(-2.0 * np.log(r) / r))
+        scale = math.sqrt(-2.0 * math.log(r) / r)
         self._spare = x * scale
         return y * scale
 

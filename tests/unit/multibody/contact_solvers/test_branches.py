@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_factor import direct
 
-from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
+from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work, widest
 
 
 def path(parents, k):
@@ -106,6 +106,17 @@ def test_random_trees_with_random_constraints():
         status, dv = tree.solve()
         assert status == 0
         np.testing.assert_allclose(dv, tree.expected(), rtol=1e-8, atol=1e-10)
+
+
+def test_room_for_what_two_bodies_of_a_tree_can_be_moved_by():
+    rng = np.random.default_rng(5)
+    for n in (1, 2, 5, 12, 20):
+        parents = [-1, *(int(rng.integers(max(0, k - 4), k)) for k in range(1, n))]
+        paths = [set(), *(set(path(parents, k)) for k in range(n))]
+        pairs = [(a, b) for a in paths for b in paths]
+        against, either = widest(Tree(parents).model)
+        assert against == max(len(a ^ b) for a, b in pairs)
+        assert either == max(len(a | b) for a, b in pairs)
 
 
 def test_the_ground_limits_and_the_torso_fill_nothing_and_crossed_legs_make_one_path():

@@ -7,6 +7,7 @@ import types
 
 import numpy as np
 import pytest
+from tests.unit.common.counting import calls_of
 
 import sheldrake.multibody.plant
 from sheldrake.math import RigidTransform
@@ -136,3 +137,39 @@ def test_no_part_knows_the_plant():
     for name, text in sources("_building", "_context", "_contact", "_step"):
         imports = [node.module or "" for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)]
         assert not any(module.endswith(("._multibody_plant", "plant._parts")) for module in imports), name
+
+
+def test_a_model_instance_costs_the_same_however_many_there_are():
+    def finalized(count):
+        plant = MultibodyPlant(0.0)
+        for i in range(count):
+            plant.AddRigidBody(
+                "body", plant.AddModelInstance(f"model {i}"), SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+            )
+        plant.Finalize()
+        context = plant.CreateDefaultContext()
+        for i in plant.GetFloatingBaseBodies():
+            plant.get_body(i).SetMass(context, 2.0)
+
+    assert calls_of(lambda: finalized(40)) < 2.4 * calls_of(lambda: finalized(20))
+
+
+def test_a_name_of_a_model_instance_is_free_when_it_was_renamed():
+    plant = MultibodyPlant(0.0)
+    first = plant.AddModelInstance("first")
+    plant.RenameModelInstance(first, "other")
+    assert not plant.HasModelInstanceNamed("first") and plant.GetModelInstanceByName("other") == first
+    assert plant.AddModelInstance("first") == plant.GetModelInstanceByName("first") != first
+
+
+def test_one_angle_is_few_calls():
+    plant = MultibodyPlant(0.0)
+    body = plant.AddRigidBody("body", plant.AddModelInstance("model"), SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    joint = plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), body.body_frame(), [0.0, 0.0, 1.0]))
+    plant.Finalize()
+    context, values = plant.CreateDefaultContext(), np.array([0.5])
+    instance = plant.GetModelInstanceByName("model")
+    for _ in range(2):  # a view of the context, and its builtin functions
+        plant.SetPositions(context, values)
+    assert calls_of(lambda: plant.SetPositions(context, instance, values)) <= 12
+    assert calls_of(lambda: joint.get_angle(context)) <= 11

@@ -387,3 +387,21 @@ def test_forces_of_elements_belong_to_their_bodies_whatever_the_order_of_joints(
         np.testing.assert_allclose(force.translational(), [0.0, 0.0, -9.81 * mass], rtol=1e-12)
     gravity = plant.CalcGravityGeneralizedForces(context)
     np.testing.assert_allclose(plant.CalcGeneralizedForces(context, forces), gravity, rtol=1e-12, atol=1e-12)
+
+
+def test_positions_of_a_model_instance_are_set_whole_or_not_at_all():
+    plant = MultibodyPlant(0.0)
+    for name in ("first", "second"):
+        body = plant.AddRigidBody("body", plant.AddModelInstance(name), SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        plant.AddJoint(RevoluteJoint(name, plant.world_frame(), body.body_frame(), [0.0, 0.0, 1.0]))
+    plant.Finalize()
+    context, second = plant.CreateDefaultContext(), plant.GetModelInstanceByName("second")
+    joint = plant.GetJointByName("second")
+    plant.SetPositions(context, second, np.array([0.3]))
+    assert plant.GetPositions(context).tolist() == [0.0, 0.3] and joint.get_angle(context) == 0.3
+    plant.SetVelocities(context, second, np.array([0.4]))
+    assert plant.GetVelocities(context).tolist() == [0.0, 0.4] and joint.get_angular_rate(context) == 0.4
+    for wrong in (np.array([np.nan]), np.array([1.0, 2.0])):
+        with pytest.raises(RuntimeError):
+            plant.SetPositions(context, second, wrong)
+    assert plant.GetPositions(context).tolist() == [0.0, 0.3]

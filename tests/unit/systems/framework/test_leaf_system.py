@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.unit.common.counting import calls_of
 
 from sheldrake.common.value import Value
 from sheldrake.systems import primitives
@@ -407,3 +408,23 @@ def test_a_group_of_parameters_is_one_object_and_inputs_keep_their_own_numbers()
         np.testing.assert_array_equal(port.Eval(context), [5.0, 6.0])
     with pytest.raises(RuntimeError, match="takes a vector of size 2, not one of size 3"):
         port.FixValue(context, [1.0, 2.0, 3.0])
+
+
+def test_a_port_costs_the_same_however_many_there_are():
+    def declare(count):
+        system = LeafSystem()
+        for i in range(count):
+            system.DeclareVectorInputPort(f"u{i}", 1)
+            system.DeclareVectorOutputPort(f"y{i}", 1, lambda context, output: None)
+
+    assert calls_of(lambda: declare(80)) < 2.2 * calls_of(lambda: declare(40))
+
+
+def test_a_name_of_a_port_is_free_where_its_declaration_failed():
+    system = LeafSystem()
+    with pytest.raises(TypeError):
+        system.DeclareVectorOutputPort("y", 1, None)
+    system.DeclareVectorOutputPort("y", 1, lambda context, output: None)
+    with pytest.raises(RuntimeError, match="already has an output port named y"):
+        system.DeclareVectorOutputPort("y", 1, lambda context, output: None)
+    assert system.DeclareVectorInputPort("y", 1).get_name() == "y"

@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import functools
+import glob
 import json
 import logging
 import os
@@ -400,11 +401,12 @@ def _installed() -> "tuple[tuple[str, int], ...]":
 
 @functools.lru_cache(maxsize=4)
 def _share_of_wheel(installed: "tuple[tuple[str, int], ...]") -> "str | None":
-    """The folder of resource files of the `drake` wheel among these folders: to look costs as much as a small model."""
-    import importlib.metadata
+    """The folder of resource files of the `drake` wheel among these folders: to look costs as much as a small model.
 
-    try:
-        wheel = importlib.metadata.distribution("drake")
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    return str(wheel.locate_file("pydrake/share/drake"))
+    Its own metadata tell that it is there; `importlib.metadata` would load the package for mails.
+    """
+    for folder, _ in installed:
+        share = os.path.join(folder, "pydrake", "share", "drake")
+        if os.path.isdir(share) and glob.glob(os.path.join(glob.escape(folder), "drake-*.dist-info")):
+            return share
+    return None

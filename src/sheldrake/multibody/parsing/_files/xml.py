@@ -5,6 +5,7 @@ written for lenient readers, so two harmless deviations from XML are accepted: w
 and `--` inside comments. What tinyxml2, which Drake reads with, understands besides is read with a warning (`_mend`).
 """
 
+import functools
 import os
 import re
 from xml.parsers import expat
@@ -19,6 +20,11 @@ MAX_ELEMENTS = 1_000_000
 _INVALID_TOKEN = expat.ErrorString(expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN])
 
 _COMMENT_OR_CDATA = re.compile(rb"<!--|<!\[CDATA\[")
+
+
+@functools.lru_cache(maxsize=256)
+def _attribute(name: str) -> "re.Pattern[bytes]":
+    return re.compile(rb"\s(" + re.escape(name.encode()) + rb")\s*=")
 
 
 class Element:
@@ -50,9 +56,11 @@ class Element:
 
     def where_attribute(self, name: str) -> Location:
         """The place of an attribute's name; the element's own place when the attribute is not there."""
+        if name not in self.attributes:
+            return self.where
         start, end = self._offset, self._source.data.find(b">", self._offset)
-        match = re.compile(rb"\s(" + re.escape(name.encode()) + rb")\s*=").search(self._source.data, start, end + 1)
-        if name not in self.attributes or match is None:
+        match = _attribute(name).search(self._source.data, start, end + 1)
+        if match is None:
             return self.where
         lines_before = self._source.data.count(b"\n", start, match.start(1))
         if lines_before:

@@ -191,6 +191,7 @@ class ModelInstances(Numbered[ModelInstance]):
 
     def __init__(self) -> None:
         super().__init__("model instance", ModelInstanceIndex)
+        self._by_name: dict[str, int] = {}
 
     def add_named(self, name: str) -> ModelInstanceIndex:
         """A new model instance.
@@ -205,11 +206,12 @@ class ModelInstances(Numbered[ModelInstance]):
                 f"This model already contains a model instance named '{name}'. Model instance names must be unique "
                 "within a given model."
             )
-        return ModelInstanceIndex(self.append(ModelInstance(name)))
+        self._by_name[name] = number = self.append(ModelInstance(name))
+        return ModelInstanceIndex(number)
 
     def has_name(self, name: str) -> bool:
         """Whether there is a model instance of this name."""
-        return any(m.name() == name for m in self)
+        return name in self._by_name
 
     def rename(self, call: str, index: ModelInstanceIndex, name: str) -> None:
         """Gives a model instance another name.
@@ -225,6 +227,7 @@ class ModelInstances(Numbered[ModelInstance]):
                 f"{call}(): cannot rename model instance '{instance.name()}': there is already a model instance named "
                 f"'{name}'."
             )
+        self._by_name[name] = self._by_name.pop(instance.name())
         instance._name = name
 
     def index_of(self, call: str, name: str) -> ModelInstanceIndex:
@@ -233,9 +236,8 @@ class ModelInstances(Numbered[ModelInstance]):
         Raises:
             RuntimeError: there is none; the message lists the valid names.
         """
-        for i, m in enumerate(self.slots):
-            if m is not None and m.name() == name:
-                return ModelInstanceIndex(i)
+        if isinstance(name, str) and name in self._by_name:
+            return ModelInstanceIndex(self._by_name[name])
         names = ", ".join(sorted(f"'{m.name()}'" for m in self))
         raise RuntimeError(
             f"{call}(): There is no model instance named '{name}'. The current model instances are {names}."

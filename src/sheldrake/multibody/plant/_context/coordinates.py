@@ -22,6 +22,8 @@ from sheldrake.systems.framework._vector import lifted
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
+    from sheldrake.multibody.plant._context.view import View
+
 
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
@@ -39,8 +41,10 @@ def _setter(call: str, parts: str, quick: str) -> Callable[..., None]:
             view = context._kept
             if context._store.claimed:
                 context._store.check_thread()
-            if view.family is self._contexts.family and not (rest or named or writer(view)(values)):
-                return
+            if view.family is self._contexts.family and not named:
+                whole = values if not rest else self._with_part(view, parts, values, *rest)
+                if whole is not None and not writer(view)(whole):
+                    return
         except AttributeError:
             pass
         self._write(call, context, parts, (values, *rest), named)
@@ -85,17 +89,17 @@ class Coordinates:
         self._elements.require_instance(call, model_instance)
         key = which, int(model_instance)
         if key not in self._of_instance:
-            numbers = [
-                n
-                for j in self._elements.joints.of_instance(model_instance)
-                for n in (
-                    range(j._q_start, j._q_start + j.num_positions())
-                    if which == "q"
-                    else range(j._v_start, j._v_start + j.num_velocities())
-                )
-            ]
-            self._of_instance[key] = np.array(sorted(numbers), np.int64)
+            self._sort_by_instance(which)
         return self._of_instance[key]
+
+    def _sort_by_instance(self, which: str) -> None:
+        """Finds the numbers of all model instances in one go."""
+        numbers: dict[int, list[int]] = {i: [] for i in range(self._elements.num_model_instances())}
+        for j in self._elements.joints:
+            first, count = (j._q_start, j.num_positions()) if which == "q" else (j._v_start, j.num_velocities())
+            numbers[int(j.model_instance())] += range(first, first + count)
+        for i, found in numbers.items():
+            self._of_instance[which, i] = np.array(sorted(found), np.int64)
 
     def actuators_of(self, call: str, model_instance: ModelInstanceIndex | None) -> list[JointActuator]:
         """All actuators, or after Finalize() those of one model instance."""
@@ -318,6 +322,17 @@ class Coordinates:
         return np.concatenate(
             [self._part(call, "q", view.q, model_instance), self._part(call, "v", view.v, model_instance)]
         )
+
+    def _with_part(self, view: View, parts: str, instance: object, values: object, *rest: object) -> np.ndarray | None:
+        """All positions or velocities with others for a model instance; None where that is for `_write` to say."""
+        if rest or type(instance) is not ModelInstanceIndex or type(values) is not np.ndarray or len(parts) != 1:
+            return None
+        at = self._of_instance.get((parts, int(instance)))
+        if at is None or view.T is not float or values.shape != at.shape or values.dtype != float:
+            return None
+        whole = (view.q if parts == "q" else view.v).copy()
+        whole[at] = values
+        return whole
 
     def _write(self, call: str, context: Context, parts: str, args: tuple, kwargs: dict[str, Any]) -> None:
         """Sets positions ("q"), velocities ("v") or both ("qv").

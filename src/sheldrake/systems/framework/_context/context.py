@@ -352,6 +352,10 @@ class Context(ContextBase):
 
     def get_mutable_numeric_parameter(self, index: int) -> BasicVector:
         """Group `index` of the numeric parameters, to be changed."""
+        first, last = self._place.parameters
+        if type(index) is int and 0 <= index < last - first:
+            self._touch(CONSTANT, "pn", first + index)
+            return self._numeric_parameter(index)
         return self.get_parameters().get_mutable_numeric_parameter(index)
 
     def get_abstract_parameter(self, index: int) -> AbstractValue:

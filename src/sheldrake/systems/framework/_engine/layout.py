@@ -365,8 +365,12 @@ class Layout(Memory):
     def _levels(self) -> list[int]:
         """How often the values of each row can change at most; what updates and publishes do has no such level."""
         level: list[int] = []
+        known: dict[tuple[int, int], int] = {}
         for n, j in self.ports:
-            level.append(level_of_needs(self, n, self.needs[n, j], level))
+            key = n, id(self.needs[n, j])  # of ports that need the same, one set
+            if key not in known:
+                known[key] = level_of_needs(self, n, self.needs[n, j], level)
+            level.append(known[key])
         outputs = level.copy()
         for row in self.rows[len(outputs) :]:
             if row.kind == DERIVATIVES and row.native:

@@ -123,11 +123,17 @@ class Topology:
         """Orders computed output ports by direct feedthrough: `ports`, and `reads`, what each one reads."""
         ports = [(n, j) for n in self.leaves for j, o in enumerate(self.systems[n]._outputs) if o.state is None]
         number = {port: k for k, port in enumerate(ports)}
-        self.needs = {port: needs_of(self.systems[port[0]], self.systems[port[0]]._outputs[port[1]]) for port in ports}
-        reads: list[list[int]] = []
+        self.needs, reads = {}, []
+        known: dict[tuple, tuple[set, list[int]]] = {}  # many ports of a system need the same
         for n, j in ports:
-            found = [self.sources[n, i] for i in sorted(x[1] for x in self.needs[n, j] if isinstance(x, tuple))]
-            reads.append([number[s[1], s[2]] for s in found if s[0] == "out" and (s[1], s[2]) in number])
+            output = self.systems[n]._outputs[j]
+            key = n, id(output.calc) if isinstance(output.calc, Kernel) else output.tickets
+            if key not in known:
+                needs = needs_of(self.systems[n], output)
+                found = [self.sources[n, i] for i in sorted(x[1] for x in needs if isinstance(x, tuple))]
+                known[key] = needs, [number[s[1], s[2]] for s in found if s[0] == "out" and (s[1], s[2]) in number]
+            self.needs[n, j] = known[key][0]
+            reads.append(list(known[key][1]))
         waits = [len(r) for r in reads]
         readers: list[list[int]] = [[] for _ in ports]
         for k, r in enumerate(reads):
