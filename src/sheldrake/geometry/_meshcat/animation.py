@@ -41,6 +41,8 @@ class MeshcatAnimation:
         kLoopRepeat = 2201
         kLoopPingPong = 2202
 
+        __str__ = enum.Enum.__str__
+
     def __init__(self, frames_per_second: float = 64.0):
         if not frames_per_second > 0:
             raise ValueError(f"MeshcatAnimation(): frames_per_second must be positive, got {frames_per_second}.")
