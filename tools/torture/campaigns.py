@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tools.torture import calls, diagrams, files, parsers, programs, viewer
+from tools.torture import calls, diagrams, files, numbers, parsers, programs, viewer
 from tools.torture.campaign import Campaign
 
 SANITIZED = {"SHELDRAKE_SANITIZE": "1"}
@@ -29,6 +29,14 @@ CAMPAIGNS = [
     ),
     Campaign(
         "odd calls", calls.odd_calls, 500, 60.0, "an error in words; others compute on", SANITIZED, each=calls.CALLS
+    ),
+    Campaign(
+        "odd numbers",
+        numbers.odd_numbers,
+        4000,
+        60.0,
+        "an error in words, or a step whose numbers are finite",
+        SANITIZED,
     ),
     Campaign("contexts, cut", files.cut_contexts, 4000, 20.0, "refused by name", SANITIZED),
     Campaign("contexts, changed", files.changed_contexts, 6000, 20.0, "refused by name, or steps", SANITIZED),

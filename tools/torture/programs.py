@@ -32,6 +32,7 @@ from sheldrake.systems.framework import DiagramBuilder, LeafSystem, LoadContext,
 
 PROGRAMS = 25  # of one trial: hypothesis starts slowly
 LONGEST = 0.03  # [s] that a call may advance
+FARTHEST = 1e9  # [s]; times from beyond are to be refused
 SHORTEST = 2.0**-14  # [s] that error control may go down to: the interpreted loop takes milliseconds a step
 CALLS = 15  # of a program, at most
 PLACES = ("periodic", "per_step", "discrete", "unrestricted", "output", "derivatives", "monitor")
@@ -112,6 +113,7 @@ class World:
         self.hooks: list[list] = []
         self.heard: list[Any] = []
         self.deep = False
+        self.until = -math.inf  # [s] where the run under way ends
 
     def call(self, name: str, *words: Any) -> Any:
         """What a call says: its result, or its error."""
@@ -193,13 +195,16 @@ class World:
         return system, system.GetMyMutableContextFromRoot(self.context)
 
     def advance(self, k: int, x: float) -> Any:
-        self.simulator.AdvanceTo(self.context.get_time() + k / 1024)
-        return self.state()
+        return self.advance_to(k, self.context.get_time() + k / 1024)
 
     def advance_to(self, k: int, x: float) -> Any:
         if x - self.context.get_time() > LONGEST:
             return "would take too long"
-        self.simulator.AdvanceTo(x)
+        before, self.until = self.until, x
+        try:
+            self.simulator.AdvanceTo(x)
+        finally:
+            self.until = before
         return self.state()
 
     def initialise(self, k: int, x: float) -> Any:
@@ -342,6 +347,8 @@ class World:
                         self.heard.append(self.call(*hook[1:]))
                 finally:
                     self.deep = False
+                if -FARTHEST < self.context.get_time() < self.until - LONGEST:
+                    raise RuntimeError("a callback has set the time back: the run would take too long")
                 return
 
 

@@ -57,7 +57,7 @@ _INSIDE = _Inside()
 def _libraries() -> list[_Library]:
     """OpenBLAS as the wheels of NumPy and SciPy bring it; none where they use something else."""
     import numpy
-    import scipy.linalg
+    import scipy  # whose parts would take long to load, and need not be there for its library to be
 
     found = []
     for module in (numpy, scipy):

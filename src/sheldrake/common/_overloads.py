@@ -219,8 +219,12 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
         def call(*args: Any, **kwargs: Any) -> Any:
             if not is_method:
                 return dispatch(body.__name__, all_ways, _NO_TARGET, args, kwargs)
-            name = pretty_class_name(type(args[0])) if constructor else call.__qualname__
-            return dispatch(name, all_ways, args[0], args[1:], kwargs, constructor=constructor)
+            found = all_ways.first(args[1:], kwargs)
+            if found is None:
+                name = pretty_class_name(type(args[0])) if constructor else call.__qualname__
+                raise incompatible(name, [str(way) for way in all_ways], args[1:], kwargs, constructor=constructor)
+            way, values = found
+            return way.function(args[0], *values)  # type: ignore[misc]
 
         del call.__wrapped__  # its parameters are not those of the call
         call._ways = all_ways  # type: ignore[attr-defined]  # for those who compare signatures

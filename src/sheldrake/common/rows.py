@@ -1,4 +1,4 @@
-"""The one place where native code calls another native function by address."""
+"""What kernels do that is no mathematics: native code that calls other native code by address, or asks for memory."""
 
 from __future__ import annotations
 
@@ -12,3 +12,7 @@ def call_row(table: Any, r: int, t: float, slab: Any, words: Any, at: int) -> in
     `table` is an int64 array of addresses of functions of the kernels' ABI, called on the slab and on `words[at:]`.
     """
     return table[r]() or 0
+
+
+def prefetch(rows: Any, i: int, j: int) -> None:
+    """Compiled, asks for the line of the processor's cache that has `rows[i, j]`, and waits for nothing."""

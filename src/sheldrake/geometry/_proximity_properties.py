@@ -111,7 +111,7 @@ def _add_rigid(properties: ProximityProperties, resolution_hint: float | None = 
     _require_proximity("AddRigidHydroelasticProperties", properties)
     properties.AddProperty(HYDRO, COMPLIANCE_TYPE, HydroelasticType.kRigid)
     if resolution_hint is not None:
-        properties.AddProperty(HYDRO, RESOLUTION_HINT, float(resolution_hint))
+        properties.AddProperty(HYDRO, RESOLUTION_HINT, _number("resolution_hint", resolution_hint))
 
 
 def AddCompliantHydroelasticProperties(
@@ -125,7 +125,7 @@ def AddCompliantHydroelasticProperties(
         properties: the ProximityProperties to add to.
     """
     _add_compliant("AddCompliantHydroelasticProperties", hydroelastic_modulus, properties)
-    properties.AddProperty(HYDRO, RESOLUTION_HINT, float(resolution_hint))
+    properties.AddProperty(HYDRO, RESOLUTION_HINT, _number("resolution_hint", resolution_hint))
 
 
 def AddCompliantHydroelasticPropertiesForHalfSpace(
@@ -133,7 +133,7 @@ def AddCompliantHydroelasticPropertiesForHalfSpace(
 ) -> None:
     """Makes a half space compliant for hydroelastic contact, as a slab of the given thickness [m] on a rigid core."""
     _add_compliant("AddCompliantHydroelasticPropertiesForHalfSpace", hydroelastic_modulus, properties)
-    properties.AddProperty(HYDRO, SLAB_THICKNESS, float(slab_thickness))
+    properties.AddProperty(HYDRO, SLAB_THICKNESS, _number("slab_thickness", slab_thickness))
 
 
 def _add_compliant(call: str, hydroelastic_modulus: float, properties: ProximityProperties) -> None:
@@ -142,6 +142,13 @@ def _add_compliant(call: str, hydroelastic_modulus: float, properties: Proximity
         raise RuntimeError(f"The hydroelastic modulus must be positive; given {number(hydroelastic_modulus)}")
     properties.AddProperty(HYDRO, COMPLIANCE_TYPE, HydroelasticType.kCompliant)
     properties.AddProperty(HYDRO, MODULUS, float(hydroelastic_modulus))
+
+
+def _number(name: str, value: float) -> float:
+    """A length [m], which must be a number; whether it serves, the shape tells that is made with it."""
+    if not float(value) == value:
+        raise RuntimeError(f"The {name} must be a number; given {number(value)}")
+    return float(value)
 
 
 def _require_proximity(call: str, properties: object) -> None:

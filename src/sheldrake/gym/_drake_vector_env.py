@@ -172,7 +172,7 @@ class DrakeVectorEnv(VectorEnv):
         anew = self._over.copy()
         self._begin(np.flatnonzero(anew))
         self._inputs[:] = actions
-        batch.AdvanceSteps(self._steps_per_action, np.flatnonzero(~anew))
+        batch.AdvanceSteps(self._steps_per_action, ~anew)
         self._ages[~anew] += 1
         observations = self._observe()
         rewards = np.array(self._reward(batch, actions), np.float64)

@@ -30,6 +30,11 @@ _LINKS = (0.4, 0.3, 0.2)
 """Lengths of the reaching arm's links [m]."""
 
 
+def _squares(rows: Any) -> np.ndarray:
+    """Sum of squares of each row."""
+    return np.einsum("ij,ij->i", rows, rows)
+
+
 def CartPoleSwingUp(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
     """A pole on a cart, hanging at first, is to be swung up by forces on the cart and balanced.
 
@@ -121,13 +126,13 @@ def QuadrupedStand(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
         batch.states(plant)[worlds] = x
 
     def reward(batch: BatchSimulator, actions: np.ndarray) -> np.ndarray:
-        x = batch.states(plant)
+        x = batch.states(plant).copy()  # columns of slabs are far apart
         height = 10.0 * (x[:, 6] - _HEIGHT) ** 2
-        effort = 0.05 * (x[:, 22:25] ** 2).sum(axis=1) + 0.01 * np.mean(np.square(actions), axis=1)
+        effort = 0.05 * _squares(x[:, 22:25]) + 0.01 / 12 * _squares(actions)
         return upright(x) - height - effort
 
     def fallen(batch: BatchSimulator) -> np.ndarray:
-        x = batch.states(plant)
+        x = batch.states(plant).copy()
         return (x[:, 6] < 0.5 * _HEIGHT) | (upright(x) < 0.3)
 
     return DrakeVectorEnv(

@@ -52,6 +52,7 @@ class Defects:
         inputs = 1 + 2 * nx + np.arange(nu)
         self._first = np.concatenate((1 + np.arange(nx), inputs))
         self._second = np.concatenate((1 + nx + np.arange(nx), inputs + nu))
+        self._known: tuple[np.ndarray, ...] = (np.zeros((0, 0)),)  # What slopes were made of, and where
 
     def _ends(self, z: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, ...]:
         """f at the first and at the second samples, and the derivatives; samples that segments share are taken once."""
@@ -78,9 +79,8 @@ class Defects:
 
     def slopes(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Defects, shape (segments, nx), and their derivatives, shape (segments, nx, 1 + 2 nx + 2 nu)."""
-        f0, J0, f1, J1 = self._ends(z, True)
-        fm, Jm = self._dynamics.at_points(self._middle(z, f0, f1), True)
-        D = -Jm @ self._by_middle(z, f0, f1, J0, J1)
+        f0, J0, f1, J1, fm, Jm, _, T = self._parts(z)
+        D = -Jm @ T
         D[:, :, self._first] -= 0.25 * J0
         D[:, :, self._second] -= 0.25 * J1
         h, i = z[:, :1], np.arange(self._nx)
@@ -88,6 +88,15 @@ class Defects:
         D[:, i, 1 + i] -= 1.5 / h
         D[:, i, 1 + self._nx + i] += 1.5 / h
         return self._slope(z, f0, f1) - fm, D
+
+    def _parts(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The dynamics and their derivatives at both ends and in the middle, the middle, and its derivatives."""
+        if not np.array_equal(self._known[0], z):
+            f0, J0, f1, J1 = self._ends(z, True)
+            middle = self._middle(z, f0, f1)
+            fm, Jm = self._dynamics.at_points(middle, True)
+            self._known = (z, f0, J0, f1, J1, fm, Jm, middle, self._by_middle(z, f0, f1, J0, J1))
+        return self._known[1:]
 
     def _by_middle(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray, J0: np.ndarray, J1: np.ndarray) -> np.ndarray:
         """Derivatives of state and input in the middle, shape (segments, nx + nu, 1 + 2 nx + 2 nu)."""
@@ -105,10 +114,8 @@ class Defects:
     def hessian(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Second derivatives of weights' defects, shape (segments, 1 + 2 nx + 2 nu, 1 + 2 nx + 2 nu)."""
         nx, count = self._nx, len(z)
-        f0, J0, f1, J1 = self._ends(z, True)
-        middle = self._middle(z, f0, f1)
-        Jm = self._dynamics.at_points(middle, True)[1]
-        by_middle = -np.einsum("pi,pij->pj", weights, Jm[:, :, :nx])
+        _, J0, _, J1, _, Jm, middle, T = self._parts(z)
+        by_middle = -(weights[:, None, :] @ Jm[:, :, :nx])[:, 0]
         h, i = z[:, :1], np.arange(nx)
         points = np.vstack((z[:, self._first], z[:, self._second], middle))
         bent = h / 8.0 * by_middle
@@ -118,19 +125,18 @@ class Defects:
             ),
             3,
         )
-        T = self._by_middle(z, f0, f1, J0, J1)
         H = T.transpose(0, 2, 1) @ Hm @ T
         H[np.ix_(np.arange(count), self._first, self._first)] += H0
         H[np.ix_(np.arange(count), self._second, self._second)] += H1
         # The step times the slopes of the samples, in the middle; and differences of the samples by the step.
         mixed = np.zeros((count, z.shape[1]))
-        mixed[:, self._first] = np.einsum("pi,pij->pj", by_middle, J0) / 8.0
-        mixed[:, self._second] = -np.einsum("pi,pij->pj", by_middle, J1) / 8.0
+        mixed[:, self._first] = (by_middle[:, None, :] @ J0)[:, 0] / 8.0
+        mixed[:, self._second] = -(by_middle[:, None, :] @ J1)[:, 0] / 8.0
         mixed[:, 1 + i] += 1.5 / h**2 * weights
         mixed[:, 1 + nx + i] -= 1.5 / h**2 * weights
         H[:, 0, :] += mixed
         H[:, :, 0] += mixed
-        H[:, 0, 0] += 3.0 * np.einsum("pi,pi->p", weights, z[:, 1 + nx : 1 + 2 * nx] - z[:, 1 : 1 + nx]) / h[:, 0] ** 3
+        H[:, 0, 0] += 3.0 * (weights * (z[:, 1 + nx : 1 + 2 * nx] - z[:, 1 : 1 + nx])).sum(axis=1) / h[:, 0] ** 3
         return H
 
 

@@ -20,6 +20,8 @@ from sheldrake.solvers import (
 )
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import as_kind, bind
+from sheldrake.solvers._parse.formulas import formula_constraint
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
@@ -154,12 +156,12 @@ class MultipleShooting:
         return build.sum_of(Expression(h) for h in self._h_vars[:index])
 
     def _at(self, index: int, wanted: Variables | set[Variable]) -> dict[Variable, Any]:
-        """What stands for each placeholder at a sample; for time, which is a long sum, only if it is wanted."""
+        """What stands for each placeholder that is wanted at a sample."""
         out: dict[Variable, Any] = {self._time[0]: self._time_at(index)} if self._time[0] in wanted else {}
-        out.update(zip(self._state, self.state(index)))
-        out.update(zip(self._input, self.input(index)))
-        for placeholders, vars in self._sequences.values():
-            out.update(zip(placeholders, vars[:, index]))
+        sequences = [(self._state, self.state(index)), (self._input, self.input(index))]
+        sequences += [(placeholders, vars[:, index]) for placeholders, vars in self._sequences.values()]
+        for placeholders, vars in sequences:
+            out.update((p, v) for p, v in zip(placeholders, vars) if p in wanted)
         return out
 
     def _substituted(self, e: Expression, index: int) -> Expression:
@@ -206,7 +208,8 @@ class MultipleShooting:
 
     def _formula_to_all(self, f: Formula) -> list:
         wanted = f.GetFreeVariables()
-        return [self._prog.AddConstraint(f.Substitute(self._at(i, wanted))) for i in range(self._N)]
+        bindings = parts_of(self._prog).bindings
+        return [bindings.add(formula_constraint(f._substitute(self._at(i, wanted)))) for i in range(self._N)]
 
     def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on all time steps [s]."""
@@ -216,7 +219,11 @@ class MultipleShooting:
     def AddEqualTimeIntervalsConstraints(self) -> list:
         """Adds that all time steps are equal."""
         self._free_steps("AddEqualTimeIntervalsConstraints")
-        return [self._prog.AddLinearConstraint(a == b) for a, b in zip(self._h_vars[:-1], self._h_vars[1:])]
+        bindings, out = parts_of(self._prog).bindings, []
+        for i in range(len(self._h_vars) - 1):
+            equal = LinearEqualityConstraint._of(np.array([[1.0, -1.0]]), np.zeros(1), np.zeros(1))
+            out.append(bindings.add(bind(LinearEqualityConstraint, equal, self._h_vars[i : i + 2].copy())))
+        return out
 
     def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on the duration [s]."""

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Matrix: TypeAlias = "np.ndarray | scipy.sparse.spmatrix"
 VariablesLike: TypeAlias = "Sequence[Variable] | np.ndarray"
 
+_ONLY_VARIABLES = {Variable}
 FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
 
 
@@ -44,6 +45,8 @@ def variable_vector(value: object) -> np.ndarray:
     except ValueError:
         raise Mismatch from None
     out = array.ravel(order="F")
+    if _ONLY_VARIABLES.issuperset(map(type, out.tolist())):
+        return out
     for i, v in enumerate(out):
         if not isinstance(v, Variable):
             v = _variable_of(v)
@@ -151,8 +154,7 @@ def expression_array(value: Any) -> np.ndarray:
         raise Mismatch
     array = np.asarray(value, dtype=object)
     out = np.empty(array.shape, dtype=object)
-    for index in np.ndindex(array.shape):
-        out[index] = expression(array[index])
+    out.ravel()[:] = [expression(e) for e in array.ravel().tolist()]
     return out
 
 

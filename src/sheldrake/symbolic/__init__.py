@@ -3,6 +3,7 @@
 from sheldrake.symbolic import (
     _arguments,
     _build,
+    _decompose,
     _differentiate,
     _expression,
     _formula,
@@ -180,7 +181,7 @@ __all__ = [
 _arguments._build = _build
 _operators._build, _operators._formula = _build, _formula
 _expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
-_expression._text, _expression._traverse = _text, _traverse
+_expression._decompose, _expression._text, _expression._traverse = _decompose, _text, _traverse
 _pickled.allow()
 _formula._functions, _formula._traverse = _functions, _traverse
 _monomial._polynomial = _polynomial

@@ -1,17 +1,19 @@
 """How expressions are made: canonical sums and products, and the simplifications done on the way.
 
-An expression is an immutable node. Equal expressions are the same node: a table of live nodes sees to that, so that
-comparing is `is`, a shared part is stored and evaluated once, and sets of terms are dictionaries of node numbers.
+An expression is an immutable node. Equal expressions have equal numbers, given when somebody asks: whatever becomes
+part of another is asked, so that a shared part is evaluated once, and terms and factors are dictionaries by number.
+What nobody asks (the sums on the way to a longer sum) costs no look at what else there is.
 
-Sums are a constant and terms with coefficients, products a constant and bases with exponents, both in the order of
-`_key`: by kind first, then by content.
+Sums are a constant and terms with coefficients, products a constant and bases with exponents. Their order is that of
+`key_of`, by kind first, then by content; they are put in order when somebody wants to see them (`_args`).
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import weakref
-from typing import TYPE_CHECKING, SupportsFloat
+from typing import TYPE_CHECKING, SupportsFloat, TypeVar
 
 import numpy as np
 
@@ -22,32 +24,151 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from sheldrake.symbolic._formula import Formula
 
+Terms = dict[int, tuple[Expression, float]]
+Factors = dict[int, tuple[Expression, Expression]]
+
 _REAL = (float, int, np.floating, np.integer, np.bool_)
-_table: weakref.WeakValueDictionary[tuple, Expression] = weakref.WeakValueDictionary()
-_serials = itertools.count()
+_ADD, _MUL, _POW, _CONSTANT, _VAR = k.ADD, k.MUL, k.POW, k.CONSTANT, k.VAR
+_COMMUTATIVE, _LEAVES = {_ADD, _MUL}, {_CONSTANT, _VAR, k.NAN}
+_serials = itertools.count(1)
 _new = object.__new__
 
 
-def _node(identity: tuple, args: tuple, key: tuple) -> Expression:
-    """The live node of this identity, or a new one. identity: (kind, contents by value and node number)."""
-    node = _table.get(identity)
-    if node is None:
-        node = _new(Expression)
-        node._kind, node._args, node._key, node._serial, node._variables = identity[0], args, key, next(_serials), None
-        _table[identity] = node
-    return node
+# Nodes
+
+
+def _node(kind: int, args: tuple) -> Expression:
+    """A node whose parts are in order and have numbers."""
+    e = _new(Expression)
+    e._kind, e._made = kind, args
+    e._number, e._order, e._variables = 0, (), None
+    return e
+
+
+def _sum_node(constant: float, terms: Terms) -> Expression:
+    e = _new(Expression)
+    e._kind, e._constant, e._terms = _ADD, constant, terms
+    e._number, e._order, e._made, e._variables = 0, (), None, None
+    return e
+
+
+def _product_node(c: float, factors: Factors, unit: Expression | None) -> Expression:
+    """unit: the product without its constant, if it is at hand."""
+    e = _new(Expression)
+    e._kind, e._constant, e._terms, e._unit = _MUL, c, factors, unit
+    e._number, e._order, e._made, e._variables = 0, (), None, None
+    return e
+
+
+class _Table:
+    """A node of each number that was asked for. Nodes that are gone are swept out as often as their number doubles."""
+
+    def __init__(self) -> None:
+        self._nodes: dict[tuple, weakref.ref[Expression]] = {}
+        self._limit = 4096
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def number(self, e: Expression) -> int:
+        """The number of a node: that of an equal one that lives, which it keeps alive from then on, or a new one."""
+        identity = _identity(e)
+        found = self._nodes.get(identity)
+        twin = None if found is None else found()
+        if twin is not None:
+            e._twin, e._number = twin, twin._number
+            return e._number
+        e._number = next(_serials)
+        self._nodes[identity] = weakref.ref(e)
+        if len(self._nodes) > self._limit:
+            self._sweep()
+        return e._number
+
+    def _sweep(self) -> None:
+        self._nodes = {identity: node for identity, node in list(self._nodes.items()) if node() is not None}
+        self._limit = max(4096, 2 * len(self._nodes))
+
+
+table = _Table()
+number_of = table.number
+
+
+def numbered(e: Expression) -> Expression:
+    """The same; it has a number now, as parts of others must."""
+    if not e._number:
+        number_of(e)
+    return e
+
+
+def _identity(e: Expression) -> tuple:
+    """What two expressions have in common only if they are equal."""
+    kind = e._kind
+    if kind == _ADD:
+        return (kind, e._constant, frozenset([(n, c) for n, (_, c) in e._terms.items()]))
+    if kind == _MUL:
+        return (kind, e._constant, frozenset([(n, x._serial) for n, (_, x) in e._terms.items()]))
+    args = e._made
+    if kind == _CONSTANT:
+        return (kind, args[0])
+    if kind == k.IF_THEN_ELSE:
+        return (kind, args[0]._key, args[1]._serial, args[2]._serial)
+    if kind == k.UNINTERPRETED:
+        return (kind, args[0], tuple([a._serial for a in args[1]]))
+    return (kind, *[a._serial for a in args])
+
+
+def in_order(e: Expression) -> tuple:
+    """Constant and terms of a sum or a product, in order; kept with it."""
+    e._made = (e._constant, tuple(sorted(e._terms.values(), key=_term_key)))
+    return e._made
+
+
+def _term_key(item: tuple) -> tuple:
+    return item[0]._order or key_of(item[0])
+
+
+def key_of(e: Expression) -> tuple:
+    """What expressions are sorted by; kept with them."""
+    stack = [e]
+    while stack:
+        without = [part for part in children(stack[-1]) if not part._order]
+        stack.extend(without)
+        if not without:
+            node = stack.pop()
+            node._order = _key(node)
+    return e._order
+
+
+def _key(e: Expression) -> tuple:
+    """The key of an expression whose parts have theirs."""
+    kind, args = e._kind, e._args
+    if kind == _VAR:
+        return (kind, args[0]._id)
+    if kind == _ADD:
+        return (kind, args[0], tuple([(t._order, c) for t, c in args[1]]))
+    if kind == _MUL:
+        return (kind, args[0], tuple([(b._order, x._order) for b, x in args[1]]))
+    if kind == k.IF_THEN_ELSE:
+        return (kind, args[0]._key, args[1]._order, args[2]._order)
+    if kind == k.UNINTERPRETED:
+        return (kind, args[0], tuple([a._order for a in args[1]]))
+    return (kind, *[a if kind == _CONSTANT else a._order for a in args])
+
+
+# Numbers and variables
 
 
 def constant(value: SupportsFloat) -> Expression:
-    """The expression of a number; of nan, the one expression that is not a number."""
+    """The expression of a number; of nan, the one that is not a number. Small whole numbers have one each."""
     value = float(value)
-    if value != value:
-        return NOT_A_NUMBER
-    return _node((k.CONSTANT, value), (value,), (k.CONSTANT, value))
+    found = _SMALL.get(value)
+    if found is not None:
+        return found
+    return _node(_CONSTANT, (value,)) if value == value else NOT_A_NUMBER
 
 
 def variable(v: Variable) -> Expression:
@@ -56,20 +177,22 @@ def variable(v: Variable) -> Expression:
     Raises:
         RuntimeError: the variable is Boolean, which only formulas may hold.
     """
-    if v._expression is None:
+    e = v._expression
+    if e is None:
         if v._type is Variable.Type.BOOLEAN:
             raise RuntimeError(f"Expression(): {v!r} is a Boolean variable; it belongs in a Formula.")
         # The variable keeps its node alive, and both hold each other: they live as long as the process needs either.
-        v._expression = _node((k.VAR, v._id), (v,), (k.VAR, v._id))
-    return v._expression
+        v._expression = e = _node(_VAR, (v,))
+        e._number, e._order, e._variables = next(_serials), (_VAR, v._id), frozenset((v,))
+    return e
 
 
 def as_expression(x: object) -> Expression | None:
     """x as an expression, if it is an expression, a variable or a number; else None."""
     if x.__class__ is Expression:
-        return x
+        return x  # type: ignore[return-value]
     if x.__class__ is Variable:
-        return variable(x)
+        return x._expression or variable(x)  # type: ignore[attr-defined, arg-type]
     if isinstance(x, _REAL):
         return constant(x)
     if isinstance(x, Variable):
@@ -91,88 +214,129 @@ def expect(call: str, x: object) -> Expression:
     return e
 
 
-NOT_A_NUMBER = _node((k.NAN,), (), (k.NAN,))
-ZERO, ONE, MINUS_ONE, TWO = (constant(v) for v in (0.0, 1.0, -1.0, 2.0))
+_SMALL: dict[float, Expression] = {float(i): _node(_CONSTANT, (float(i),)) for i in range(-16, 65)}
+NOT_A_NUMBER = _node(k.NAN, ())
+for _one in (*_SMALL.values(), NOT_A_NUMBER):
+    number_of(_one)
+ZERO, ONE, MINUS_ONE, TWO = (_SMALL[v] for v in (0.0, 1.0, -1.0, 2.0))
 
 
 # Sums
 
 
-def make_sum(c0: float, terms: dict[int, tuple[Expression, float]]) -> Expression:
-    """c0 + the terms with their coefficients, which are not zero."""
-    if not terms:
-        return constant(c0)
-    if len(terms) == 1 and c0 == 0.0:
-        ((term, c),) = terms.values()
-        return scale(c, term)
-    ordered = sorted(terms.values(), key=_term_key)
-    identity = (k.ADD, c0, tuple((t._serial, c) for t, c in ordered))
-    return _node(identity, (c0, tuple(ordered)), (k.ADD, c0, tuple((t._key, c) for t, c in ordered)))
+def make_sum(c0: float, terms: Terms) -> Expression:
+    """c0 + the terms with their coefficients, which are not zero. The terms are the sum's from now on."""
+    if len(terms) < 2:
+        if not terms:
+            return constant(c0)
+        if c0 == 0.0:
+            ((term, c),) = terms.values()
+            return scale(c, term)
+    return _sum_node(c0, terms)
 
 
-def _term_key(item: tuple) -> tuple:
-    return item[0]._key
-
-
-def add_into(terms: dict[int, tuple[Expression, float]], e: Expression) -> float:
+def add_into(terms: Terms, e: Expression) -> float:
     """Adds e to the terms and returns the constant that is left."""
-    if e._kind == k.CONSTANT:
-        return e._args[0]
-    if e._kind == k.ADD:
-        for term, c in e._args[1]:
-            _add_term(terms, term, c)
-        return e._args[0]
-    if e._kind == k.MUL and e._args[0] != 1.0:
-        _add_term(terms, make_product(1.0, {b._serial: (b, x) for b, x in e._args[1]}), e._args[0])
+    kind = e._kind
+    if kind == _ADD:
+        if not terms:
+            terms.update(e._terms)
+            return e._constant
+        for n, item in e._terms.items():
+            known = terms.get(n)
+            if known is None:
+                terms[n] = item
+            else:
+                _set_term(terms, n, item[0], known[1] + item[1])
+        return e._constant
+    if kind == _CONSTANT:
+        return e._made[0]
+    c = 1.0
+    if kind == _MUL:
+        c = e._constant
+        if c != 1.0:
+            e = e._unit or unit_of(e)
+    n = e._number or number_of(e)
+    known = terms.get(n)
+    if known is None:
+        terms[n] = (e, c)
     else:
-        _add_term(terms, e, 1.0)
+        _set_term(terms, n, e, known[1] + c)
     return 0.0
 
 
-def _add_term(terms: dict[int, tuple[Expression, float]], term: Expression, c: float) -> None:
-    known = terms.get(term._serial)
-    if known is not None:
-        c += known[1]
-    if c == 0.0:
-        terms.pop(term._serial, None)
+def add_scaled_into(terms: Terms, c: float, e: Expression) -> float:
+    """Adds c e to the terms and returns the constant that is left; a sum is a term as it is, as in `scale`."""
+    kind = e._kind
+    if c == 1.0 or c == 0.0 or kind == _CONSTANT or kind == k.DIV:
+        return add_into(terms, scale(c, e))
+    if kind == _MUL and e._constant != 1.0:
+        c *= e._constant
+        e = e._unit or unit_of(e)
+    n = e._number or number_of(e)
+    known = terms.get(n)
+    if known is None:
+        terms[n] = (e, c)
     else:
-        terms[term._serial] = (term, c)
+        _set_term(terms, n, e, known[1] + c)
+    return 0.0
+
+
+def _set_term(terms: Terms, n: int, term: Expression, c: float) -> None:
+    if c == 0.0:
+        del terms[n]
+    else:
+        terms[n] = (term, c)
 
 
 def add(a: Expression, b: Expression) -> Expression:
     """a + b."""
-    if a is ZERO:
-        return b
     if b is ZERO:
         return a
-    terms: dict[int, tuple[Expression, float]] = {}
-    c0 = add_into(terms, a)
+    if a._kind == _ADD:
+        terms, c0 = a._terms.copy(), a._constant
+    else:
+        if a is ZERO:
+            return b
+        terms = {}
+        c0 = add_into(terms, a)
     c0 += add_into(terms, b)
-    return make_sum(c0, terms)
+    return _sum_node(c0, terms) if len(terms) > 1 else make_sum(c0, terms)
 
 
 def sum_of(expressions: Iterable[Expression]) -> Expression:
     """The sum of many, in one go."""
-    terms: dict[int, tuple[Expression, float]] = {}
+    terms: Terms = {}
     c0 = 0.0
     for e in expressions:
         c0 += add_into(terms, e)
     return make_sum(c0, terms)
 
 
+def combination(c0: float, parts: Iterable[tuple[float, Expression]]) -> Expression:
+    """c0 + the expressions times their numbers."""
+    terms: Terms = {}
+    for c, e in parts:
+        c0 += add_scaled_into(terms, c, e)
+    return make_sum(c0, terms)
+
+
 def subtract(a: Expression, b: Expression) -> Expression:
     """a - b."""
-    if a is b:
-        return ZERO
-    return a if b is ZERO else add(a, negate(b))
+    if b is ZERO:
+        return a
+    if a._kind == b._kind and (a._kind not in _COMMUTATIVE or a._terms.keys() == b._terms.keys()):
+        if a._serial == b._serial:
+            return ZERO  # even where it holds infinities
+    return add(a, negate(b))
 
 
 def negate(e: Expression) -> Expression:
     """-e; a sum is negated term by term."""
-    if e._kind == k.CONSTANT:
-        return constant(-e._args[0])
-    if e._kind == k.ADD:
-        return make_sum(-e._args[0], {t._serial: (t, -c) for t, c in e._args[1]})
+    if e._kind == _CONSTANT:
+        return constant(-e._made[0])
+    if e._kind == _ADD:
+        return _sum_node(-e._constant, {n: (t, -c) for n, (t, c) in e._terms.items()})
     return scale(-1.0, e)
 
 
@@ -185,89 +349,106 @@ def scale(c: float, e: Expression) -> Expression:
         return e
     if c == 0.0:
         return ZERO
-    if e._kind == k.CONSTANT:
-        return constant(c * e._args[0])
-    if e._kind == k.MUL:
-        return make_product(c * e._args[0], {b._serial: (b, x) for b, x in e._args[1]})
-    if e._kind == k.POW:
-        return make_product(c, {e._args[0]._serial: (e._args[0], e._args[1])})
-    if e._kind == k.DIV and e._args[0]._kind == k.CONSTANT:
-        return divide(constant(c * e._args[0]._args[0]), e._args[1])
-    return make_product(c, {e._serial: (e, ONE)})
+    kind = e._kind
+    if kind == _CONSTANT:
+        return constant(c * e._made[0])
+    if kind == _MUL:
+        product = c * e._constant
+        unit = e if e._constant == 1.0 else e._unit
+        return _product_node(product, e._terms, unit) if product != 1.0 else make_product(product, e._terms)
+    if kind == _POW:
+        base, exponent = e._made
+        return _product_node(c, {base._serial: (base, exponent)}, e)
+    if kind == k.DIV and e._made[0]._kind == _CONSTANT:
+        return divide(constant(c * e._made[0]._made[0]), e._made[1])
+    return _product_node(c, {e._number or number_of(e): (e, ONE)}, e)
 
 
-def make_product(c: float, factors: dict[int, tuple[Expression, Expression]]) -> Expression:
-    """c * the bases to the power of their exponents, which are not zero."""
-    if not factors:
-        return constant(c)
-    if len(factors) == 1 and c == 1.0:
-        ((base, exponent),) = factors.values()
-        return power(base, exponent)
-    ordered = sorted(factors.values(), key=_term_key)
-    identity = (k.MUL, c, tuple((b._serial, x._serial) for b, x in ordered))
-    return _node(identity, (c, tuple(ordered)), (k.MUL, c, tuple((b._key, x._key) for b, x in ordered)))
+def unit_of(e: Expression) -> Expression:
+    """A product without its constant; kept with it."""
+    e._unit = make_product(1.0, e._terms)
+    return e._unit
 
 
-def _multiply_into(factors: dict[int, tuple[Expression, Expression]], e: Expression) -> float:
+def make_product(c: float, factors: Factors) -> Expression:
+    """c * the bases to the power of their exponents, which are not zero. The factors are the product's from now on."""
+    if len(factors) < 2:
+        if not factors:
+            return constant(c)
+        if c == 1.0:
+            ((base, exponent),) = factors.values()
+            return power(base, exponent)
+    return _product_node(c, factors, None)
+
+
+def _multiply_into(factors: Factors, e: Expression) -> float:
     """Multiplies the factors by e and returns the constant that is left."""
-    if e._kind == k.CONSTANT:
-        return e._args[0]
-    if e._kind == k.MUL:
-        c = e._args[0]
-        for base, exponent in e._args[1]:
+    if e._kind == _CONSTANT:
+        return e._made[0]
+    if e._kind == _MUL:
+        if not factors:
+            factors.update(e._terms)
+            return e._constant
+        c = e._constant
+        for base, exponent in e._terms.values():
             c *= _multiply_by(factors, base, exponent)
         return c
     return _multiply_by(factors, e, ONE)
 
 
-def _multiply_by(factors: dict[int, tuple[Expression, Expression]], base: Expression, exponent: Expression) -> float:
-    if base._kind == k.POW:
-        base, exponent = base._args[0], multiply(base._args[1], exponent)
-    known = factors.get(base._serial)
+def _multiply_by(factors: Factors, base: Expression, exponent: Expression) -> float:
+    if base._kind == _POW:
+        base, exponent = base._made[0], multiply(base._made[1], exponent)
+    n = base._number or number_of(base)
+    known = factors.get(n)
     if known is not None:
         exponent = add(known[1], exponent)
     if exponent is ZERO:
-        factors.pop(base._serial, None)
-    elif base._kind == k.CONSTANT and exponent._kind == k.CONSTANT:
-        factors.pop(base._serial, None)
-        return _numbers.power(base._args[0], exponent._args[0])
+        factors.pop(n, None)
+    elif base._kind == _CONSTANT and exponent._kind == _CONSTANT:
+        factors.pop(n, None)
+        return _numbers.power(base._made[0], exponent._made[0])
     else:
-        factors[base._serial] = (base, exponent)
+        factors[n] = (base, numbered(exponent))
     return 1.0
 
 
 def multiply(a: Expression, b: Expression) -> Expression:
     """a * b."""
+    kind, other = a._kind, b._kind
+    if kind == _VAR and other == _VAR:
+        if a is b:
+            return _node(_POW, (a, TWO))
+        return _product_node(1.0, {a._number: (a, ONE), b._number: (b, ONE)}, None)
     if a is ZERO or b is ZERO:
         return ZERO
-    if a is ONE:
-        return b
-    if b is ONE:
-        return a
-    if a is MINUS_ONE:
-        return negate(b)
-    if b is MINUS_ONE:
-        return negate(a)
-    if a._kind == k.DIV and b._kind == k.DIV:
-        return divide(multiply(a._args[0], b._args[0]), multiply(a._args[1], b._args[1]))
-    if a._kind == k.DIV and a._args[0]._kind == k.CONSTANT and b._kind != k.CONSTANT:
-        return divide(multiply(a._args[0], b), a._args[1])
-    if b._kind == k.DIV and b._args[0]._kind == k.CONSTANT:
-        return divide(multiply(a, b._args[0]), b._args[1])
-    if a._kind == k.DIV and a._args[0]._kind == k.CONSTANT:
-        return divide(multiply(a._args[0], b), a._args[1])
-    if a._kind == k.CONSTANT:
-        return scale(a._args[0], b)
-    if b._kind == k.CONSTANT:
-        return scale(b._args[0], a)
-    if a._kind == k.POW and a._args[0] is b:
-        return power(b, add(a._args[1], ONE))
-    if b._kind == k.POW and b._args[0] is a:
-        return power(a, add(b._args[1], ONE))
-    factors: dict[int, tuple[Expression, Expression]] = {}
+    if kind == _CONSTANT:
+        return negate(b) if a is MINUS_ONE else scale(a._made[0], b)
+    if other == _CONSTANT:
+        return negate(a) if b is MINUS_ONE else scale(b._made[0], a)
+    if kind == k.DIV or other == k.DIV:
+        quotient = _product_of_quotients(a, b)
+        if quotient is not None:
+            return quotient
+    if kind == _POW and a._made[0]._serial == b._serial:
+        return power(b, add(a._made[1], ONE))
+    if other == _POW and b._made[0]._serial == a._serial:
+        return power(a, add(b._made[1], ONE))
+    factors: Factors = {}
     c = _multiply_into(factors, a)
     c *= _multiply_into(factors, b)
     return ZERO if c == 0.0 else make_product(c, factors)
+
+
+def _product_of_quotients(a: Expression, b: Expression) -> Expression | None:
+    """The product if one of both, or its numerator, is a number, or both are quotients."""
+    if a._kind == k.DIV and b._kind == k.DIV:
+        return divide(multiply(a._made[0], b._made[0]), multiply(a._made[1], b._made[1]))
+    if a._kind == k.DIV and a._made[0]._kind == _CONSTANT:
+        return divide(multiply(a._made[0], b), a._made[1])
+    if b._kind == k.DIV and b._made[0]._kind == _CONSTANT:
+        return divide(multiply(a, b._made[0]), b._made[1])
+    return None
 
 
 def divide(a: Expression, b: Expression) -> Expression:
@@ -278,23 +459,23 @@ def divide(a: Expression, b: Expression) -> Expression:
     """
     if b is ONE:
         return a
-    if a._kind == k.CONSTANT and b._kind == k.CONSTANT:
-        return constant(_numbers.divide(a._args[0], b._args[0]))
-    return ONE if a is b else plain(k.DIV, a, b)
+    if a._kind == _CONSTANT and b._kind == _CONSTANT:
+        return constant(_numbers.divide(a._made[0], b._made[0]))
+    return ONE if numbered(a)._number == numbered(b)._number else _node(k.DIV, (a, b))
 
 
 def power(base: Expression, exponent: Expression) -> Expression:
     """base to the power exponent."""
-    if exponent._kind == k.CONSTANT:
-        if base._kind == k.CONSTANT:
-            return constant(_numbers.power(base._args[0], exponent._args[0]))
+    if exponent._kind == _CONSTANT:
+        if base._kind == _CONSTANT:
+            return constant(_numbers.power(base._made[0], exponent._made[0]))
         if exponent is ZERO:
             return ONE
         if exponent is ONE:
             return base
-    if base._kind == k.POW:
-        return plain(k.POW, base._args[0], multiply(base._args[1], exponent))
-    return plain(k.POW, base, exponent)
+    if base._kind == _POW:
+        return plain(_POW, base._made[0], multiply(base._made[1], exponent))
+    return plain(_POW, base, exponent)
 
 
 # Functions
@@ -302,15 +483,17 @@ def power(base: Expression, exponent: Expression) -> Expression:
 
 def plain(kind: int, *args: Expression) -> Expression:
     """A function of other expressions, as it is."""
-    return _node((kind, *(a._serial for a in args)), args, (kind, *(a._key for a in args)))
+    for a in args:
+        numbered(a)
+    return _node(kind, args)
 
 
 def unary(kind: int, e: Expression) -> Expression:
     """A function of one argument, computed at once for a number."""
     if e._kind == k.CONSTANT:
-        return constant(_numbers.UNARY[kind](e._args[0]))
-    if kind == k.SQRT and e._kind == k.POW and e._args[1] is TWO:
-        return plain(k.ABS, e._args[0])
+        return constant(_numbers.UNARY[kind](e._made[0]))
+    if kind == k.SQRT and e._kind == _POW and e._made[1] is TWO:
+        return plain(k.ABS, e._made[0])
     return plain(kind, e)
 
 
@@ -320,7 +503,7 @@ def binary(kind: int, a: Expression, b: Expression) -> Expression:
         return constant(_numbers.BINARY[kind](a._args[0], b._args[0]))
     if kind == k.POW:
         return power(a, b)
-    if a is b and kind in (k.MIN, k.MAX):
+    if kind in (k.MIN, k.MAX) and a._serial == b._serial:
         return a
     return plain(kind, a, b)
 
@@ -329,40 +512,39 @@ def conditional(condition: Formula, then: Expression, otherwise: Expression) -> 
     """`then` where the formula holds, `otherwise` elsewhere."""
     if condition._is_constant():
         return then if condition._truth() else otherwise
-    identity = (k.IF_THEN_ELSE, condition._key, then._serial, otherwise._serial)
-    return _node(identity, (condition, then, otherwise), (k.IF_THEN_ELSE, condition._key, then._key, otherwise._key))
+    return _node(k.IF_THEN_ELSE, (condition, numbered(then), numbered(otherwise)))
 
 
 def uninterpreted(name: str, arguments: tuple[Expression, ...]) -> Expression:
     """A function of which only the name is known."""
-    identity = (k.UNINTERPRETED, name, tuple(a._serial for a in arguments))
-    return _node(identity, (name, arguments), (k.UNINTERPRETED, name, tuple(a._key for a in arguments)))
+    return _node(k.UNINTERPRETED, (name, tuple(map(numbered, arguments))))
 
 
-def children(e: Expression) -> tuple[Expression, ...]:
-    """The expressions an expression is made of (of a conditional, without those of its condition)."""
-    if e._kind == k.ADD:
-        return tuple(t for t, _ in e._args[1])
-    if e._kind == k.MUL:
-        return tuple(x for factor in e._args[1] for x in factor)
-    if e._kind in (k.CONSTANT, k.VAR, k.NAN):
+def children(e: Expression) -> Sequence[Expression]:
+    """The expressions one is made of (of a conditional, without those of its condition); of sums in no order."""
+    kind = e._kind
+    if kind == _ADD:
+        return [t for t, _ in e._terms.values()]
+    if kind == _MUL:
+        return [x for factor in e._terms.values() for x in factor]
+    if kind in _LEAVES:
         return ()
-    if e._kind == k.UNINTERPRETED:
-        return e._args[1]
-    return e._args[1:] if e._kind == k.IF_THEN_ELSE else e._args
+    if kind == k.UNINTERPRETED:
+        return e._made[1]
+    return e._made[1:] if kind == k.IF_THEN_ELSE else e._made
 
 
 def rebuild(e: Expression, parts: list[Expression]) -> Expression:
     """The same function of other parts (given in the order of `children`)."""
-    if e._kind == k.ADD:
-        c0, terms = e._args
-        return sum_of([constant(c0), *(scale(c, p) for (_, c), p in zip(terms, parts))])
-    if e._kind == k.MUL:
-        out = constant(e._args[0])
+    if e._kind == _ADD:
+        return combination(e._constant, [(c, part) for (_, c), part in zip(e._terms.values(), parts)])
+    if e._kind == _MUL:
+        out = constant(e._constant)
         for base, exponent in zip(parts[::2], parts[1::2]):
-            out = multiply(out, power(base, exponent))
+            factor = base if exponent is ONE else power(base, exponent)
+            out = factor if out is ONE else multiply(out, factor)
         return out
-    if e._kind in (k.CONSTANT, k.VAR, k.NAN):
+    if e._kind in _LEAVES:
         return e
     if e._kind == k.DIV:
         return divide(*parts)
@@ -371,6 +553,34 @@ def rebuild(e: Expression, parts: list[Expression]) -> Expression:
     if e._kind == k.IF_THEN_ELSE:
         return conditional(e._args[0], *parts)
     return unary(e._kind, parts[0]) if len(parts) == 1 else binary(e._kind, *parts)
+
+
+_Value = TypeVar("_Value")
+
+
+def fold(
+    expressions: Iterable[Expression], rule: Callable[[Expression, Callable[[Expression], _Value]], _Value]
+) -> list[_Value]:
+    """What a rule makes of expressions: `rule(e, of)` asks `of` for parts; of each part it is asked once."""
+    expressions = list(expressions)
+    done: dict[int, _Value] = {}
+
+    def of(e: Expression) -> _Value:
+        n = e._number
+        found = done.get(n)
+        if found is None:
+            found = rule(e, of)
+            if n:
+                done[n] = found
+        return found
+
+    try:
+        return [of(e) for e in expressions]
+    except RecursionError:
+        for part in nodes(*expressions):  # Too deep: from the parts up, then.
+            with contextlib.suppress(RuntimeError, ValueError):  # It may not be wanted, as the other branch is taken.
+                of(part)
+        return [of(e) for e in expressions]
 
 
 def nodes(*roots: Expression) -> list[Expression]:
@@ -384,6 +594,9 @@ def nodes(*roots: Expression) -> list[Expression]:
             out.append(e)
         elif e._serial not in seen:
             seen.add(e._serial)
+            if e._kind in _LEAVES:
+                out.append(e)
+                continue
             stack.append((e, True))
-            stack.extend((child, False) for child in children(e) if child._serial not in seen)
+            stack.extend([(child, False) for child in children(e) if child._serial not in seen])
     return out

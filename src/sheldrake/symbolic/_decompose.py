@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from typing import Any
+
 import numpy as np
 
 from sheldrake.symbolic import _build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
-from sheldrake.symbolic._traverse import variables_of
+from sheldrake.symbolic._traverse import expand as multiplied_out
+from sheldrake.symbolic._traverse import is_polynomial, variables_of
 from sheldrake.symbolic._variable import Variable, Variables
 
 Coefficients = dict[Monomial, Expression]
 _ONE = Monomial()
+_age = operator.attrgetter("_id")
 
 
 def is_zero(e: Expression) -> bool:
@@ -23,60 +29,62 @@ def is_zero(e: Expression) -> bool:
 def is_linear(e: Expression) -> bool:
     """Whether an expression is a number, a variable, or a sum of these with coefficients: it is expanded as it is."""
     if e._kind == k.ADD:
-        return all(t._kind == k.VAR for t, _ in e._args[1])
+        return all([t._kind == k.VAR for t, _ in e._terms.values()])
     if e._kind == k.MUL:
-        factors = e._args[1]
-        return len(factors) == 1 and factors[0][0]._kind == k.VAR and factors[0][1] is _build.ONE
+        unit = e._unit
+        return unit is not None and unit._kind == k.VAR
     return e._kind in (k.CONSTANT, k.VAR)
 
 
 def linear_terms(e: Expression) -> tuple[list[tuple[Variable, float]], float]:
     """Variables with their coefficients, and the constant, of an expression that `is_linear`."""
     if e._kind == k.ADD:
-        return [(t._args[0], c) for t, c in e._args[1]], e._args[0]
+        return [(t._made[0], c) for t, c in e._terms.values()], e._constant
     if e._kind == k.MUL:
-        return [(e._args[1][0][0]._args[0], e._args[0])], 0.0
-    return ([], e._args[0]) if e._kind == k.CONSTANT else ([(e._args[0], 1.0)], 0.0)
+        assert e._unit is not None
+        return [(e._unit._made[0], e._constant)], 0.0
+    return ([], e._made[0]) if e._kind == k.CONSTANT else ([(e._made[0], 1.0)], 0.0)
 
 
 def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] | None:
     """The terms of a polynomial that is expanded as it is: numbers and powers of variables; None for others."""
     if e._kind == k.ADD:
-        parts: list[tuple[Expression, float]] = [*e._args[1]]
-        if e._args[0] != 0.0:
-            parts.append((_build.ONE, e._args[0]))
+        parts: list[tuple[Expression, float]] = [*e._terms.values()]
+        if e._constant != 0.0:
+            parts.append((_build.ONE, e._constant))
     else:
         parts = [(e, 1.0)]
     out = []
     for term, c in parts:
-        kind, args = term._kind, term._args
-        factors: tuple = ()
+        kind = term._kind
         if kind == k.VAR:
-            factors = ((term, _build.ONE),)
-        elif kind == k.MUL:
-            c, factors = c * args[0], args[1]
+            out.append((c, [(term._made[0], 1)]))
+            continue
+        factors: Iterable = ()
+        if kind == k.MUL:
+            c, factors = c * term._constant, term._terms.values()
         elif kind == k.POW:
-            factors = (args,)
+            factors = (term._made,)
         elif kind == k.CONSTANT:
-            c = c * args[0]
+            c = c * term._made[0]
         else:
             return None
         powers = []
         for base, exponent in factors:
-            n = exponent._args[0] if exponent._kind == k.CONSTANT else 0.5
+            n = exponent._made[0] if exponent._kind == k.CONSTANT else 0.5
             if base._kind != k.VAR or not 1.0 <= n <= 1e9 or n != int(n):
                 return None
-            powers.append((base._args[0], int(n)))
+            powers.append((base._made[0], int(n)))
         out.append((c, powers))
     return out
 
 
 def degree_of_product(e: Expression) -> int:
     """The degree of a product of powers of variables and of sums `flat_terms` knows: nothing cancels; 0 of others."""
-    if e._kind != k.MUL or e._args[0] == 0.0:
+    if e._kind != k.MUL or e._constant == 0.0:
         return 0
     total = 0
-    for base, exponent in e._args[1]:
+    for base, exponent in e._terms.values():
         terms = flat_terms(base) if exponent._kind == k.CONSTANT else None
         n = exponent._args[0]
         if not terms or not 1.0 <= n <= 1e9 or n != int(n):
@@ -94,112 +102,259 @@ def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
         out[m] = total
 
 
-class Sums:
+class _Keys:
+    """Monomials of some variables as whole numbers, which add up as monomials are multiplied; of many, themselves.
+
+    Args:
+        variables: In the order of their creation.
+    """
+
+    def __init__(self, variables: Sequence[Variable]) -> None:
+        self._variables = variables
+        self.of: dict[Variable, Any]
+        self.one: Any = _ONE
+        self.times: Callable[[Any, Any], Any] = Monomial._times
+        if len(variables) > _MOST_DIGITS:
+            self.of = {v: Monomial._of({v: 1}) for v in variables}
+        else:
+            self.of = {v: 1 << _BITS * i for i, v in enumerate(variables)}
+            self.one, self.times = 0, operator.add
+
+    def power(self, v: Variable, n: int) -> Any:
+        """The key of a power of a variable."""
+        return self.of[v] * n if self.one == 0 else Monomial._of({v: n})
+
+    def of_monomial(self, m: Monomial) -> Any:
+        """The key of a monomial in these variables."""
+        return sum([self.of[v] * n for v, n in m._powers.items()]) if self.one == 0 else m
+
+    def monomial(self, key: Any) -> Monomial:
+        """The monomial of a key."""
+        if key.__class__ is Monomial:
+            return key
+        powers = {}
+        for v in self._variables:
+            if not key:
+                break
+            if n := key & _MASK:
+                powers[v] = n
+            key >>= _BITS
+        return Monomial._ordered(powers)
+
+    def plain(self, coefficients: Coefficients) -> _Part:
+        """Coefficients by key; numbers as floats."""
+        return {self.of_monomial(m): c._made[0] if c._kind == k.CONSTANT else c for m, c in coefficients.items()}
+
+    def coefficients(self, part: _Part) -> Coefficients:
+        """Expressions by monomial."""
+        return {self.monomial(m): _build.constant(c) if c.__class__ is float else c for m, c in part.items()}
+
+
+_Part = dict[Any, Any]  # Coefficients, numbers and expressions, by key.
+_BITS = 40  # of an exponent
+_MANY = 4  # variables, from which on adding exponents is faster than multiplying terms
+_MASK, _MOST_DIGITS = (1 << _BITS) - 1, 32
+
+
+class _Sums:
     """Coefficients that are being added up: no expression is made of a sum before it is whole."""
 
     def __init__(self) -> None:
-        self._parts: dict[Monomial, list] = {}
+        self._numbers: dict[Any, float] = {}
+        self._terms: dict[Any, _build.Terms] = {}
 
-    def add_product(self, m: Monomial, c: Expression, d: Expression) -> None:
-        """Adds c d m."""
-        part = self._parts.get(m)
-        if part is None:
-            part = self._parts[m] = [0.0, {}]
-        if c._kind == k.CONSTANT and d._kind == k.CONSTANT:
-            part[0] += c._args[0] * d._args[0]
-        else:
-            part[0] += _build.add_into(part[1], _build.multiply(c, d))
+    def add(self, m: Any, c: Any, factor: float = 1.0) -> None:
+        """Adds factor c m."""
+        numbers = self._numbers
+        if c.__class__ is float:
+            numbers[m] = numbers.get(m, 0.0) + factor * c
+            return
+        terms = self._terms.get(m)
+        if terms is None:
+            terms = self._terms[m] = {}
+            numbers.setdefault(m, 0.0)
+        rest = _build.add_scaled_into(terms, factor, c)
+        if rest:
+            numbers[m] += rest
 
-    def coefficients(self) -> Coefficients:
+    def whole(self) -> _Part:
         """The sums, but those that are the number zero."""
-        out = {}
-        for m, (number, terms) in self._parts.items():
-            if terms or number != 0.0:
+        out: _Part = {}
+        for m, number in self._numbers.items():
+            terms = self._terms.get(m)
+            if terms:
                 out[m] = _build.make_sum(number, terms)
+            elif number != 0.0:
+                out[m] = number
         return out
+
+
+def _product(a: _Part, b: _Part, keys: _Keys) -> _Part:
+    sums, times = _Sums(), keys.times
+    for m, c in a.items():
+        for n, d in b.items():
+            if c.__class__ is float:
+                sums.add(times(m, n), d, c)
+            elif d.__class__ is float:
+                sums.add(times(m, n), c, d)
+            else:
+                sums.add(times(m, n), _build.multiply(c, d))
+    return sums.whole()
+
+
+def _keys_of(coefficients: Iterable[Coefficients]) -> _Keys:
+    found = {v for c in coefficients for m in c for v in m._powers}
+    return _Keys(sorted(found, key=_age))
 
 
 def multiply(a: Coefficients, b: Coefficients) -> Coefficients:
     """The product of two polynomials."""
-    sums = Sums()
-    for m, c in a.items():
-        for n, d in b.items():
-            sums.add_product(m._times(n), c, d)
-    return sums.coefficients()
+    keys = _keys_of((a, b))
+    return keys.coefficients(_product(keys.plain(a), keys.plain(b), keys))
 
 
-def decompose(e: Expression, indeterminates: set[Variable]) -> Coefficients:
+def substitute(coefficients: Coefficients, places: Mapping[Variable, Coefficients]) -> Coefficients:
+    """A polynomial with polynomials in the place of its indeterminates."""
+    keys = _keys_of(places.values())
+    known: dict[tuple[Variable, int], _Part] = {}
+
+    def power_of(v: Variable, n: int) -> _Part:
+        found = known.get((v, n))
+        if found is None:
+            plain = keys.plain(places[v])
+            found = known[v, n] = plain if n == 1 else _product(plain, power_of(v, n - 1), keys)
+        return found
+
+    sums = _Sums()
+    for m, c in coefficients.items():
+        part = {keys.one: c._made[0] if c._kind == k.CONSTANT else c}
+        for v, n in m._powers.items():
+            part = _product(part, power_of(v, n), keys)
+        for key, d in part.items():
+            sums.add(key, d)
+    return keys.coefficients(sums.whole())
+
+
+def power(a: Coefficients, n: int) -> Coefficients:
+    """A polynomial to the power n >= 0."""
+    keys = _keys_of((a,))
+    return keys.coefficients(_power(keys.plain(a), n, keys))
+
+
+def _power(a: _Part, n: int, keys: _Keys) -> _Part:
+    out: _Part | None = None
+    while n:
+        if n & 1:
+            out = a if out is None else _product(out, a, keys)
+        n >>= 1
+        if n:
+            a = _product(a, a, keys)
+    return {keys.one: 1.0} if out is None else out
+
+
+def decompose(e: Expression, indeterminates: Set[Variable]) -> Coefficients:
     """Monomials in the indeterminates and their coefficients, which hold none of them.
 
     Raises:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
-    done: dict[int, Coefficients] = {}
-    for node in _build.nodes(e):
-        done[node._serial] = _decomposed(node, indeterminates, done)
-    return done[e._serial]
+    keys = _Keys(sorted(variables_of(e) & indeterminates, key=_age))
+    return keys.coefficients(_build.fold([e], _Decomposition(keys, indeterminates))[0])
 
 
-def _names(variables: set[Variable]) -> str:
-    return str(Variables(sorted(variables, key=Variable.get_id)))
+def expand(e: Expression) -> Expression:
+    """Products of sums, and whole powers of them, multiplied out."""
+    if flat_terms(e) is not None:
+        return e
+    variables = variables_of(e)
+    if len(variables) < _MANY or not is_polynomial(e):
+        return multiplied_out(e)
+    keys = _Keys(sorted(variables, key=_age))
+    part = _build.fold([e], _Decomposition(keys, variables))[0]
+    number = part.pop(keys.one, 0.0)
+    return _build.combination(number, [(c, keys.monomial(key).ToExpression()) for key, c in part.items()])
 
 
-def _decomposed(e: Expression, indeterminates: set[Variable], done: dict[int, Coefficients]) -> Coefficients:
-    if not variables_of(e) & indeterminates:
-        return {} if is_zero(e) else {_ONE: e}
-    kind, args = e._kind, e._args
-    if kind == k.VAR:
-        return {Monomial(args[0]): _build.ONE}
-    out: Coefficients = {}
-    if kind == k.ADD:
-        if args[0] != 0.0:
-            out[_ONE] = _build.constant(args[0])
-        for term, c in args[1]:
-            for m, d in done[term._serial].items():
-                add_to(out, m, _build.scale(c, d))
+class _Decomposition:
+    """The rule of `decompose`."""
+
+    def __init__(self, keys: _Keys, indeterminates: Set[Variable]) -> None:
+        self._keys, self._indeterminates = keys, indeterminates
+
+    def __call__(self, e: Expression, of: Callable[[Expression], _Part]) -> _Part:
+        kind, keys = e._kind, self._keys
+        if kind == k.VAR:
+            key = keys.of.get(e._made[0])
+            return {keys.one: e} if key is None else {key: 1.0}
+        if kind == k.ADD:
+            return self._of_sum(e, of)
+        if kind == k.MUL:
+            return self._of_product(e, of)
+        if kind == k.CONSTANT:
+            return {keys.one: e._made[0]} if e._made[0] != 0.0 else {}
+        if not self._holds(e):
+            return {keys.one: e}
+        args = e._made
+        if kind == k.POW:
+            return self._of_power(args[0], args[1], of)
+        if kind == k.DIV:
+            if self._holds(args[1]):
+                raise RuntimeError(
+                    f"In {args[0]} / {args[1]}, the denominator {args[1]} should be free of the indeterminates, "
+                    f"{self._names()}."
+                )
+            return {m: self._quotient(c, args[1]) for m, c in of(args[0]).items()}
+        raise RuntimeError(f"The non-polynomial term {e} should be free of the indeterminates {self._names()}.")
+
+    def _holds(self, e: Expression) -> bool:
+        return not variables_of(e).isdisjoint(self._indeterminates)
+
+    def _names(self) -> str:
+        return str(Variables(self._indeterminates))
+
+    def _quotient(self, c: float | Expression, divisor: Expression) -> float | Expression:
+        q = _build.divide(_build.expect("divide", c), divisor)
+        return q._made[0] if q._kind == k.CONSTANT else q
+
+    def _of_sum(self, e: Expression, of: Callable[[Expression], _Part]) -> _Part:
+        sums, places = _Sums(), self._keys.of
+        if e._constant != 0.0:
+            sums.add(self._keys.one, e._constant)
+        for t, c in e._terms.values():
+            if t._kind == k.VAR and t._made[0] in places:
+                sums.add(places[t._made[0]], c)
+                continue
+            for m, d in of(t).items():
+                sums.add(m, d, c)
+        return sums.whole()
+
+    def _of_product(self, e: Expression, of: Callable[[Expression], _Part]) -> _Part:
+        keys = self._keys
+        key, others, sums = keys.one, {}, []
+        for n, (base, exponent) in e._terms.items():
+            p = exponent._made[0] if exponent._kind == k.CONSTANT else -1.0
+            if base._kind == k.VAR and base._made[0] in keys.of and p > 0.0 and p == int(p):
+                key = keys.times(key, keys.power(base._made[0], int(p)))
+            elif self._holds(base) or self._holds(exponent):
+                sums.append(self._of_power(base, exponent, of))
+            else:
+                others[n] = (base, exponent)
+        out = {key: _build.make_product(e._constant, others) if others else e._constant}
+        for part in sums:
+            out = _product(out, part, keys)
         return out
-    if kind == k.MUL:
-        out = {_ONE: _build.constant(args[0])}
-        for base, exponent in args[1]:
-            out = multiply(out, _power(base, exponent, indeterminates, done))
-        return out
-    if kind == k.POW:
-        return _power(args[0], args[1], indeterminates, done)
-    if kind == k.DIV:
-        if variables_of(args[1]) & indeterminates:
+
+    def _of_power(self, base: Expression, exponent: Expression, of: Callable[[Expression], _Part]) -> _Part:
+        if self._holds(exponent):
+            raise RuntimeError(f"Exponent {exponent} includes indeterminates {self._names()}.")
+        n = exponent._made[0] if exponent._kind == k.CONSTANT else -1.0
+        if n <= 0.0 or not float(n).is_integer():
             raise RuntimeError(
-                f"In {args[0]} / {args[1]}, the denominator {args[1]} should be free of the indeterminates, "
-                f"{_names(indeterminates)}."
+                f"Given the base {base}, the Exponent {exponent} should be a positive integer but it is not the case."
             )
-        return {m: _build.divide(c, args[1]) for m, c in done[args[0]._serial].items()}
-    raise RuntimeError(f"The non-polynomial term {e} should be free of the indeterminates {_names(indeterminates)}.")
-
-
-def _power(
-    base: Expression, exponent: Expression, indeterminates: set[Variable], done: dict[int, Coefficients]
-) -> Coefficients:
-    if not (variables_of(base) | variables_of(exponent)) & indeterminates:
-        return {_ONE: _build.power(base, exponent)}
-    if variables_of(exponent) & indeterminates:
-        raise RuntimeError(f"Exponent {exponent} includes indeterminates {_names(indeterminates)}.")
-    n = exponent._args[0] if exponent._kind == k.CONSTANT else -1.0
-    if n <= 0.0 or not float(n).is_integer():
-        raise RuntimeError(
-            f"Given the base {base}, the Exponent {exponent} should be a positive integer but it is not the case."
-        )
-    return power(done[base._serial], int(n))
-
-
-def power(a: Coefficients, n: int) -> Coefficients:
-    """A polynomial to the power n >= 0."""
-    out: Coefficients = {_ONE: _build.ONE}
-    while n:
-        if n & 1:
-            out = multiply(out, a)
-        n >>= 1
-        if n:
-            a = multiply(a, a)
-    return out
+        if base._kind == k.VAR:
+            return {self._keys.power(base._made[0], int(n)): 1.0}
+        return _power(of(base), int(n), self._keys)
 
 
 def expanded(c: Coefficients) -> Coefficients:

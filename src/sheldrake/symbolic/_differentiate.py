@@ -5,11 +5,11 @@ Of many expressions in one pass: equal parts are shared, so each part is differe
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from sheldrake.common._overloads import Mismatch
-from sheldrake.symbolic import _build, _formula
+from sheldrake.symbolic import _build, _formula, _traverse
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import (
     NOT_A_NUMBER,
@@ -27,9 +27,6 @@ from sheldrake.symbolic._build import (
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
 
 def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expression]:
     """Partial derivatives by a variable.
@@ -40,59 +37,69 @@ def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expres
     """
     if not isinstance(x, Variable):
         raise Mismatch(f"Differentiate(): incompatible function arguments; expected a Variable, got {x!r}.")
-    done: dict[int, Expression] = {}
-    depends: set[int] = set()
-    for e in _build.nodes(*expressions):
-        if _depends(e, x, depends):
-            depends.add(e._serial)
-            done[e._serial] = _derivative(e, x, done)
-        elif e is NOT_A_NUMBER:
-            raise RuntimeError("NaN is detected during differentiation.")
-        else:
-            done[e._serial] = ZERO
-    return [done[e._serial] for e in expressions]
+    return _build.fold(expressions, lambda e, of: _derivative(e, x, of))
 
 
-def _depends(e: Expression, x: Variable, depends: set[int]) -> bool:
-    if e._kind == k.VAR:
-        return e._args[0] is x
-    if any(child._serial in depends for child in _build.children(e)):
-        return True
-    return e._kind == k.IF_THEN_ELSE and x in e._args[0]._variables()
+Derivatives = Callable[[Expression], Expression]
 
 
-def _derivative(e: Expression, x: Variable, done: dict[int, Expression]) -> Expression:
-    kind, args = e._kind, e._args
+def _derivative(e: Expression, x: Variable, of: Derivatives) -> Expression:
+    kind = e._kind
     if kind == k.VAR:
-        return ONE
+        return ONE if e._made[0] is x else ZERO
     if kind == k.ADD:
-        return _build.sum_of(_build.scale(c, done[t._serial]) for t, c in args[1])
+        constant, rest = 0.0, []
+        for t, c in e._terms.values():
+            if t._kind != k.VAR:
+                rest.append((c, of(t)))
+            elif t._made[0] is x:
+                constant += c
+        return _build.combination(constant, rest)
     if kind == k.MUL:
-        return _of_product(e, done)
+        return _of_product(e, x, of)
+    args = e._made
+    if kind == k.POW:
+        of_exponent = ZERO if args[1]._kind == k.CONSTANT else of(args[1])
+        return _of_power(args[0], args[1], of(args[0]), of_exponent)
+    if kind == k.CONSTANT:
+        return ZERO
+    if kind == k.NAN:
+        raise RuntimeError("NaN is detected during differentiation.")
     if kind == k.IF_THEN_ELSE:
-        return _of_conditional(e, x, done)
+        return _of_conditional(e, x, of)
     if kind == k.UNINTERPRETED:
+        if x not in _traverse.variables_of(e):
+            return ZERO
         raise RuntimeError(f"Uninterpreted-function expression {e} is not differentiable with respect to {x}.")
-    if len(args) == 2:
-        return _BINARY[kind](*args, *(done[a._serial] for a in args))
-    return _UNARY[kind](args[0], done[args[0]._serial])
+    slopes = [of(a) for a in args]
+    if all([slope is ZERO for slope in slopes]):
+        return ZERO
+    return _BINARY[kind](*args, *slopes) if len(args) == 2 else _UNARY[kind](args[0], slopes[0])
 
 
-def _of_product(e: Expression, done: dict[int, Expression]) -> Expression:
-    c, factors = e._args
+def _of_product(e: Expression, x: Variable, of: Derivatives) -> Expression:
     terms = []
-    for i, (base, exponent) in enumerate(factors):
-        d = _of_power(base, exponent, done[base._serial], done[exponent._serial])
-        if d is ZERO:
-            continue
-        for j, (b, x) in enumerate(factors):
-            if j != i:
-                d = multiply(d, power(b, x))
-        terms.append(_build.scale(c, d))
-    return _build.sum_of(terms)
+    for n, (base, exponent) in e._terms.items():
+        slope, slope_of_exponent = of(base), ZERO if exponent._kind == k.CONSTANT else of(exponent)
+        if slope is ONE and exponent._kind == k.CONSTANT:
+            less = exponent._made[0] - 1.0
+            rest = {**e._terms, n: (base, _build.numbered(_build.constant(less)))}
+            if less == 0.0:
+                del rest[n]
+            terms.append(_build.make_product(e._constant * (less + 1.0), rest))
+        elif slope is not ZERO or slope_of_exponent is not ZERO:
+            d = _of_power(base, exponent, slope, slope_of_exponent)
+            for other, (b, p) in e._terms.items():
+                if other != n:
+                    d = multiply(d, power(b, p))
+            terms.append(_build.scale(e._constant, d))
+    return terms[0] if len(terms) == 1 else _build.sum_of(terms)
 
 
 def _of_power(f: Expression, g: Expression, df: Expression, dg: Expression) -> Expression:
+    if g._kind == k.CONSTANT:
+        n = g._made[0]
+        return ZERO if df is ZERO else multiply(power(f, _build.constant(n - 1.0)), _build.scale(n, df))
     inner = add(multiply(g, df), multiply(multiply(_log(f), f), dg)) if dg is not ZERO else multiply(g, df)
     return ZERO if inner is ZERO else multiply(power(f, subtract(g, ONE)), inner)
 
@@ -101,9 +108,11 @@ def _log(f: Expression) -> Expression:
     return unary(k.LOG, f)
 
 
-def _of_conditional(e: Expression, x: Variable, done: dict[int, Expression]) -> Expression:
-    condition, then, otherwise = e._args
-    d_then, d_otherwise = done[then._serial], done[otherwise._serial]
+def _of_conditional(e: Expression, x: Variable, of: Derivatives) -> Expression:
+    if x not in _traverse.variables_of(e):
+        return ZERO
+    condition, then, otherwise = e._made
+    d_then, d_otherwise = of(then), of(otherwise)
     if x not in condition._variables() and condition.get_kind().value > 8:
         return _build.conditional(condition, d_then, d_otherwise)
     if not 3 <= condition.get_kind().value <= 8:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # Modules that need the class below; the package binds them when all is loaded.
 _build: Any = None
+_decompose: Any = None
 _differentiate: Any = None
 _functions: Any = None
 _text: Any = None
@@ -36,11 +37,17 @@ class Expression(Operators):
         value: A number or a variable; zero if absent.
     """
 
-    __slots__ = ("__weakref__", "_args", "_key", "_kind", "_serial", "_variables")
-    _args: Any
-    _key: tuple
+    __slots__ = (
+        "__weakref__", "_constant", "_kind", "_made", "_number", "_order", "_terms", "_twin", "_unit", "_variables"
+    )  # fmt: skip
+    _constant: float  # Of a sum or a product; so are the terms.
     _kind: int
-    _serial: int
+    _made: Any  # What it is made of; of a sum or a product once it has been put in order.
+    _number: int  # Equal expressions have the same; 0 until it has been asked for.
+    _order: tuple  # Empty until then.
+    _terms: dict
+    _twin: Expression  # The one whose number it has.
+    _unit: Expression | None  # Of a product, that without its constant, once known.
     _variables: Any
     __hash__ = None  # type: ignore[assignment]  # comparing two of them gives a formula, so no dict can hold them
 
@@ -56,9 +63,24 @@ class Expression(Operators):
             )
         return e
 
+    @property
+    def _args(self) -> Any:
+        """What it is made of: numbers and other expressions."""
+        return _build.in_order(self) if self._made is None else self._made
+
+    @property
+    def _serial(self) -> int:
+        """A number that it shares with what is equal."""
+        return self._number or _build.number_of(self)
+
+    @property
+    def _key(self) -> tuple:
+        """What expressions are sorted by."""
+        return self._order or _build.key_of(self)
+
     def EqualTo(self, other: Expression) -> bool:
         """Tells whether both have the same structure; that is sufficient, not necessary, for being equal."""
-        return _build.expect("EqualTo", other) is self
+        return _build.expect("EqualTo", other)._serial == self._serial
 
     def get_kind(self) -> k.ExpressionKind:
         """Returns what the expression is at its top."""
@@ -100,7 +122,7 @@ class Expression(Operators):
 
     def Expand(self) -> Expression:
         """Returns it with products of sums, and integer powers of them, multiplied out."""
-        return _traverse.expand(self)
+        return _decompose.expand(self)
 
     def Differentiate(self, x: Variable) -> Expression:
         """Returns the partial derivative.

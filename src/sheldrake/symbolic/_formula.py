@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch, overloaded
 from sheldrake.symbolic import _build
+from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._kinds import FormulaKind as K
@@ -48,11 +49,11 @@ class Formula:
         value: True, False or a Boolean variable; False if absent.
     """
 
-    __slots__ = ("_args", "_hash", "_key", "_kind")
+    __slots__ = ("_args", "_hash", "_kind", "_order")
     _args: Any
     _hash: int | None
-    _key: tuple
     _kind: K
+    _order: tuple | None  # once it has been asked for
 
     def __new__(cls, value: Any = False, *, var: Variable | None = None) -> Formula:
         value = value if var is None else var
@@ -66,7 +67,7 @@ class Formula:
             )
         if value.get_type() is not Variable.Type.BOOLEAN:
             raise RuntimeError(f"Formula(): {value!r} is not a Boolean variable.")
-        return _make(K.Var, (value,), (value._id,))
+        return _make(K.Var, value)
 
     @staticmethod
     def True_() -> Formula:
@@ -149,6 +150,13 @@ class Formula:
     def __repr__(self) -> str:
         return f'<Formula "{self}">'
 
+    @property
+    def _key(self) -> tuple:
+        """What is equal for formulas of the same structure, and what they are sorted by."""
+        if self._order is None:
+            self._order = (self._kind.value, *_contents(self))
+        return self._order
+
     def _is_constant(self) -> bool:
         return self._kind in (K.True_, K.False_)
 
@@ -217,13 +225,24 @@ class Formula:
         return self
 
 
-def _make(kind: K, args: tuple, key: tuple) -> Formula:
+def _make(kind: K, *args: Any) -> Formula:
     f = object.__new__(Formula)
-    f._kind, f._args, f._key, f._hash = kind, args, (kind.value, *key), None
+    f._kind, f._args, f._hash, f._order = kind, args, None, None
     return f
 
 
-_FALSE, _TRUE = _make(K.False_, (), ()), _make(K.True_, (), ())
+def _contents(f: Formula) -> tuple:
+    kind, args = f._kind, f._args
+    if kind is K.Var:
+        return (args[0]._id,)
+    if kind is K.Forall:
+        return (tuple(v._id for v in args[0]), args[1]._key)
+    if kind is K.PositiveSemidefinite:
+        return (len(args[0]), tuple(e._key for e in args[0].flat))
+    return tuple(part._key for part in args)
+
+
+_FALSE, _TRUE = _make(K.False_), _make(K.True_)
 
 
 def truth(value: bool) -> Formula:
@@ -234,10 +253,16 @@ def truth(value: bool) -> Formula:
 def compare(sign: str, a: Expression, b: Expression) -> Formula:
     """a < b, and so on; decided at once where a - b is a number."""
     kind, test = _COMPARISONS[sign]
-    difference = _build.subtract(a, b)
-    if difference._kind == 0:
-        return truth(test(difference._args[0], 0.0))
-    return _make(kind, (a, b), (a._key, b._key))
+    difference = _difference_of_numbers(a, b)
+    return _make(kind, a, b) if difference is None else truth(test(difference, 0.0))
+
+
+def _difference_of_numbers(a: Expression, b: Expression) -> float | None:
+    """a - b if that is a number: what is no sum differs from what is no sum by none but itself."""
+    if a._kind == k.ADD or b._kind == k.ADD or a._kind == b._kind:
+        difference = _build.subtract(a, b)
+        return difference._args[0] if difference._kind == k.CONSTANT else None
+    return None
 
 
 def junction(kind: K, formulas: list[Formula]) -> Formula:
@@ -253,24 +278,24 @@ def junction(kind: K, formulas: list[Formula]) -> Formula:
     ordered = tuple(parts[key] for key in sorted(parts))
     if len(ordered) < 2:
         return ordered[0] if ordered else neutral
-    return _make(kind, ordered, tuple(f._key for f in ordered))
+    return _make(kind, *ordered)
 
 
 def negation(f: Formula) -> Formula:
     """not f."""
     if f._is_constant():
         return truth(not f._truth())
-    return f._args[0] if f._kind is K.Not else _make(K.Not, (f,), (f._key,))
+    return f._args[0] if f._kind is K.Not else _make(K.Not, f)
 
 
 def is_nan(e: Expression) -> Formula:
     """Whether an expression is not a number."""
-    return _make(K.Isnan, (e,), (e._key,))
+    return _make(K.Isnan, e)
 
 
 def for_all(variables: Variables, f: Formula) -> Formula:
     """Whether f holds for all values of the variables."""
-    return _make(K.Forall, (Variables(variables), f), (tuple(v._id for v in variables), f._key))
+    return _make(K.Forall, Variables(variables), f)
 
 
 def semidefinite(matrix: np.ndarray) -> Formula:
@@ -280,9 +305,9 @@ def semidefinite(matrix: np.ndarray) -> Formula:
         RuntimeError: the matrix is not symmetric.
     """
     rows, cols = matrix.shape
-    if rows != cols or any(matrix[i, j] is not matrix[j, i] for i in range(rows) for j in range(i)):
+    if rows != cols or any(matrix[i, j]._serial != matrix[j, i]._serial for i in range(rows) for j in range(i)):
         raise RuntimeError(f"positive_semidefinite(): the matrix is not symmetric:\n{_rows_of(matrix)}")
-    return _make(K.PositiveSemidefinite, (matrix,), (rows, tuple(e._key for e in matrix.flat)))
+    return _make(K.PositiveSemidefinite, matrix)
 
 
 def again(kind: K, args: tuple) -> Formula:
@@ -299,7 +324,7 @@ def again(kind: K, args: tuple) -> Formula:
         return semidefinite(*args)
     if kind is K.Var:
         return Formula(*args)
-    return _make(kind, args, tuple(e._key for e in args))
+    return _make(kind, *args)
 
 
 def _rows_of(matrix: np.ndarray) -> str:

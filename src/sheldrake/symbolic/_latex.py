@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -64,35 +65,30 @@ def _variable(v: Variable) -> str:
 
 
 def _expression(e: Expression, precision: int) -> str:
-    done: dict[int, str] = {}
-    for node in _build.nodes(e):
-        done[node._serial] = _node(node, done, precision)
-    return done[e._serial]
+    return _build.fold([e], lambda part, of: _node(part, of, precision))[0]
 
 
-def _node(e: Expression, done: dict[int, str], precision: int) -> str:
+def _node(e: Expression, of: Callable[[Expression], str], precision: int) -> str:
     kind, args = e._kind, e._args
     if kind == k.CONSTANT:
         return _number(args[0], precision)
     if kind == k.VAR:
         return _variable(args[0])
     if kind == k.ADD:
-        return _sum(args[0], [(done[t._serial], c) for t, c in args[1]], precision)
+        return _sum(args[0], [(of(t), c) for t, c in args[1]], precision)
     if kind == k.MUL:
         factors = [_number(args[0], precision)] if args[0] != 1.0 else []
-        factors += [
-            done[b._serial] if x is _build.ONE else f"{done[b._serial]}^{{{done[x._serial]}}}" for b, x in args[1]
-        ]
+        factors += [of(b) if x is _build.ONE else f"{of(b)}^{{{of(x)}}}" for b, x in args[1]]
         return " ".join(factors)
     if kind == k.NAN:
         raise RuntimeError("NaN is detected while visiting an expression.")
     if kind == k.UNINTERPRETED:
         raise RuntimeError("ToLatex does not support uninterpreted functions.")
     if kind == k.IF_THEN_ELSE:
-        then, otherwise = done[args[1]._serial], done[args[2]._serial]
+        then, otherwise = of(args[1]), of(args[2])
         condition = _formula(args[0], precision)
         return rf"\begin{{cases}} {then} & \text{{if }} {condition}, \\ {otherwise} & \text{{otherwise}}.\end{{cases}}"
-    return _function(kind, [done[a._serial] for a in args])
+    return _function(kind, [of(a) for a in args])
 
 
 def _sum(c0: float, terms: list[tuple[str, float]], precision: int) -> str:

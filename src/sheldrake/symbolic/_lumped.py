@@ -20,8 +20,8 @@ def lumped(es: list[Expression], parameters: set[Variable]) -> tuple[np.ndarray,
     for e in es:
         row: dict[int, tuple[Expression, Expression]] = {}
         free = _build.ZERO
-        for term in _terms(e.Expand()):
-            coefficient, alpha = _split(term, parameters)
+        for c, unit in _terms(e.Expand()):
+            coefficient, alpha = _split(_build.scale(c, unit), parameters)
             if alpha._kind == k.CONSTANT:
                 free = _build.add(free, _build.multiply(coefficient, alpha))
                 continue

@@ -74,6 +74,13 @@ class Monomial:
         out._set(powers)
         return out
 
+    @classmethod
+    def _ordered(cls, powers: dict[Variable, int]) -> Monomial:
+        """That of powers in the order of their variables."""
+        out = object.__new__(cls)
+        out._powers, out._code = powers, None
+        return out
+
     @checked
     def degree(self, v: Variable) -> int:
         """Returns the exponent of a variable."""
@@ -93,10 +100,11 @@ class Monomial:
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""
-        out = _build.ONE
-        for v, exponent in self._powers.items():
-            out = _build.multiply(out, _build.power(_build.variable(v), _build.constant(exponent)))
-        return out
+        factors = {}
+        for v, n in self._powers.items():
+            base = _build.variable(v)
+            factors[base._number] = base, _build.numbered(_build.constant(n))
+        return _build.make_product(1.0, factors)
 
     @checked
     def EqualTo(self, other: Monomial) -> bool:
@@ -161,16 +169,13 @@ class Monomial:
 
     def __hash__(self) -> int:
         if self._code is None:
-            self._code = hash(tuple([(v._id, n) for v, n in self._powers.items()]))
+            self._code = hash(tuple(self._powers.items()))
         return self._code
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Monomial):
             return NotImplemented
-        return self is other or (
-            len(self._powers) == len(other._powers)
-            and all(v is w and m == n for (v, m), (w, n) in zip(self._powers.items(), other._powers.items()))
-        )
+        return self is other or self._powers == other._powers
 
     def __pow__(self, p: int) -> Monomial:
         return Monomial._of(self._powers).pow_in_place(p)

@@ -81,7 +81,9 @@ def _part(kind: int, contents: list, made: list[Expression]) -> Expression:
     if kind == k.ADD:
         return _build.make_sum(contents[0], {made[i]._serial: (made[i], c) for i, c in contents[1]})
     if kind == k.MUL:
-        return _build.make_product(contents[0], {made[i]._serial: (made[i], made[j]) for i, j in contents[1]})
+        return _build.make_product(
+            contents[0], {made[i]._serial: (made[i], _build.numbered(made[j])) for i, j in contents[1]}
+        )
     children = [made[i] for i in contents[-1]]
     if kind == k.UNINTERPRETED:
         return _build.uninterpreted(contents[0], tuple(children))

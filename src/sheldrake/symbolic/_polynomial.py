@@ -14,7 +14,7 @@ from sheldrake.common._overloads import expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable, variables
-from sheldrake.symbolic._decompose import Sums, add_to, is_linear, is_zero
+from sheldrake.symbolic._decompose import add_to, is_linear, is_zero
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
@@ -50,9 +50,9 @@ class Polynomial:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
 
-    __slots__ = ("_decisions", "_indeterminates", "_map")
-    _decisions: Variables
-    _indeterminates: Variables
+    __slots__ = ("_known_decisions", "_known_indeterminates", "_map")
+    _known_decisions: Variables | None
+    _known_indeterminates: Variables | None
     _map: dict[Monomial, Expression]
 
     @overloaded(
@@ -66,13 +66,11 @@ class Polynomial:
         found = _decompose.decompose(e, chosen)
         self._map = {m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()}
         self._map = {m: c for m, c in self._map.items() if not is_zero(c)}
-        self._indeterminates = Variables(sorted(chosen, key=Variable.get_id))
-        self._decisions = Variables(variables_of(e) - chosen)
+        self._known_indeterminates, self._known_decisions = Variables(chosen), Variables(variables_of(e) - chosen)
 
     def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
         self._map = {m: c for m, c in coefficients.items() if not is_zero(c)}
-        self._indeterminates = Variables({v for m in self._map for v in m._powers})
-        self._decisions = Variables({v for c in self._map.values() for v in variables_of(c)})
+        self._known_indeterminates = self._known_decisions = None
 
     @classmethod
     def _of(cls, coefficients: dict[Monomial, Expression]) -> Polynomial:
@@ -82,13 +80,25 @@ class Polynomial:
 
     # Parts
 
+    @property
+    def _indeterminates(self) -> Variables:
+        if self._known_indeterminates is None:
+            self._known_indeterminates = Variables({v for m in self._map for v in m._powers})
+        return self._known_indeterminates
+
+    @property
+    def _decisions(self) -> Variables:
+        if self._known_decisions is None:
+            self._known_decisions = Variables(set().union(*[variables_of(c) for c in self._map.values()]))
+        return self._known_decisions
+
     def indeterminates(self) -> Variables:
         """Returns the variables of the monomials."""
-        return Variables(self._indeterminates)
+        return self._indeterminates.__copy__()
 
     def decision_variables(self) -> Variables:
         """Returns the variables of the coefficients."""
-        return Variables(self._decisions)
+        return self._decisions.__copy__()
 
     @checked
     def SetIndeterminates(self, new_indeterminates: Variables) -> None:
@@ -98,7 +108,7 @@ class Polynomial:
             RuntimeError: it is no polynomial in those.
         """
         new = Polynomial(self.ToExpression(), new_indeterminates)
-        self._map, self._indeterminates, self._decisions = new._map, new._indeterminates, new._decisions
+        self._map, self._known_indeterminates, self._known_decisions = new._map, new._indeterminates, new._decisions
 
     def monomial_to_coefficient_map(self) -> dict[Monomial, Expression]:
         """Returns the coefficients by monomial, in the order of monomials."""
@@ -267,13 +277,16 @@ class Polynomial:
         for v in self._indeterminates:
             if v not in indeterminate_substitution:
                 raise RuntimeError(f"Polynomial.SubstituteAndExpand(): the indeterminate {v} has no substitution.")
-        cache = substitutions_cached_data._data if substitutions_cached_data is not None else {}
+        if substitutions_cached_data is None:
+            places = {v: indeterminate_substitution[v]._map for v in self._indeterminates}
+            return Polynomial._of(_decompose.expanded(_decompose.substitute(self._map, places)))
+        cache = substitutions_cached_data._data
         cache.setdefault(Monomial(), Polynomial._of({Monomial(): _build.ONE}))
-        sums = Sums()
+        out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
             for n, d in substituted(m, indeterminate_substitution, cache)._map.items():
-                sums.add_product(n, c, d)
-        return Polynomial._of(_decompose.expanded(sums.coefficients()))
+                add_to(out, n, _build.multiply(c, d))
+        return Polynomial._of(_decompose.expanded(out))
 
     # Changes
 
@@ -293,7 +306,7 @@ class Polynomial:
     def EqualTo(self, other: Polynomial) -> bool:
         """Tells whether both have the same monomials with coefficients of the same structure."""
         its = expect("Polynomial.EqualTo", other, Polynomial)._map
-        return self._map.keys() == its.keys() and all(c is its[m] for m, c in self._map.items())
+        return self._map.keys() == its.keys() and all(c._serial == its[m]._serial for m, c in self._map.items())
 
     def CoefficientsAlmostEqual(self, p: Polynomial, tolerance: float) -> bool:
         """Tells whether coefficients differ by numbers of no more than this magnitude."""
@@ -389,11 +402,8 @@ class Polynomial:
 
     def __copy__(self) -> Polynomial:
         out = object.__new__(Polynomial)
-        out._map, out._indeterminates, out._decisions = (
-            dict(self._map),
-            self.indeterminates(),
-            self.decision_variables(),
-        )
+        out._map = dict(self._map)
+        out._known_indeterminates, out._known_decisions = self._known_indeterminates, self._known_decisions
         return out
 
     def __deepcopy__(self, memo: dict) -> Polynomial:

@@ -70,7 +70,9 @@ def _substituted(e: Expression, subs: dict[Variable, SinCos]) -> Expression:
             raise RuntimeError("Substitute(): sines and cosines inside formulas are not supported yet.")
         parts = _build.children(node)
         new = [done[p._serial] for p in parts]
-        done[node._serial] = _build.rebuild(node, new) if any(a is not b for a, b in zip(parts, new)) else node
+        done[node._serial] = (
+            _build.rebuild(node, new) if any(a._serial != b._serial for a, b in zip(parts, new)) else node
+        )
     return done[e._serial]
 
 
@@ -101,7 +103,7 @@ def _of_sum(node: Expression, subs: dict[Variable, SinCos]) -> Pair:
 
 def _rotated(a: Pair, b: Pair) -> Pair:
     """Sine and cosine of a sum of angles."""
-    if a[0] is b[0] and a[1] is b[1]:
+    if a[0]._serial == b[0]._serial and a[1]._serial == b[1]._serial:
         return multiply(TWO, multiply(a[0], a[1])), subtract(power(a[1], TWO), power(a[0], TWO))
     s = add(multiply(a[0], b[1]), multiply(a[1], b[0]))
     c = subtract(multiply(a[1], b[1]), multiply(a[0], b[0]))

@@ -2,42 +2,44 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from sheldrake.symbolic import _kinds as k
-from sheldrake.symbolic._build import ONE, nodes
+from sheldrake.symbolic._build import ONE, fold
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._numbers import text_of as number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 def text_of(e: Expression) -> str:
     """The text of an expression."""
-    done: dict[int, str] = {}
-    for node in nodes(e):
-        done[node._serial] = _text(node, done)
-    return done[e._serial]
+    return fold([e], _text)[0]
 
 
-def _text(e: Expression, done: dict[int, str]) -> str:
+def _text(e: Expression, of: Callable[[Expression], str]) -> str:
     kind, args = e._kind, e._args
     if kind == k.CONSTANT:
         return number(args[0])
     if kind == k.VAR:
         return args[0]._name
     if kind == k.ADD:
-        return _sum(args[0], [(done[t._serial], c) for t, c in args[1]])
+        return _sum(args[0], [(of(t), c) for t, c in args[1]])
     if kind == k.MUL:
         factors = [number(args[0])] if args[0] != 1.0 else []
-        factors += [done[b._serial] if x is ONE else f"pow({done[b._serial]}, {done[x._serial]})" for b, x in args[1]]
+        factors += [of(b) if x is ONE else f"pow({of(b)}, {of(x)})" for b, x in args[1]]
         return f"({' * '.join(factors)})"
     if kind == k.DIV:
-        return f"({done[args[0]._serial]} / {done[args[1]._serial]})"
+        return f"({of(args[0])} / {of(args[1])})"
     if kind == k.NAN:
         return "NaN"
     if kind == k.IF_THEN_ELSE:
-        return f"(if {args[0]} then {done[args[1]._serial]} else {done[args[2]._serial]})"
+        return f"(if {args[0]} then {of(args[1])} else {of(args[2])})"
     if kind == k.UNINTERPRETED:
-        return f"{args[0]}({', '.join(done[a._serial] for a in args[1])})"
+        return f"{args[0]}({', '.join(of(a) for a in args[1])})"
     name = k.UNARY_NAMES.get(kind) or k.BINARY_NAMES[kind]
-    return f"{name}({', '.join(done[a._serial] for a in args)})"
+    return f"{name}({', '.join(of(a) for a in args)})"
 
 
 def _sum(c0: float, terms: list[tuple[str, float]]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +12,11 @@ import numpy as np
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.symbolic import _build, _numbers
 from sheldrake.symbolic import _kinds as k
-from sheldrake.symbolic._build import nodes
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from sheldrake.common import RandomGenerator
 
@@ -25,19 +25,20 @@ def variables_of(e: Expression) -> frozenset[Variable]:
     """The variables in an expression; kept with it."""
     if e._variables is None:
         found: set[Variable] = set()
-        seen, stack = {e._serial}, [e]
+        seen: set[int] = set()
+        stack = [e]
         while stack:
             node = stack.pop()
             if node._variables is not None:
                 found |= node._variables
                 continue
-            if node._kind == k.VAR:
-                found.add(node._args[0])
-            elif node._kind == k.IF_THEN_ELSE:
-                found |= node._args[0]._variables()
+            if node._kind == k.IF_THEN_ELSE:
+                found |= node._made[0]._variables()
             for child in _build.children(node):
-                if child._serial not in seen:
-                    seen.add(child._serial)
+                if child._kind == k.VAR:
+                    found.add(child._made[0])
+                elif child._kind != k.CONSTANT and child._number not in seen:
+                    seen.add(child._number)
                     stack.append(child)
         e._variables = frozenset(found)
     return e._variables
@@ -99,58 +100,39 @@ def evaluate(
     return evaluate_nodes(expressions, values)
 
 
-class _Failure(float):
-    """Stands for a value that could not be computed; it matters only if a branch that is taken uses it."""
-
-    error: Exception
-
-
 def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]) -> list[float]:
     """Values of expressions, the environment already checked."""
-    done: dict[int, float] = {}
-    order = nodes(*expressions)
-    lazy = any(node._kind == k.IF_THEN_ELSE for node in order)
-    for e in order:
-        try:
-            done[e._serial] = _value(e, done, env, lazy)
-        except (RuntimeError, ValueError) as error:
-            if not lazy:
-                raise
-            failure = _Failure("nan")
-            failure.error = error
-            done[e._serial] = failure
-    out = [done[e._serial] for e in expressions]
-    for value in out:
-        if value.__class__ is _Failure:
-            raise value.error
-    return out
+
+    def value(e: Expression, of: Callable[[Expression], float]) -> float:
+        kind, args = e._kind, e._args
+        if kind == k.VAR:
+            if args[0] not in env:
+                raise no_entry(args[0])
+            return env[args[0]]
+        if kind == k.ADD:
+            total, terms = args
+            for t, c in terms:
+                total += c * of(t)
+            return total
+        if kind == k.MUL:
+            product, factors = args
+            for base, exponent in factors:
+                b = of(base)
+                product *= b if exponent is _build.ONE else _numbers.power(b, of(exponent))
+            return product
+        if kind == k.IF_THEN_ELSE:
+            return of(args[1] if args[0]._evaluate(env) else args[2])
+        return _value(e, of)
+
+    return _build.fold(expressions, value)
 
 
-def _value(e: Expression, done: dict[int, float], env: dict[Variable, float], lazy: bool) -> float:
+def _value(e: Expression, of: Callable[[Expression], float]) -> float:
     kind, args = e._kind, e._args
     if kind == k.CONSTANT:
         return args[0]
-    if kind == k.VAR:
-        if args[0] not in env:
-            raise no_entry(args[0])
-        return env[args[0]]
-    if kind == k.IF_THEN_ELSE:
-        return done[(args[1] if args[0]._evaluate(env) else args[2])._serial]
-    if lazy:
-        for child in _build.children(e):
-            value = done[child._serial]
-            if value.__class__ is _Failure:
-                raise value.error
-    if kind == k.ADD:
-        return sum((c * done[t._serial] for t, c in args[1]), args[0])
-    if kind == k.MUL:
-        product = args[0]
-        for base, exponent in args[1]:
-            b = done[base._serial]
-            product *= b if exponent is _build.ONE else _numbers.power(b, done[exponent._serial])
-        return product
     if kind == k.DIV:
-        a, b = (done[x._serial] for x in args)
+        a, b = of(args[0]), of(args[1])
         if b == 0.0:
             raise RuntimeError(f"Division by zero: {a:g} / {b:g}, in {e}")
         return a / b
@@ -159,8 +141,8 @@ def _value(e: Expression, done: dict[int, float], env: dict[Variable, float], la
     if kind == k.UNINTERPRETED:
         raise RuntimeError(f"Uninterpreted-function expression cannot be evaluated: {e}")
     if len(args) == 1:
-        return float(_numbers.UNARY[kind](done[args[0]._serial]))
-    return float(_numbers.BINARY[kind](done[args[0]._serial], done[args[1]._serial]))
+        return float(_numbers.UNARY[kind](of(args[0])))
+    return float(_numbers.BINARY[kind](of(args[0]), of(args[1])))
 
 
 # Substitution
@@ -182,21 +164,21 @@ def substitution(call: str, what: Any, e: Any = None) -> dict[Variable, Expressi
 
 def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> list[Expression]:
     """Expressions with others (or numbers) in the place of variables."""
-    expressions = list(expressions)
-    places = {v: _build.as_expression(e) for v, e in s.items()}
-    done: dict[int, Any] = {}
-    for e in nodes(*expressions):
+    places = {v: _build.expect("Substitute", e) for v, e in s.items()}
+
+    def replaced(e: Expression, of: Callable[[Expression], Expression]) -> Expression:
         if e._kind == k.VAR:
-            done[e._serial] = places.get(e._args[0], e)
-        elif e._kind == k.IF_THEN_ELSE:
-            condition = e._args[0]._substitute(places)
-            done[e._serial] = _build.conditional(condition, done[e._args[1]._serial], done[e._args[2]._serial])
-        else:
-            parts = _build.children(e)
-            new = [done[p._serial] for p in parts]
-            changed = any(a is not b for a, b in zip(parts, new))
-            done[e._serial] = _build.rebuild(e, new) if changed else e
-    return [done[e._serial] for e in expressions]
+            return places.get(e._made[0], e)
+        if e._kind == k.CONSTANT:
+            return e
+        if e._kind == k.IF_THEN_ELSE:
+            condition, then, otherwise = e._made
+            return _build.conditional(condition._substitute(places), of(then), of(otherwise))
+        parts = _build.children(e)
+        new = [of(p) for p in parts]
+        return e if all(map(operator.is_, parts, new)) else _build.rebuild(e, new)
+
+    return _build.fold(expressions, replaced)
 
 
 # Expansion
@@ -204,47 +186,44 @@ def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> lis
 
 def expand(e: Expression) -> Expression:
     """Products of sums multiplied out."""
-    done: dict[int, Expression] = {}
-    for node in nodes(e):
-        done[node._serial] = _expanded(node, done)
-    return done[e._serial]
+    return _build.fold([e], _expanded)[0]
 
 
-def _expanded(e: Expression, done: dict[int, Expression]) -> Expression:
-    if e._kind == k.ADD:
-        return _build.sum_of([_build.constant(e._args[0]), *(_times_number(c, done[t._serial]) for t, c in e._args[1])])
-    if e._kind == k.MUL:
-        out = _build.ONE
-        for base, exponent in e._args[1]:
-            out = times(out, _expanded_power(done[base._serial], done[exponent._serial]))
-        return _times_number(e._args[0], out)
-    if e._kind == k.POW:
-        return _expanded_power(*(done[a._serial] for a in e._args))
-    if e._kind == k.DIV:
-        a, b = (done[x._serial] for x in e._args)
-        if b._kind == k.CONSTANT and b._args[0] != 0.0:
-            return _times_number(1.0 / b._args[0], a)
-    parts = [done[p._serial] for p in _build.children(e)]
+def _expanded(e: Expression, of: Callable[[Expression], Expression]) -> Expression:
+    kind = e._kind
+    if kind == k.ADD:
+        terms = [(c * d, s) for t, c in e._terms.values() for d, s in _terms(of(t))]
+        return _build.combination(e._constant, terms)
+    if kind == k.MUL:
+        if all(b._kind == k.VAR and x._kind == k.CONSTANT for b, x in e._terms.values()):
+            return e
+        out = _build.constant(e._constant)
+        for base, exponent in e._terms.values():
+            out = times(out, _expanded_power(of(base), of(exponent)))
+        return out
+    if kind in _build._LEAVES:
+        return e
+    parts = [of(p) for p in _build.children(e)]
+    if kind == k.POW:
+        return _expanded_power(*parts)
+    if kind == k.DIV and parts[1]._kind == k.CONSTANT and parts[1] is not _build.ZERO:
+        return times(_build.constant(1.0 / parts[1]._made[0]), parts[0])
     return _build.rebuild(e, parts)
 
 
-def _terms(e: Expression) -> list[Expression]:
-    """The terms of a sum, constant first, coefficients multiplied in."""
+def _terms(e: Expression) -> list[tuple[float, Expression]]:
+    """The terms of a sum and their coefficients, constant first."""
     if e._kind != k.ADD:
-        return [e]
-    head = [_build.constant(e._args[0])] if e._args[0] != 0.0 else []
-    return head + [_build.scale(c, t) for t, c in e._args[1]]
-
-
-def _times_number(c: float, e: Expression) -> Expression:
-    return _build.sum_of(_build.scale(c, t) for t in _terms(e)) if e._kind == k.ADD else _build.scale(c, e)
+        return [(1.0, e)]
+    head = [(e._constant, _build.ONE)] if e._constant != 0.0 else []
+    return head + [(c, t) for t, c in e._terms.values()]
 
 
 def times(a: Expression, b: Expression) -> Expression:
     """The product of two expanded expressions, expanded."""
     if a._kind != k.ADD and b._kind != k.ADD:
         return _times_one(a, b)
-    return _build.sum_of(_times_one(s, t) for s in _terms(a) for t in _terms(b))
+    return _build.combination(0.0, [(c * d, _times_one(s, t)) for c, s in _terms(a) for d, t in _terms(b)])
 
 
 def _times_one(a: Expression, b: Expression) -> Expression:
@@ -281,21 +260,20 @@ def _integer_power(base: Expression, n: int) -> Expression:
 
 def is_polynomial(e: Expression) -> bool:
     """Whether an expression is a polynomial in its variables."""
-    done: dict[int, bool] = {}
-    for node in nodes(e):
-        kind, args = node._kind, node._args
-        if kind == k.ADD:
-            answer = all(done[t._serial] for t, _ in args[1])
-        elif kind == k.MUL:
-            answer = all(done[b._serial] and _is_natural(x) for b, x in args[1])
-        elif kind == k.POW:
-            answer = done[args[0]._serial] and _is_natural(args[1])
-        elif kind == k.DIV:
-            answer = done[args[0]._serial] and args[1]._kind == k.CONSTANT
-        else:
-            answer = kind in (k.CONSTANT, k.VAR)
-        done[node._serial] = answer
-    return done[e._serial]
+    return _build.fold([e], _is_polynomial)[0]
+
+
+def _is_polynomial(e: Expression, of: Callable[[Expression], bool]) -> bool:
+    kind = e._kind
+    if kind == k.ADD:
+        return all([of(t) for t, _ in e._terms.values()])
+    if kind == k.MUL:
+        return all([of(b) and _is_natural(x) for b, x in e._terms.values()])
+    if kind == k.POW:
+        return of(e._made[0]) and _is_natural(e._made[1])
+    if kind == k.DIV:
+        return of(e._made[0]) and e._made[1]._kind == k.CONSTANT
+    return kind in (k.CONSTANT, k.VAR)
 
 
 def _is_natural(e: Expression) -> bool:

@@ -6,6 +6,7 @@ A variable is an identity number with a name; two of the same name are two varia
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -37,7 +38,7 @@ class Variable(Operators):
         type: What values it takes.
     """
 
-    __slots__ = ("__weakref__", "_expression", "_hash", "_id", "_name", "_type")
+    __slots__ = ("__weakref__", "_expression", "_id", "_name", "_type")
     _expression: Any
     Type = VariableType
 
@@ -49,8 +50,6 @@ class Variable(Operators):
         # The type is in the upper bits, as in Drake: continuous variables come before integer, binary and Boolean ones.
         self._id = 0 if is_dummy else next(_ids) | (type.value << 56)
         self._name, self._type = name, type
-        # A hash of its own kind: a dict compares keys of equal hash, and comparing a variable gives a formula.
-        self._hash = hash(("sheldrake.symbolic.Variable", self._id))
         self._expression = None
 
     def get_id(self) -> int:
@@ -79,8 +78,7 @@ class Variable(Operators):
             raise Mismatch(f"Variable.EqualTo(): incompatible function arguments; expected a Variable, got {other!r}.")
         return self._id == other._id
 
-    def __hash__(self) -> int:
-        return self._hash
+    __hash__ = object.__hash__  # that of no other object: a dict would compare them, and comparing gives a formula
 
     def __copy__(self) -> Variable:
         return self
@@ -95,6 +93,7 @@ class Variable(Operators):
         return f"Variable('{self._name}', {_TYPE_WORDS[self._type]})"
 
 
+_age = operator.attrgetter("_id")
 VariableType.__name__, VariableType.__qualname__ = "Type", "Variable.Type"
 
 
@@ -105,14 +104,20 @@ class Variables:
         variables: Variables, in any order, repeated or not.
     """
 
-    __slots__ = ("_hash", "_set")
+    __slots__ = ("_set",)
 
     def __init__(self, variables: Iterable[Variable] = ()):
+        self._set: dict[int, Variable]
+        if isinstance(variables, Variables):
+            self._set = variables._set.copy()
+            return
         items = list(variables.ravel() if isinstance(variables, np.ndarray) else variables)
         for v in items:
             if not isinstance(v, Variable):
                 raise Mismatch(f"Variables(): incompatible constructor arguments; expected variables, got {v!r}.")
-        self._set = {v._id: v for v in sorted(items, key=Variable.get_id)}
+        if len(items) > 1:
+            items.sort(key=_age)
+        self._set = {v._id: v for v in items}
 
     def size(self) -> int:
         """Returns how many there are."""

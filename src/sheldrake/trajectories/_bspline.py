@@ -130,12 +130,10 @@ class BsplineTrajectory(Trajectory):
     def EvaluateLinearInControlPoints(self, parameter_value: Scalar, derivative_order: int = 0) -> np.ndarray:
         """Returns weights w such that the value, or a derivative, is the sum of w[i] times control point i."""
         n = self.num_control_points()
-        out = self._zeros(n)
-        probe = type(self)(self._require(), [self._zeros(1, 1) for _ in range(n)])
-        for i in range(n):
-            probe._points = [self._zeros(1, 1) + (1.0 if j == i else 0.0) for j in range(n)]
-            out[i] = probe.EvalDerivative(parameter_value, derivative_order)[0, 0]
-        return out
+        units = [self._zeros(n, 1) for _ in range(n)]
+        for i, unit in enumerate(units):
+            unit[i, 0] = unit[i, 0] + 1.0
+        return type(self)(self._require(), units).EvalDerivative(parameter_value, derivative_order)[:, 0]
 
     def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
         """Returns M such that the derivative's control points are those here times M, as `scipy.sparse.csc_matrix`."""

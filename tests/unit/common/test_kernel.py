@@ -24,7 +24,7 @@ from sheldrake.common._native.compiler.module import text_of
 from sheldrake.common._native.compiler.source import source_of
 from sheldrake.common.kernel import IntVector, Matrix, Vector, Vectors, jit_enabled, kernel
 from sheldrake.common.record import Record, array, number
-from sheldrake.common.rows import call_row
+from sheldrake.common.rows import call_row, prefetch
 
 native_only = pytest.mark.skipif(not jit_enabled(), reason="asks about machine code; SHELDRAKE_JIT=0 switches it off")
 
@@ -68,6 +68,13 @@ def run_rows(rows: IntVector, slab: Vector, words: IntVector, n: int) -> int:
     return status
 
 
+@kernel(top=True)
+def ask_for_rows(points: Points, out: Vector):
+    for i in range(points.p.shape[0]):
+        prefetch(points.p, i, 2)
+        out[0] += points.p[i, 2]
+
+
 def arguments():
     rng = np.random.default_rng(1)
     points = Points(rng.normal(size=(4, 3)), np.zeros(1, np.int64))
@@ -81,6 +88,14 @@ def test_native_and_python_agree():
     np.testing.assert_allclose(bound[1].p, plain[1].p, rtol=1e-15)
     assert bound[1].kind[0] == plain[1].kind[0] == 1
     np.testing.assert_allclose(bound[5], 2.0 + np.sin(0.3) + 6.0, rtol=1e-15)
+
+
+def test_asking_for_memory_changes_nothing():
+    points, plain, bound = arguments()[1], np.zeros(1), np.zeros(1)
+    ask_for_rows(points, plain)
+    ask_for_rows.bind(points, bound)()
+    assert plain[0] == bound[0] == sum(points.p[:, 2])
+    assert "@llvm.prefetch.p0(ptr" in text_of(ask_for_rows, "k").partition("define")[2]
 
 
 def test_bound_scalars_can_be_changed():

@@ -49,10 +49,10 @@ def test_canonical_form_and_text(e, text):
     assert str(e) == text and repr(e) == f'<Expression "{text}">' and e.to_string() == text
 
 
-def test_equal_structure_is_the_same_node():
-    assert (x + y).EqualTo(y + x) and (x + y) is (y + x) and not (x + y).EqualTo(x + z)
+def test_equal_structure_has_the_same_number():
+    assert (x + y).EqualTo(y + x) and (x + y)._serial == (y + x)._serial and not (x + y).EqualTo(x + z)
     assert Expression(x).EqualTo(x) and not Expression(x).EqualTo(1)
-    assert copy.deepcopy(x + y) is (x + y)
+    assert copy.deepcopy(e := x + y) is e
     with pytest.raises(TypeError):
         hash(x + y)
 
@@ -151,16 +151,43 @@ def test_deep_and_shared_expressions_are_no_trouble():
     assert math.isinf(shared.Evaluate({x: 1.0, y: 1.0}))
 
 
-def test_nodes_die_with_their_last_use():
+def test_what_died_is_swept_out_of_the_table_of_numbers():
     from sheldrake.symbolic import _build
 
     v = Variable("v")
-    before = len(_build._table)
-    e = [sym.sin(v * i) + i for i in range(1, 200)]
-    assert len(_build._table) > before + 200
-    del e, v
+    kept = [sym.sin(v * i) + i for i in range(100)]
+    numbers = [e._serial for e in kept]
+    for i in range(20_000):
+        assert sym.cos(v * i + 0.5)._serial
     gc.collect()
-    assert len(_build._table) <= before + 250  # Constants 1..199 may stay alive in the interpreter's caches.
+    for i in range(5_000):
+        assert sym.cos(v * i + 0.25)._serial
+    assert len(_build.table) < 10_000
+    assert [(i + sym.sin(i * v))._serial for i in range(100)] == numbers
+
+
+def test_a_number_lives_as_long_as_any_of_those_that_share_it():
+    first, second = sym.sin(x + 0.5), sym.sin(0.5 + x)
+    assert first is not second and first._serial == second._serial
+    del first
+    gc.collect()
+    assert second.EqualTo(sym.sin(x + 0.5)) and (sym.sin(x + 0.5) + second).EqualTo(2 * second)
+
+
+def test_a_deep_expression_has_a_number_an_order_and_a_text():
+    e = x * 1
+    for i in range(3000):
+        e = sym.cos(y + e * 0.5) + i
+    assert e.EqualTo(e + 0.0) and len(str(e)) > 3000
+    assert (e - e).EqualTo(0) and not (e * 2).EqualTo(e)
+
+
+def test_infinities_cancel_only_against_themselves():
+    infinite = Expression(math.inf)
+    for zero in (infinite * 0, 0 * infinite, infinite - infinite, infinite * x - infinite * x, (x + math.inf) * 0):
+        assert zero.EqualTo(0)
+    assert ((x + math.inf) - (x + math.inf)).EqualTo(0)
+    assert (infinite + -infinite).EqualTo(Expression(math.nan))
 
 
 def test_arrays_of_expressions():

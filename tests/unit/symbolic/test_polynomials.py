@@ -200,3 +200,25 @@ def test_sympy_and_back():
     ):
         with pytest.raises(NotImplementedError):
             wrong()
+
+
+@pytest.mark.parametrize("n", [3, 34])
+def test_products_of_few_and_of_many_variables(n):
+    v = sym.MakeVectorContinuousVariable(n, "v")
+    a = Variable("a")
+    e = (sum(v[1:]) + a * v[0]) * (v[0] - 2.0 * v[1]) ** 3
+    values = dict(zip(v, np.linspace(-1.0, 2.0, n))) | {a: 0.7}
+    exact = e.Evaluate(values)
+    p = Polynomial(e, Variables(v))
+    q = Polynomial(v[0] - 2.0 * v[1])
+    assert p.TotalDegree() == 4 and len(p.monomial_to_coefficient_map()) == len((p * 1.0).monomial_to_coefficient_map())
+    for same in (p, Polynomial(e.Expand()), Polynomial(sum(v[1:]) + a * v[0], Variables(v)) * q**3):
+        assert same.Evaluate(values) == pytest.approx(exact, rel=1e-12)
+    shifted = p.SubstituteAndExpand({x: Polynomial(x + 1.0) for x in v})
+    back = {x: value - 1.0 for x, value in values.items()} | {a: 0.7}
+    assert shifted.Evaluate(back) == pytest.approx(exact, rel=1e-9)
+
+
+def test_exponents_as_high_as_they_come():
+    p = Polynomial(x**1_000_000 * y**3) ** 1000
+    assert p.Degree(x) == 10**9 and p.Degree(y) == 3000 and (p * p).TotalDegree() == 2 * (10**9 + 3000)

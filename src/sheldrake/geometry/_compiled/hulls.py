@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from sheldrake.geometry._kernels.model import CELLS, HULL, FaceLoop, Geometry, HullFace, HullVertex
+from sheldrake.geometry._kernels.model import CELLS, DIVIDED, HULL, FaceLoop, Geometry, HullFace, HullVertex
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
 _LEVEL = 1e-9  # of the extent of a hull: vertices that are lower by no more are as low
@@ -38,34 +36,26 @@ class Hulls:
         vertex = np.zeros((self._num_vertices, HullVertex.SIZE))
         face = np.zeros((self._num_faces, HullFace.SIZE))
         loop = np.zeros((self._num_faces, FaceLoop.SIZE), np.int64)
-        topology = _lists(
-            [[v0 + v for v in near] for v0, _, mesh in self._placed() for near in _neighbours(mesh)],
-            [[f0 + f for f in around] for _, f0, mesh in self._placed() for around in _faces_around(mesh)],
-        )
-        starts = []
-        for v0, f0, mesh in self._placed():
-            vertices = mesh._vertices
-            vertex[v0 : v0 + len(vertices)] = vertices
-            face[f0 : f0 + mesh.num_faces()] = _planes(mesh)
-            for f, corners in enumerate(mesh._faces):
-                loop[f0 + f, FaceLoop.first_corner], loop[f0 + f, FaceLoop.num_corners] = len(topology), len(corners)
-                topology.extend(v0 + v for v in corners)
-                loop[f0 + f, FaceLoop.first_foot] = len(topology) if len(corners) > 3 else -1
-                topology.extend(v0 + v for v in _feet(vertices, corners))
-            starts.append(len(topology))
-            topology.extend(_cells(v0, len(topology), vertices))
+        corners = [np.zeros(0, np.int64)]
+        v0 = f0 = 0
+        for mesh in self._meshes:
+            vertex[v0 : v0 + mesh.num_vertices()], face[f0 : f0 + mesh.num_faces()] = mesh._vertices, _planes(mesh)
+            loop[f0 : f0 + mesh.num_faces(), FaceLoop.num_corners] = mesh._sizes
+            corners.append(v0 + mesh._flat)
+            v0, f0 = v0 + mesh.num_vertices(), f0 + mesh.num_faces()
+        flat = np.concatenate(corners)
+        sizes = loop[:, FaceLoop.num_corners]
+        topology = _lists(_neighbours(flat, sizes, v0), _faces_around(flat, sizes, v0))
+        topology += [_loops(flat, loop, vertex, len(topology[0]))]
+        starts, at, v0 = [], sum(map(len, topology)), 0
+        for mesh in self._meshes:
+            starts.append(at)
+            topology.append(_cells(v0, at, mesh._vertices))
+            at, v0 = at + len(topology[-1]), v0 + mesh.num_vertices()
         for row in geometry:
             if row[Geometry.kind] == HULL:
                 row[Geometry.first_cell] = starts[row[Geometry.first_cell]]
-        return vertex, face, loop, np.array(topology, np.int64)
-
-    def _placed(self) -> Iterator[tuple[int, int, PolygonSurfaceMesh]]:
-        """First row of the vertices and of the faces of each hull, and it."""
-        v0 = f0 = 0
-        for mesh in self._meshes:
-            yield v0, f0, mesh
-            v0 += mesh.num_vertices()
-            f0 += mesh.num_faces()
+        return vertex, face, loop, np.concatenate(topology)
 
 
 def cell_corners() -> np.ndarray:
@@ -80,79 +70,133 @@ def cell_corners() -> np.ndarray:
     return corners.reshape(6, n + 1, n + 1, 3)
 
 
-def lowest_in_cells(vertices: np.ndarray) -> list[np.ndarray]:
-    """Of each cell, in the order of `cell_of`, the vertices that may be lowest along some direction through it.
+_CORNERS = cell_corners()
+
+
+def part_corners(side: int, row: int, column: int) -> np.ndarray:
+    """Corners of the parts of a cell, as many along each edge as there are cells, shape (CELLS + 1, CELLS + 1, 3)."""
+    corners = _CORNERS[side]
+    a, b, c = corners[row, column], corners[row + 1, column], corners[row, column + 1]
+    part = np.arange(CELLS + 1)[:, None] / CELLS
+    return a + part[:, None] * (b - a) + part * (c - a)
+
+
+def _lowest_in_grid(corners: np.ndarray, vertices: np.ndarray, slack: float) -> np.ndarray:
+    """Which vertices may be lowest along some direction through each cell of a grid, shape (cells, vertices).
 
     A vertex is none of them if another is lower along all four corners of the cell, and so along all between them. The
     others tried are those that are lowest along the corners and the middle.
     """
-    found = []
-    for side in cell_corners():
-        height = side @ vertices.T
-        height = np.stack([height[:-1, :-1], height[1:, :-1], height[:-1, 1:], height[1:, 1:]])
-        height = height.reshape(4, -1, len(vertices))
-        slack = _LEVEL * np.ptp(height)
-        may = np.ones(height.shape[1:], bool)
-        for rivals in (*height, height.sum(axis=0)):
-            lowest = rivals.argmin(axis=1)
-            may &= np.any(height <= height[:, np.arange(len(lowest)), lowest][..., None] + slack, axis=0)
-        found += [np.flatnonzero(row) for row in may]
-    return found
+    height = corners @ vertices.T
+    height = np.stack([height[:-1, :-1], height[1:, :-1], height[:-1, 1:], height[1:, 1:]])
+    height = height.reshape(4, -1, len(vertices))
+    may = np.ones(height.shape[1:], bool)
+    for rivals in (*height, height.sum(axis=0)):
+        lowest = rivals.argmin(axis=1)
+        may &= np.any(height <= height[:, np.arange(len(lowest)), lowest][..., None] + slack, axis=0)
+    return may
 
 
-def _cells(v0: int, at: int, vertices: np.ndarray) -> list[int]:
-    """Where in `topology` the vertices of each cell start, and they; for index `at` on."""
-    lists = lowest_in_cells(vertices)
-    starts = at + len(lists) + 1 + np.concatenate([[0], np.cumsum([len(a) for a in lists])])
-    return [*starts.tolist(), *(v0 + np.concatenate(lists)).tolist()]
+def _slack(vertices: np.ndarray) -> float:
+    return _LEVEL * float(np.ptp(vertices, axis=0).sum())
+
+
+def lowest_in_cells(vertices: np.ndarray) -> np.ndarray:
+    """Which vertices may be lowest along some direction through each cell, in the order of `cell_of`."""
+    slack = _slack(vertices)
+    return np.concatenate([_lowest_in_grid(corners, vertices, slack) for corners in _CORNERS])
+
+
+def lowest_in_parts(vertices: np.ndarray, cell: int, slack: float) -> np.ndarray:
+    """Which of the vertices that may be lowest in a cell may be in each of its parts."""
+    side, place = divmod(cell, CELLS * CELLS)
+    return _lowest_in_grid(part_corners(side, *divmod(place, CELLS)), vertices, slack)
+
+
+def _cells(v0: int, at: int, vertices: np.ndarray) -> np.ndarray:
+    """Where in `topology` the vertices of each cell start, and they; for index `at` on.
+
+    Of a cell in which `DIVIDED` or more may be lowest there is one number instead: less than zero, where the same
+    begins for its parts.
+    """
+    may = lowest_in_cells(vertices)
+    divided = np.flatnonzero(may.sum(axis=1) >= DIVIDED)
+    those = [np.flatnonzero(may[cell]) for cell in divided]
+    may[divided, 1:], may[divided, 0] = False, True
+    tables = [_table(v0, at, may, np.arange(len(vertices)))]
+    end = at + len(tables[0])
+    slack = _slack(vertices)
+    for cell, few in zip(divided, those):
+        tables[0][tables[0][cell] - at] = -end
+        tables.append(_table(v0, end, lowest_in_parts(vertices[few], int(cell), slack), few))
+        end += len(tables[-1])
+    return np.concatenate(tables)
+
+
+def _table(v0: int, at: int, may: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Where the lists of rows start, and where the last one ends, then which may be; for index `at` on."""
+    starts = at + len(may) + 1 + np.concatenate([[0], np.cumsum(may.sum(axis=1))])
+    return np.concatenate([starts, v0 + which[np.nonzero(may)[1]]])
 
 
 def _planes(mesh: PolygonSurfaceMesh) -> np.ndarray:
     """Normal and offset of the plane of each face: the mean over its corners, shape (faces, 4)."""
-    corners = np.array([len(face) for face in mesh._faces])
-    heights = (mesh._vertices[np.concatenate(mesh._faces)] * np.repeat(mesh._normals, corners, axis=0)).sum(axis=1)
+    corners = mesh._sizes
+    heights = (mesh._vertices[mesh._flat] * np.repeat(mesh._normals, corners, axis=0)).sum(axis=1)
     offsets = np.add.reduceat(heights, np.cumsum(corners) - corners) / corners
     return np.column_stack([mesh._normals, offsets])
 
 
-def _lists(*tables: list[list[int]]) -> list[int]:
-    """Tables of lists in a row: of each table where its lists start and the last ends, then all lists."""
-    flat = [0] * sum(len(table) + 1 for table in tables)
-    place = 0
-    for table in tables:
-        for rows in table:
-            flat[place] = len(flat)
-            flat.extend(rows)
-            place += 1
-        flat[place] = len(flat)
-        place += 1
-    return flat
+_Lists = tuple[np.ndarray, np.ndarray]
+"""The lengths of lists, and what is in them, one after the other."""
 
 
-def _faces_around(mesh: PolygonSurfaceMesh) -> list[list[int]]:
-    """The faces that have each vertex as a corner, in order."""
-    around: list[list[int]] = [[] for _ in range(mesh.num_vertices())]
-    for f, corners in enumerate(mesh._faces):
-        for v in corners:
-            around[v].append(f)
-    return around
+def _lists(*tables: _Lists) -> list[np.ndarray]:
+    """Of each table where its lists start and the last ends; then all lists; as one array in a list."""
+    at = sum(len(lengths) + 1 for lengths, _ in tables)
+    starts = []
+    for lengths, _ in tables:
+        starts.append(at + np.append(0, np.cumsum(lengths)))
+        at = starts[-1][-1]
+    return [np.concatenate([*starts, *(numbers for _, numbers in tables)])]
 
 
-def _neighbours(mesh: PolygonSurfaceMesh) -> list[list[int]]:
-    """The vertices joined to each vertex by an edge, sorted."""
-    joined: list[set[int]] = [set() for _ in range(mesh.num_vertices())]
-    for corners in mesh._faces:
-        for a, b in zip(corners, (*corners[1:], corners[0])):
-            joined[a].add(b)
-            joined[b].add(a)
-    return [sorted(found) for found in joined]
+def _faces_around(flat: np.ndarray, sizes: np.ndarray, n: int) -> _Lists:
+    """The faces that have each of n vertices as a corner, in order."""
+    faces = np.repeat(np.arange(len(sizes)), sizes)
+    return np.bincount(flat, minlength=n), faces[np.argsort(flat, kind="stable")]
 
 
-def _feet(vertices: np.ndarray, corners: tuple[int, ...]) -> list[int]:
+def _neighbours(flat: np.ndarray, sizes: np.ndarray, n: int) -> _Lists:
+    """The vertices joined to each of n vertices by an edge, sorted."""
+    following, ends = np.roll(flat, -1), np.cumsum(sizes)
+    following[ends - 1] = flat[ends - sizes]
+    edges = np.sort(np.concatenate([flat * n + following, following * n + flat]))
+    edges = edges[np.append(True, edges[1:] != edges[:-1])[: len(edges)]]  # `numpy.unique` takes five times longer
+    return np.bincount(edges // max(n, 1), minlength=n), edges % max(n, 1)
+
+
+def _loops(flat: np.ndarray, loop: np.ndarray, vertices: np.ndarray, at: int) -> np.ndarray:
+    """The corners of each face and, where there are more than three, its feet, from index `at` on, as `loop` says."""
+    sizes = loop[:, FaceLoop.num_corners]
+    has_feet = sizes > 3
+    lengths = sizes + 4 * has_feet
+    begin, first = np.cumsum(lengths) - lengths, np.cumsum(sizes) - sizes
+    loop[:, FaceLoop.first_corner] = at + begin
+    loop[:, FaceLoop.first_foot] = np.where(has_feet, at + begin + sizes, -1)
+    out = np.empty(lengths.sum(), np.int64)
+    out[np.arange(len(flat)) + np.repeat(begin - first, sizes)] = flat
+    for f in np.flatnonzero(has_feet).tolist():
+        foot = begin[f] + sizes[f]
+        out[foot : foot + 4] = _feet(vertices, flat[first[f] : first[f] + sizes[f]].tolist())
+    return out
+
+
+def _feet(vertices: np.ndarray, corners: list[int]) -> list[int]:
     """Four corners that span a face: the two farthest apart, and the farthest on either side of their line."""
-    if len(corners) <= 4:
-        return list(corners) if len(corners) == 4 else []
-    p = vertices[list(corners)]
+    if len(corners) == 4:
+        return corners
+    p = vertices[corners]
     apart = np.linalg.norm(p[:, None] - p[None], axis=2)
     a, b = divmod(int(apart.argmax()), len(corners))
     line = p[b] - p[a]

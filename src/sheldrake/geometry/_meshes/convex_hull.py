@@ -60,7 +60,7 @@ def make_convex_hull(points: Any, name: str = "the given points") -> PolygonSurf
     loops = wrap(points, _SAME_PLANE * np.ptp(points, axis=0).max()) or _qhull(points, name)
     corners, first, sizes = _corners(loops)
     vertices, renumbered = np.unique(corners, return_inverse=True)
-    return PolygonSurfaceMesh(np.insert(renumbered, first, sizes).tolist(), points[vertices])
+    return PolygonSurfaceMesh(np.insert(renumbered, first, sizes), points[vertices])
 
 
 def _corners(loops: list[list[int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -134,8 +134,11 @@ def _merged_faces(triangles: np.ndarray, equations: np.ndarray, neighbors: np.nd
     size = max(1e-300, np.abs(equations[:, 3]).max())
     planes = equations / (1.0, 1.0, 1.0, size)
     # Most triangles of a round shape have no neighbour in their plane; only the others are looked at one by one.
-    lonely = (np.abs(planes[neighbors] - planes[:, None]).max(axis=2) >= 2.0 * _SAME_PLANE).all(axis=1)
-    groups: list[list[int]] = [[t] for t in np.flatnonzero(lonely).tolist()]
+    lonely = np.ones(len(planes), dtype=bool)
+    for k in range(3):
+        apart = np.abs(planes[neighbors[:, k]] - planes)
+        lonely &= np.maximum.reduce(apart.T) >= 2.0 * _SAME_PLANE
+    groups: list[list[int]] = []
     taken = lonely.copy()
     for seed in np.flatnonzero(~lonely).tolist():
         if taken[seed]:
@@ -152,10 +155,8 @@ def _merged_faces(triangles: np.ndarray, equations: np.ndarray, neighbors: np.nd
         groups.append(members)
     alone = triangles.tolist()
     loops = [alone[group[0]] if len(group) == 1 else _boundary(triangles[group]) for group in groups]
-    whole = [loop for loop in loops if loop]
-    if len(whole) == len(loops) and _is_closed(whole, _how_many(triangles)):
-        return whole
-    return alone
+    whole = triangles[lonely].tolist() + [loop for loop in loops if loop]
+    return whole if None not in loops and _is_closed(whole, _how_many(triangles)) else alone
 
 
 def _boundary(triangles: np.ndarray) -> list[int] | None:

@@ -6,7 +6,6 @@ The form in which Drake gives contact surfaces by default, and the one of convex
 from __future__ import annotations
 
 import copy
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,31 +52,24 @@ class PolygonSurfaceMesh:
     """
 
     def __init__(self, face_data: Sequence[int] | np.ndarray = (), vertices: ArrayLike = ()) -> None:
-        self._face_data = [int(v) for v in face_data]
+        data = np.array(face_data, dtype=np.int64).reshape(-1)
         self._vertices = as_numbers(vertices).reshape(-1, 3)
-        self._faces: list[tuple[int, ...]] = []
-        i = 0
-        while i < len(self._face_data):
-            size = self._face_data[i]
-            self._faces.append(tuple(self._face_data[i + 1 : i + 1 + size]))
-            i += 1 + size
-        flat = self._flat()
-        if self._faces and (min(map(len, self._faces)) < 3 or flat.min() < 0 or flat.max() >= len(self._vertices)):
-            n = len(self._vertices)
+        begins = _begins(data)
+        self._face_data = data.tolist()
+        self._flat, self._sizes = np.delete(data, begins), data[begins]
+        """The corners of all faces, one after the other, and how many each has."""
+        self._faces = _split(self._flat, self._sizes)
+        n, flat = len(self._vertices), self._flat
+        if len(begins) and (self._sizes.min() < 3 or flat.min() < 0 or flat.max() >= n):
             face = next(f for f in self._faces if len(f) < 3 or not 0 <= min(f) <= max(f) < n)
             raise ValueError(f"PolygonSurfaceMesh(): face {face} with {n} vertices.")
         self._normals, self._areas, self._centroids = self._measure()
-
-    def _flat(self) -> np.ndarray:
-        """The corners of all faces, one after the other."""
-        return np.fromiter(itertools.chain.from_iterable(self._faces), np.int64)
 
     def _measure(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normals, areas and centroids of the faces, each a fan of triangles around its first corner."""
         if not self._faces:
             return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
-        corners = np.array([len(face) for face in self._faces])
-        flat = self._flat()
+        corners, flat = self._sizes, self._flat
         first = np.cumsum(corners) - corners  # of each face in flat
         fan = np.cumsum(corners - 2) - (corners - 2)  # where its triangles begin
         face = np.repeat(np.arange(len(corners)), corners - 2)
@@ -150,6 +142,33 @@ class PolygonSurfaceMesh:
 
     def __deepcopy__(self, memo: dict) -> PolygonSurfaceMesh:
         return copy.copy(self)
+
+
+def _split(flat: np.ndarray, sizes: np.ndarray) -> list[tuple[int, ...]]:
+    """Faces of these sizes, of their corners one after the other."""
+    if len(sizes) and (sizes == sizes[0]).all():
+        return list(zip(*flat.reshape(-1, sizes[0]).T.tolist()))  # triangles, mostly
+    return [tuple(face.tolist()) for face in np.split(flat, np.cumsum(sizes)[:-1])] if len(sizes) else []
+
+
+def _begins(data: np.ndarray) -> list[int]:
+    """Where the faces begin.
+
+    Raises:
+        ValueError: a face has no corners, or more than there are numbers.
+    """
+    stride = 1 + int(data[0]) if len(data) else 1
+    if stride > 1 and len(data) % stride == 0 and (data[::stride] == stride - 1).all():
+        return list(range(0, len(data), stride))
+    begins, i, words = [], 0, data.tolist()
+    while i < len(words):
+        begins.append(i)
+        if words[i] < 1 or words[i] > len(words) - i - 1:
+            raise ValueError(
+                f"PolygonSurfaceMesh(): a face of {words[i]} corners, {len(words) - i - 1} numbers follow."
+            )
+        i += 1 + words[i]
+    return begins
 
 
 def _index(call: str, i: int, items: Sequence[object] | np.ndarray) -> int:

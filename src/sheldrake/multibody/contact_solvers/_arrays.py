@@ -92,21 +92,32 @@ def make_solver_model(
     model.max_iterations = MAX_ITERATIONS if to_rest else DRAKE_ITERATIONS
     model.law = APPROXIMATIONS[approximation].law
     model.scalar_rows = APPROXIMATIONS[approximation].scalar_rows
+    model.ahead = to_rest and APPROXIMATIONS[approximation].scalar_rows
     model.sides = 1 if APPROXIMATIONS[approximation].symmetric else 2
     return model
 
 
-def widest(model: SolverModel) -> int:
-    """Most dofs that can move one constraint: the longest paths to the base in two trees."""
+def widest(model: SolverModel) -> tuple[int, int]:
+    """Most dofs that can move two bodies against each other, and most that can move either, of two trees or of one."""
     longest = sorted(int(model.dof[f : f + n, records.Dof.depth].max()) + 1 for f, n in model.tree if n > 0)
-    if not longest:
-        return 1
-    # Two bodies of one tree may have disjoint branches, at most all of the tree's dofs.
-    return max(sum(longest[-2:]), min(2 * longest[-1], int(model.tree[:, records.Tree.num_dofs].max())))
+    against = either = max(sum(longest[-2:]), 1)
+    height = np.zeros(len(model.dof), np.int64)  # dofs of the longest way from a dof outwards, without itself
+    for k in range(len(model.dof) - 1, -1, -1):
+        parent, depth = model.dofs[k].parent, model.dofs[k].depth
+        if parent >= 0:
+            both = int(height[parent] + height[k]) + 1
+            against, either = max(against, both), max(either, both + depth)
+            height[parent] = max(height[parent], height[k] + 1)
+    return against, either
 
 
 def make_solver_work(
-    model: SolverModel, contacts: int, rows: int, dtype: type = float, least_width: int = 1
+    model: SolverModel,
+    contacts: int,
+    rows: int,
+    dtype: type = float,
+    least_width: int = 1,
+    rows_of_bodies: bool = True,
 ) -> SolverWork:
     """Room for a number of contacts and scalar rows.
 
@@ -116,8 +127,11 @@ def make_solver_work(
         rows: capacity for scalar rows.
         dtype: float, or object for duals and symbols.
         least_width: room for so many dofs in a constraint, if those that bodies may have are fewer.
+        rows_of_bodies: rows may be between bodies; else they are of `least_width` dofs.
     """
-    nv, num_trees, width = len(model.dof), len(model.tree), max(widest(model), least_width)
+    nv, num_trees = len(model.dof), len(model.tree)
+    against, either = widest(model)
+    width, row_width = max(against, least_width), max(either if rows_of_bodies else 1, least_width)
     packed = int(np.sum(model.dof[:, records.Dof.depth] + 1))
 
     def numbers(*shape: int) -> np.ndarray:
@@ -134,6 +148,7 @@ def make_solver_work(
     return SolverWork(
         Problem(
             numbers(packed),
+            numbers(packed),
             numbers(records.DofVectors.SIZE, nv),
             integers(num_trees, records.Participation.SIZE),
             integers(records.Counts.SIZE),
@@ -145,8 +160,8 @@ def make_solver_work(
             numbers(contacts, records.ContactState.SIZE),
         ),
         Rows(
-            integers(rows, records.RowIndex.SIZE + width),
-            numbers(rows, width),
+            integers(rows, records.RowIndex.SIZE + row_width),
+            numbers(rows, row_width),
             numbers(rows, records.RowLaw.SIZE),
             numbers(rows, records.RowState.SIZE),
         ),

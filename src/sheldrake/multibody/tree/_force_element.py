@@ -114,7 +114,8 @@ class _JointSpring(JointElement):
     def __init__(self, joint: Joint, nominal: float, stiffness: float):
         super().__init__(joint)
         nonnegative(type(self).__name__, stiffness=stiffness)
-        self._nominal, self._stiffness = float(nominal), float(stiffness)
+        self._nominal = float(finite(type(self).__name__, "the nominal position", nominal))
+        self._stiffness = float(stiffness)
 
     def _defaults(self) -> list[float]:
         return [self._stiffness, self._nominal]

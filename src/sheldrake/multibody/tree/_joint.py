@@ -306,14 +306,18 @@ class Joint(NamedElement):
 
     @checked
     def set_default_positions(self, default_positions: ArrayLike) -> None:
-        """Sets the positions of a default context."""
+        """Sets the positions of a default context.
+
+        Raises:
+            RuntimeError: they are not as many as the joint has, or not finite.
+        """
         size = self.num_positions()
         values = np.ravel(np.asarray(default_positions, float))
         if values.shape != (size,):
             raise RuntimeError(
                 f"Joint.set_default_positions(): joint {self._name!r} has {size} positions, not {values.size}."
             )
-        self._default_q = values.copy()
+        self._default_q = finite(f"Joint.set_default_positions of {self._name!r}", "default_positions", values.copy())
 
     def GetDefaultPose(self) -> RigidTransform:
         """X_FM at the default positions."""

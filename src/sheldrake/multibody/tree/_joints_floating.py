@@ -12,7 +12,7 @@ import numpy as np
 from sheldrake.common._rotations import matrix_to_canonical_quaternion, quaternion_to_matrix
 from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix
-from sheldrake.multibody.tree._element import scalar_of, vector
+from sheldrake.multibody.tree._element import finite, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
@@ -98,7 +98,8 @@ class _FloatingJoint(Joint):
         return self._default_q[self._p_start :].copy()
 
     def _set_default_translation(self, p_FM: Scalars) -> None:
-        self._default_q[self._p_start :] = vector("set_default_translation", "p_FM", p_FM, 3)
+        call = "set_default_translation"
+        self._default_q[self._p_start :] = finite(call, "p_FM", vector(call, "p_FM", p_FM, 3))
 
 
 class QuaternionFloatingJoint(_FloatingJoint):
@@ -189,7 +190,8 @@ class RpyFloatingJoint(_FloatingJoint):
 
     def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
-        self._default_q[:3] = vector("set_default_angles", "angles", angles, 3)
+        call = "set_default_angles"
+        self._default_q[:3] = finite(call, "angles", vector(call, "angles", angles, 3))
 
     def set_default_translation(self, p_FM: Scalars) -> None:
         """Sets p_FM in a default context [m]."""

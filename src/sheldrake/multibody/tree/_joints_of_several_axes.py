@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix_
-from sheldrake.multibody.tree._element import scalar_of, vector
+from sheldrake.multibody.tree._element import finite, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
@@ -87,7 +87,8 @@ class PlanarJoint(Joint):
 
     def set_default_translation(self, p_FoMo_F: Scalars) -> None:
         """Sets x and y in a default context [m]."""
-        self._default_q[:2] = vector("set_default_translation", "p_FoMo_F", p_FoMo_F, 2)
+        call = "set_default_translation"
+        self._default_q[:2] = finite(call, "p_FoMo_F", vector(call, "p_FoMo_F", p_FoMo_F, 2))
 
     def get_default_rotation(self) -> float:
         """The angle in a default context [rad]."""
@@ -95,7 +96,7 @@ class PlanarJoint(Joint):
 
     def set_default_rotation(self, theta: float) -> None:
         """Sets the angle in a default context [rad]."""
-        self._default_q[2] = theta
+        self._default_q[2] = finite("set_default_rotation", "theta", theta)
 
     def set_default_pose(self, p_FoMo_F: Scalars, theta: float) -> None:
         """Sets x and y [m] and the angle [rad] in a default context."""
@@ -145,7 +146,7 @@ class UniversalJoint(Joint):
 
     def set_default_angles(self, angles: Scalars) -> None:
         """Sets both angles in a default context [rad]."""
-        self._default_q = vector("set_default_angles", "angles", angles, 2)
+        self._default_q = finite("set_default_angles", "angles", vector("set_default_angles", "angles", angles, 2))
 
     def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
@@ -196,7 +197,7 @@ class BallRpyJoint(Joint):
 
     def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
-        self._default_q = vector("set_default_angles", "angles", angles, 3)
+        self._default_q = finite("set_default_angles", "angles", vector("set_default_angles", "angles", angles, 3))
 
     def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""

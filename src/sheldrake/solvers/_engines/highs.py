@@ -53,10 +53,11 @@ def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray,
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     """The tightest bounds of each decision variable."""
     lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
-    for b in prog.bounding_box_constraints():
-        at = parts_of(prog).bindings.places(b)
-        np.maximum.at(lower, at, b._evaluator._lower)
-        np.minimum.at(upper, at, b._evaluator._upper)
+    boxes = prog.bounding_box_constraints()
+    if boxes:
+        at = parts_of(prog).variables.places(np.concatenate([b._variables for b in boxes]))
+        np.maximum.at(lower, at, np.concatenate([b._evaluator._lower for b in boxes]))
+        np.minimum.at(upper, at, np.concatenate([b._evaluator._upper for b in boxes]))
     return lower, upper
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.common.record import view_of
+from sheldrake.solvers._engines.minimum_degree import minimum_degree
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._kernels import barrier, ldl
 from sheldrake.solvers._kernels.barrier import Iterate, Progress, System
@@ -199,7 +200,7 @@ class Factors:
         rows = np.concatenate((program.H_rows, diagonal, program.J_cols, below))
         cols = np.concatenate((program.H_cols, diagonal, n + program.J_rows, below))
         half = rows <= cols  # the Hessian is given with both its halves
-        order = _elimination_order(size, rows[half], cols[half])
+        order = minimum_degree(size, rows[half], cols[half]) if size > _SMALL else np.arange(size)
         place = np.empty(size, dtype=np.int64)
         place[order] = np.arange(size)
         i, j = place[rows[half]], place[cols[half]]
@@ -232,21 +233,6 @@ class Factors:
 
 
 _SMALL = 40  # Up to this size full factors take less time than looking for an order does.
-
-
-def _elimination_order(size: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-    """An order that keeps factors sparse: minimum degree, from SuperLU for a matrix of the same pattern."""
-    if size <= _SMALL:
-        return np.arange(size)
-    from scipy.sparse import csc_matrix
-    from scipy.sparse.linalg import splu
-
-    diagonal = np.arange(size)
-    both = (np.concatenate((rows, cols, diagonal)), np.concatenate((cols, rows, diagonal)))
-    weights = np.concatenate((np.ones(2 * len(rows)), np.full(size, 4.0 * len(rows) + 4.0)))  # needs no pivots
-    matrix = csc_matrix((weights, both), shape=(size, size))
-    found = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return np.argsort(found.perm_c)
 
 
 class InteriorPoint:

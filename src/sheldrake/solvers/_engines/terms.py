@@ -77,6 +77,9 @@ class LinearTerms(Terms):
         return np.zeros(0)
 
 
+_DENSE = 64  # Up to so many variables a single form is faster as a full matrix.
+
+
 class QuadraticTerms(Terms):
     """x' Q x / 2 + b' x + c, one value for each evaluator.
 
@@ -87,6 +90,7 @@ class QuadraticTerms(Terms):
     def __init__(self, blocks: Sequence[tuple[np.ndarray, np.ndarray, float, np.ndarray, int]]):
         self.places = np.array([row for *_, row in blocks])
         self._c = np.array([c for _, _, c, _, _ in blocks])
+        self._only = np.array(blocks[0][0]) if len(blocks) == 1 and len(blocks[0][1]) <= _DENSE else None
         self._b = np.concatenate([b for _, b, _, _, _ in blocks])
         sizes = [len(b) for _, b, _, _, _ in blocks]
         starts = np.concatenate(([0], np.cumsum(sizes)))
@@ -107,6 +111,9 @@ class QuadraticTerms(Terms):
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         own = x[self.J_cols]
+        if self._only is not None:
+            Qx = self._only @ own
+            return self._c + own @ (0.5 * Qx + self._b), Qx + self._b
         Qx = np.bincount(self._i, self._Q * own[self._j], len(own))
         values = self._c + np.bincount(self._owner, own * (0.5 * Qx + self._b), len(self._c))
         return values, Qx + self._b

@@ -65,7 +65,7 @@ class BindingBase(Generic[Evaluator_co]):
         return self._evaluator.ToLatex(self._variables, precision)
 
     def _identity(self) -> tuple[int, ...]:
-        return (id(self._evaluator), *(v.get_id() for v in self._variables))
+        return (id(self._evaluator), *[v._id for v in self._variables])
 
     def __eq__(self, other: object) -> bool:
         return self._identity() == other._identity() if isinstance(other, BindingBase) else NotImplemented

@@ -122,7 +122,7 @@ class QuadraticCost(Cost):
         self._Q, self._b, self._c = symmetric(Q), _arrays.float_vector(b), float(c)
         if self._Q.shape[0] != self._b.size:
             raise RuntimeError(f"QuadraticCost(): Q has {self._Q.shape[0]} rows but b has {self._b.size} elements.")
-        self._is_convex = is_semidefinite(self._Q) if is_convex is None else bool(is_convex)
+        self._is_convex = None if is_convex is None else bool(is_convex)
         self._set_sizes(1, self._b.size)
 
     def Q(self) -> np.ndarray:
@@ -139,6 +139,8 @@ class QuadraticCost(Cost):
 
     def is_convex(self) -> bool:
         """Tells whether Q is positive semidefinite."""
+        if self._is_convex is None:
+            self._is_convex = is_semidefinite(self._Q)
         return self._is_convex
 
     def UpdateCoefficients(
@@ -153,14 +155,14 @@ class QuadraticCost(Cost):
         same_count(Q.shape[0], self._num_vars)
         same_count(b.size, self._num_vars)
         self._Q, self._b, self._c = Q, b, float(new_c)
-        self._is_convex = is_semidefinite(Q) if is_convex is None else bool(is_convex)
+        self._is_convex = None if is_convex is None else bool(is_convex)
 
     @checked
     def UpdateHessianEntry(self, i: int, j: int, val: float, is_hessian_psd: bool | None = None) -> None:
         """Sets Q(i, j) and Q(j, i)."""
         self._Q = self._Q.copy()
         self._Q[i, j] = self._Q[j, i] = val
-        self._is_convex = is_semidefinite(self._Q) if is_hessian_psd is None else bool(is_hessian_psd)
+        self._is_convex = None if is_hessian_psd is None else bool(is_hessian_psd)
 
     @checked
     def update_linear_coefficient_entry(self, i: int, val: float) -> None:

@@ -169,7 +169,7 @@ class Constraint(EvaluatorBase):
         if lower.size != self._num_outputs or upper.size != self._num_outputs:
             which = "Lower" if lower.size != self._num_outputs else "Upper"
             raise RuntimeError(f"{which} bound has invalid dimension.")
-        if np.isnan(lower).any() or np.isnan(upper).any():
+        if not ((lower == lower).all() and (upper == upper).all()):
             raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
         self._lower, self._upper = lower.astype(float), upper.astype(float)
 

@@ -11,14 +11,20 @@ from sheldrake.symbolic import _decompose as decompose
 from sheldrake.symbolic import _traverse as traverse
 
 
+def _age_of_term(term: tuple[Variable, float]) -> int:
+    return term[0]._id
+
+
 class Coefficients:
     """A polynomial of degree two at most as 1/2 x' Q x + b' x + c; of one of higher degree, that degree."""
 
-    def __init__(self, e: Expression):
+    def __init__(self, e: Expression, flat: list | None = None):
+        """flat: The terms of e, if `flat_terms` knows them."""
         self.Q: np.ndarray | None = None
-        if decompose.is_linear(e):
+        if flat is None and decompose.is_linear(e):
             terms, self.c = decompose.linear_terms(e)
-            terms.sort(key=lambda term: term[0].get_id())
+            if len(terms) > 1:
+                terms.sort(key=_age_of_term)
             self.vars = traverse.object_array([v for v, _ in terms])
             self.degree, self.b = min(len(terms), 1), np.array([c for _, c in terms], dtype=float)
             return
@@ -27,16 +33,15 @@ class Coefficients:
         self.vars = traverse.object_array(found)
         self.degree, self.b, self.c = 0, np.zeros(len(found)), 0.0
         places = {v: i for i, v in enumerate(found)}
-        flat = decompose.flat_terms(e)
         if flat is None:
             self.degree = decompose.degree_of_product(e)
             if self.degree > 2:
                 return
-            terms_of = decompose.decompose(e, set(variables)).items()
-            flat = [(coefficient.Evaluate(), list(m._powers.items())) for m, coefficient in terms_of]
+            terms_of = decompose.decompose(e, variables).items()
+            flat = [(coefficient._made[0], list(m._powers.items())) for m, coefficient in terms_of]
         for value, powers in flat:
             self._add(value, [places[v] for v, n in powers for _ in range(min(n, 3))])
-            self.degree = max(self.degree, sum(n for _, n in powers))
+            self.degree = max(self.degree, sum([n for _, n in powers]))
 
     def _add(self, value: float, at: list[int]) -> None:
         """Adds a term that is a product of these variables, if it has no more than two."""
@@ -57,8 +62,10 @@ class Coefficients:
 
 def coefficients(e: Expression) -> Coefficients | None:
     """The coefficients of a polynomial of any degree; None for other expressions."""
-    is_known = decompose.is_linear(e) or decompose.flat_terms(e) is not None
-    return Coefficients(e) if is_known or traverse.is_polynomial(e) else None
+    if decompose.is_linear(e):
+        return Coefficients(e)
+    flat = decompose.flat_terms(e)
+    return Coefficients(e, flat) if flat is not None or traverse.is_polynomial(e) else None
 
 
 def quadratic(e: Expression, wanted_by: str) -> Coefficients:

@@ -83,9 +83,11 @@ def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> BindingBase[Boundin
 
 def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[LinearConstraint] | None:
     """The linear constraint of one row, as `linear_constraint` makes it; None where it has more to look at."""
-    if row is None or row.degree != 1 or not math.isfinite(row.c) or math.isnan(lower) or math.isnan(upper):
+    if row is None or row.degree != 1 or not (isinstance(lower, float) and isinstance(upper, float)):
         return None
-    low, high = float(lower) - row.c, float(upper) - row.c
+    low, high = lower - row.c, upper - row.c
+    if math.isnan(low) or math.isnan(high) or not math.isfinite(row.c):
+        return None
     if low == high:
         equal = np.array([low])
         return bind(
@@ -105,11 +107,11 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
     Raises:
         RuntimeError: it holds for no values of the variables.
     """
-    es, lower, upper = _flat(expressions, lower, upper)
-    row = coefficients(es[0]) if len(es) == 1 else None
-    found = one_row(row, lower[0], upper[0]) if row is not None else None
+    row = coefficients(expressions) if isinstance(expressions, Expression) else None
+    found = one_row(row, lower, upper)
     if found is not None:
         return found
+    es, lower, upper = _flat(expressions, lower, upper)
     _check_bounds(lower, upper)
     rows = affine_rows(es) if row is None or row.degree < 2 else None
     if rows is not None:
@@ -127,7 +129,7 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
 
 def _flat(expressions: Any, lower: Any, upper: Any) -> tuple[list[Expression], np.ndarray, np.ndarray]:
     single = isinstance(expressions, Expression)
-    es = [expressions] if single else list(np.atleast_1d(expressions).ravel(order="F"))
+    es = [expressions] if single else np.atleast_1d(expressions).ravel(order="F").tolist()
     lower, upper = (np.atleast_1d(np.asarray(b, dtype=float)).ravel(order="F") for b in (lower, upper))
     if lower.size != len(es) or upper.size != len(es):
         raise RuntimeError(f"A constraint on {len(es)} expressions has {lower.size} and {upper.size} bounds.")
@@ -217,22 +219,23 @@ def rotated_lorentz(A: np.ndarray, b: np.ndarray, vars: np.ndarray) -> BindingBa
 
 
 def linear_constraint(
-    expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike, what: str = "Expression"
+    expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike, sources: Sequence[Formula] | None = None
 ) -> BindingBase[LinearConstraint]:
-    """The linear constraint lower <= expressions <= upper.
+    """The linear constraint lower <= expressions <= upper; `sources` are the formulas that said so, for errors.
 
     Raises:
         RuntimeError: an expression is not linear.
     """
-    es, lower, upper = _flat(expressions, lower, upper)
-    found = one_row(coefficients(es[0]), lower[0], upper[0]) if len(es) == 1 else None
+    found = one_row(coefficients(expressions), lower, upper) if isinstance(expressions, Expression) else None
     if found is not None:
         return found
+    es, lower, upper = _flat(expressions, lower, upper)
     _check_bounds(lower, upper)
     rows = affine_rows(es)
     if rows is None:
-        bad = next(e for e in es if affine_rows([e]) is None)
-        raise RuntimeError(f"{what} {bad} is non-linear.")
+        bad = next(i for i, e in enumerate(es) if affine_rows([e]) is None)
+        what = f"Expression {es[bad]}" if sources is None else f"Formula {sources[bad]}"
+        raise RuntimeError(f"{what} is non-linear.")
     return _linear(es, rows, lower, upper)
 
 
@@ -242,6 +245,11 @@ def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> B
     Raises:
         RuntimeError: an expression is not linear.
     """
+    row = coefficients(expressions) if isinstance(expressions, Expression) else None
+    if row is not None and row.degree == 1:
+        right = np.atleast_1d(np.asarray(b, dtype=float)) - row.c
+        of_row = LinearEqualityConstraint._of(row.b.reshape(1, -1), right, right)
+        return bind(LinearEqualityConstraint, of_row, row.vars)
     es, b, _ = _flat(expressions, b, b)
     rows = affine_rows(es)
     if rows is None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.solvers._parse.coefficients import affine_rows
 from sheldrake.solvers._parse.constraints import constraint, equality_constraint, linear_constraint
 from sheldrake.symbolic import Expression, Formula, FormulaKind
 from sheldrake.symbolic import _build as build
@@ -67,8 +67,8 @@ def _sides(f: Formula, swap: bool) -> tuple[Expression, float, float]:
 
 def _difference(f: Formula, a: Expression, b: Expression) -> Expression:
     for side in (a, b):
-        constant = side._args[0] if side._kind in (k.CONSTANT, k.ADD) else 0.0
-        if isinstance(constant, float) and np.isinf(constant):
+        constant = side._constant if side._kind == k.ADD else side._made[0] if side._kind == k.CONSTANT else 0.0
+        if math.isinf(constant):
             raise RuntimeError(
                 f"FindBound() cannot handle the constraint: {str(f)[1:-1]} because {side} has infinity in the constant "
                 "term after expansion."
@@ -77,7 +77,7 @@ def _difference(f: Formula, a: Expression, b: Expression) -> Expression:
 
 
 def _is_infinite(e: Expression, sign: float) -> bool:
-    return e._kind == k.CONSTANT and e._args[0] == sign * np.inf
+    return e._kind == k.CONSTANT and e._made[0] == sign * np.inf
 
 
 def _one_sided(f: Formula, a: Expression, b: Expression) -> tuple[Expression, float, float]:
@@ -100,15 +100,15 @@ def _at_least(f: Formula, a: Expression, b: Expression) -> tuple[Expression, flo
 
 def _parsed(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint]:
     triples = [_sides(f, swap) for f in parts]
-    if linear:
-        bad = next((f for f, (e, _, _) in zip(parts, triples) if affine_rows([e]) is None), None)
-        if bad is not None:
-            raise RuntimeError(f"Formula {bad} is non-linear.")
-    make = linear_constraint if linear else constraint
+    es: Any
+    lower: Any
+    upper: Any
     if len(triples) == 1:
-        return make(*triples[0])
-    es = traverse.object_array([t[0] for t in triples])
-    return make(es, np.array([t[1] for t in triples]), np.array([t[2] for t in triples]))
+        es, lower, upper = triples[0]
+    else:
+        es = traverse.object_array([t[0] for t in triples])
+        lower, upper = (np.array([t[i] for t in triples]) for i in (1, 2))
+    return linear_constraint(es, lower, upper, parts) if linear else constraint(es, lower, upper)
 
 
 def formula_constraint(f: Formula, linear: bool = False) -> BindingBase[Constraint]:

@@ -5,6 +5,7 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, TypeVar, cast
 
@@ -89,8 +90,8 @@ class ProgramBindings:
         Raises:
             RuntimeError: one of its variables is no decision variable.
         """
-        self._variables.check_decisions(binding.variables())
-        kind = _kind_of(type(binding.evaluator()))
+        self._variables.check_decisions(binding._variables)
+        kind = _kind_of(type(binding._evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
         self._lists[kind].append(out)
         return cast("BindingBase[Kind]", out)
@@ -105,7 +106,7 @@ class ProgramBindings:
 
     def places(self, binding: BindingBase) -> np.ndarray:
         """Places of the variables of a binding among the decision variables, shape (n,)."""
-        return self._variables.places(binding.variables())
+        return self._variables.places(binding._variables)
 
     # What there is
 
@@ -297,6 +298,7 @@ class ProgramBindings:
         return self.CheckSatisfied(bindings, self._variables.initial_guess(), tol)
 
 
-def _kind_of(cls: type[EvaluatorBase]) -> type[EvaluatorBase]:
+@functools.cache
+def _kind_of(cls: type) -> type[EvaluatorBase]:
     """The most special kind that evaluators of a class are of."""
     return next(base for base in cls.__mro__ if base in ATTRIBUTES)

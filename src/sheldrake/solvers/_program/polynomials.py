@@ -331,14 +331,30 @@ def half_newton_basis(p: Polynomial) -> np.ndarray:
 
 
 def _in_hull(x: np.ndarray, points: np.ndarray) -> bool:
-    """Whether x is a convex combination of points."""
+    """Whether x is a convex combination of points: nonnegative least squares (Lawson, Hanson 1974) leave nothing."""
     if (points == x).all(axis=1).any():
         return True
-    from scipy.optimize import linprog
-
-    A = np.vstack((points.T, np.ones(len(points))))
-    found = linprog(np.zeros(len(points)), A_eq=A, b_eq=np.append(x, 1.0), bounds=(0, None), method="highs")
-    return found.status == 0
+    A, b = np.vstack((points.T, np.ones(len(points)))), np.append(x, 1.0)
+    weights, taken = np.zeros(len(points)), np.zeros(len(points), dtype=bool)
+    for _ in range(3 * len(points) + 10):
+        left = b - A @ weights
+        gains = np.where(taken, -np.inf, A.T @ left)
+        best = int(np.argmax(gains))
+        if np.abs(left).max() < 1e-9 or gains[best] <= 1e-9:
+            break
+        taken[best] = True
+        while True:
+            wanted = np.zeros(len(points))
+            wanted[taken] = np.linalg.lstsq(A[:, taken], b, rcond=None)[0]
+            low = taken & (wanted <= 0.0)
+            if not low.any():
+                break
+            part = (weights[low] / np.maximum(weights[low] - wanted[low], 1e-300)).min()
+            weights += part * (wanted - weights)
+            taken &= weights > 1e-12
+            weights[~taken] = 0.0
+        weights = wanted
+    return bool(np.abs(b - A @ weights).max() < 1e-9)
 
 
 def _without_useless(basis: list[Monomial], support: set[Monomial]) -> list[Monomial]:

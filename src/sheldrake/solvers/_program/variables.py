@@ -5,7 +5,6 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -49,20 +48,26 @@ class ProgramVariables:
     # New variables
 
     def _append(self, v: Variable) -> None:
-        if v.get_id() in self._indeterminate_places:
+        if v._id in self._indeterminate_places:
             raise RuntimeError(f"{v} is already an indeterminate.")
-        if v.get_type() not in (_TYPE.CONTINUOUS, _TYPE.BINARY):
+        if v._type not in (_TYPE.CONTINUOUS, _TYPE.BINARY):
             raise RuntimeError(f"MathematicalProgram: {v!r} is no decision variable; those are continuous or binary.")
-        self._places[v.get_id()] = len(self._decisions)
-        self._decisions.append(v)
-        self._guess.append(np.nan)
+        self._append_new([v])
+
+    def _append_new(self, vars: list[Variable]) -> None:
+        """Adds variables that are in no program yet, of a type that may be."""
+        first = len(self._decisions)
+        self._places.update({v._id: i for i, v in enumerate(vars, first)})
+        self._decisions.extend(vars)
+        self._guess.extend([np.nan] * len(vars))
 
     def _new(self, type: VariableType, shape: tuple[int, ...], name: str) -> np.ndarray:
         """New decision variables; those of a column are numbered as a vector (Drake's indeterminates are not)."""
-        count = len(shape) if shape[1:] != (1,) else 1
-        out = _filled(shape, lambda *at: Variable(f"{name}({','.join(map(str, at[:count]))})", type))
-        for v in out.ravel(order="F"):
-            self._append(v)
+        if shape[1:] == (1,):
+            out = _filled(shape[:1], name, type).reshape(shape)
+        else:
+            out = _filled(shape, name, type)
+        self._append_new(out.ravel(order="F").tolist())
         return out
 
     @typing_overload
@@ -88,7 +93,7 @@ class ProgramVariables:
     def NewIndeterminates(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new indeterminates; called as `(rows, name="x")` or `(rows, cols, name="X")`."""
         shape, name = _NEW_INDETERMINATES.choose("NewIndeterminates", args, kwargs)
-        out = _filled(shape, lambda *at: Variable(f"{name}({','.join(map(str, at))})"))
+        out = _filled(shape, name, _TYPE.CONTINUOUS)
         for v in out.ravel(order="F"):
             self._append_indeterminate(v)
         return out
@@ -96,10 +101,12 @@ class ProgramVariables:
     def NewSymmetricContinuousVariables(self, rows: int, name: str = "Symmetric") -> np.ndarray:
         """Returns a symmetric matrix of new continuous variables, shape `(rows, rows)`."""
         out = np.empty((rows, rows), dtype=object)
+        new = []
         for j in range(rows):
             for i in range(j, rows):
-                out[i, j] = out[j, i] = Variable(f"{name}({i},{j})")
-                self._append(out[i, j])
+                out[i, j] = out[j, i] = v = Variable(f"{name}({i},{j})")
+                new.append(v)
+        self._append_new(new)
         return out
 
     def AddDecisionVariables(self, decision_variables: VariablesLike) -> None:
@@ -224,12 +231,14 @@ class ProgramVariables:
 
     def places(self, vars: np.ndarray) -> np.ndarray:
         """Places of decision variables, shape (n,)."""
-        return np.array([self._places[v.get_id()] for v in vars], dtype=int)
+        places = self._places
+        return np.array([places[v._id] for v in vars.tolist()], dtype=int)
 
     def check_decisions(self, vars: np.ndarray) -> None:
         """Raises RuntimeError where one is no decision variable."""
-        for v in vars:
-            if v.get_id() not in self._places:
+        places = self._places
+        for v in vars.tolist():
+            if v._id not in places:
                 raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
     def _expect_variables(self, call: str, vars: Variable | VariablesLike) -> np.ndarray:
@@ -344,13 +353,13 @@ def _objects(items: list[Variable]) -> np.ndarray:
     return out
 
 
-def _filled(shape: tuple[int, ...], make: Callable[..., Variable]) -> np.ndarray:
+def _filled(shape: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
     """New variables, made column after column."""
-    out = np.empty(shape, dtype=object)
-    for reverse in np.ndindex(*shape[::-1]):
-        at = reverse[::-1]
-        out[at] = make(*at)
-    return out
+    if len(shape) == 1:
+        return _objects([Variable(f"{name}({i})", type) for i in range(shape[0])])
+    rows, cols = shape
+    made = [Variable(f"{name}({i},{j})", type) for j in range(cols) for i in range(rows)]
+    return _objects(made).reshape(shape, order="F")
 
 
 def _ways(vector: str, matrix: str) -> Ways:

@@ -35,7 +35,7 @@ class NativeWorlds:
     def __init__(self, worlds: Worlds, crew: Crew):
         self._worlds, self._crew = worlds, crew
         self._chain = np.zeros(1 + len(worlds.layout.rows), np.int64)
-        self._budget, self._seconds = 64, 0.0
+        self._budget, self._seconds, self._rollouts = 64, 0.0, 0
         worlds.bind(self._chain)
 
     def roll_out(self, plan: RolloutPlan, count: int, samples: int) -> None:
@@ -64,6 +64,9 @@ class NativeWorlds:
 
         with self._claimed():
             crew.run(work, -(-count // size))
+        self._rollouts += 1
+        if count and self._rollouts.bit_count() == 1:  # 1, 2, 4 ...: a robot that walks uses more than one that falls
+            worlds.look_at_use(int(who[0]))
 
     @contextlib.contextmanager
     def _claimed(self) -> Iterator[None]:

@@ -410,6 +410,11 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
                     return code
                 if not abs(store.S[0]) < self._horizon:
                     self._check_time(float(store.S[0]), "AdvanceTo")  # a callback has set it
+                if store.S[0] > T:
+                    raise RuntimeError(
+                        f"Simulator.AdvanceTo(): an update has set the time to {float(store.S[0])} s, which lies "
+                        f"behind boundary_time {T}; a publish or a monitor may do that."
+                    )
                 if not span.is_current():
                     self._make_span()
                     span = self._span

@@ -220,12 +220,12 @@ class Span:
 
     def begin(self, initializes: bool) -> None:
         """Sets the clocks and publishes what is due at the beginning; `initializes`: at initialization too."""
-        if not self.native:
-            self.interpreted(_loop.begin, initializes)
-            return
         if not self._publish_inputs_there:
             self.check_inputs(of_publishes=True)
             self._publish_inputs_there = True
+        if not self.native:
+            self.interpreted(_loop.begin, initializes)
+            return
         if self._logs is not self.store.L:
             self._bind_loop()
         self._bound_begin.set("initializes", initializes)
@@ -296,7 +296,7 @@ def failure(store: Store, numbers: Integrator, status: int, r: int) -> tuple[Bas
     if status == _integrate.MIN_STEP_STATUS:
         error = RuntimeError(
             f"Error control asks for a step below the minimum step size ({numbers.h_min:g} s requested) at time "
-            f"{store.S[0]!r}; the derivatives may be discontinuous."
+            f"{float(store.S[0])!r}; the derivatives may be discontinuous."
         )
         return error, None, ""
     row = store.layout.rows[r]

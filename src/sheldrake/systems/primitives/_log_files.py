@@ -259,8 +259,14 @@ def _title(name: str) -> str:
     return os.path.splitext(os.path.basename(name))[0]
 
 
+_MOST_BYTES, _MOST_PACKED = 1 << 30, 300  # a small file must not fill all memory
+
+
 def _read_npz(name: str) -> LogSet:
     with np.load(name, allow_pickle=False) as arrays:
+        size = sum(entry.file_size for entry in arrays.zip.infolist())
+        if size > max(_MOST_BYTES, _MOST_PACKED * os.path.getsize(name)):
+            raise ValueError(f"'{name}' would unpack to {size} bytes, more than {_MOST_PACKED} times its own size.")
         held = {key: arrays[key] for key in arrays.files}
     if "titles" in held:
         return LogSet(

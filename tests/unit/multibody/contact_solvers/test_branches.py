@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from test_factor import direct
 
-from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
+from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work, widest
+from sheldrake.multibody.contact_solvers._kernels.cost import are_runs, branches_of
 
 
 def path(parents, k):
@@ -108,6 +109,17 @@ def test_random_trees_with_random_constraints():
         np.testing.assert_allclose(dv, tree.expected(), rtol=1e-8, atol=1e-10)
 
 
+def test_room_for_what_two_bodies_of_a_tree_can_be_moved_by():
+    rng = np.random.default_rng(5)
+    for n in (1, 2, 5, 12, 20):
+        parents = [-1, *(int(rng.integers(max(0, k - 4), k)) for k in range(1, n))]
+        paths = [set(), *(set(path(parents, k)) for k in range(n))]
+        pairs = [(a, b) for a in paths for b in paths]
+        against, either = widest(Tree(parents).model)
+        assert against == max(len(a ^ b) for a, b in pairs)
+        assert either == max(len(a | b) for a, b in pairs)
+
+
 def test_the_ground_limits_and_the_torso_fill_nothing_and_crossed_legs_make_one_path():
     packed = sum(len(path(HUMANOID, k)) for k in range(len(HUMANOID)))
     tree = Tree(HUMANOID, [(8, -1), (11, 5), (19, 13), (13, -1)], [[7], [19]])
@@ -116,6 +128,20 @@ def test_the_ground_limits_and_the_torso_fill_nothing_and_crossed_legs_make_one_
     tree = Tree(HUMANOID, [(8, 11)])
     tree.solve()
     assert tree.size() == packed + 9  # the three dofs of one leg are on the paths of the other's
+
+
+def test_columns_down_two_branches_are_runs_of_entries_unless_other_dofs_come_between():
+    def branches(contacts):
+        tree = Tree(HUMANOID, contacts)
+        tree.solve()
+        contact = tree.work[1][0]
+        low, high = branches_of(tree.model, contact)
+        return low, high, are_runs(tree.factor, contact, low, high)
+
+    assert branches([(8, 11)]) == ((0, 3), (3, 3), True)
+    assert branches([(11, 8)]) == ((3, 3), (0, 3), True)
+    assert branches([(8, 19)]) == ((0, 3), (3, 5), True)
+    assert branches([(8, 19), (16, 19)]) == ((0, 3), (3, 5), False)  # the other arm comes between
 
 
 def test_the_comparison_sees_one_wrong_entry():

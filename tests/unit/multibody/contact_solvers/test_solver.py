@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.unit.multibody.contact_solvers.packed import put_factor
 
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels import problem as codes
@@ -44,6 +45,8 @@ class RandomProblem:
                 for j in range(k + 1):
                     self.work.problem.A[dof[f + k, 2] + j] = self.A[f + k, f + j]
         problem = self.work.problem
+        problem.L[:] = problem.A
+        put_factor(self.model, problem)
         self.v0, self.v_star = rng.normal(0, 0.1, nv), rng.normal(0, 0.1, nv)
         problem.v0[:], problem.v_star[:] = self.v0, self.v_star
         problem.p_star[:] = self.A @ (self.v_star - self.v0)

@@ -142,6 +142,21 @@ def test_continuous_worlds_have_step_sizes_of_their_own(num_threads):
 
 
 @compiled
+def test_the_memory_that_steps_write_is_asked_for():
+    diagram, plant, _ = block()
+    batch = BatchSimulator(diagram, 3, num_threads=1)
+    used = batch._worlds.tables.used
+    assert used[0] == 0
+    for height in (1.0, 0.0):  # in the air, then in contact
+        batch.states(plant)[:, 6] = height
+        for _ in range(2):
+            batch.AdvanceSteps(2)
+        before = set(used[1 : 1 + used[0]])
+    assert all(number // 8 * 8 in before for number in np.flatnonzero(batch._worlds.slab[0]))
+    assert len(before) * 8 < 0.2 * batch._worlds.slab.shape[1]
+
+
+@compiled
 def test_states_parameters_and_times_are_the_worlds_memory():
     diagram, plant, _ = block()
     batch = BatchSimulator(diagram, 5)

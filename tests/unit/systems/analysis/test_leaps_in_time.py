@@ -60,32 +60,66 @@ def test_onto_a_tick_and_backwards(native):
 
 
 @pytest.mark.parametrize("native", [True, False])
-@pytest.mark.parametrize("to", [math.inf, math.nan, 1e300])
+@pytest.mark.parametrize("to", [math.inf, math.nan, 1e300, -math.inf, -1e300])
 def test_what_is_no_time_is_refused(to, native):
     with pytest.raises((RuntimeError, ValueError), match="time"):
         leap(to, native)
 
 
-@pytest.mark.parametrize("native", [True, False])
-def test_an_update_may_set_the_time(native):
-    class Leaps(LeafSystem):
-        def __init__(self):
-            super().__init__()
-            self.times = []
-            self.DeclareDiscreteState(1)
-            self.DeclarePeriodicUnrestrictedUpdateEvent(1e-3, 0.0, self.leap)
+class Leaps(LeafSystem):
+    """Its third update, at 2 ms, sets the time."""
 
-        def leap(self, context, state):
-            self.times.append(context.get_time())
-            if len(self.times) == 3:
-                simulator.get_mutable_context().SetTime(5.0)
+    def __init__(self, to, continuous):
+        super().__init__()
+        self.to, self.times, self.context = to, [], None
+        self.DeclareDiscreteState(1)
+        self.DeclareContinuousState(continuous)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1e-3, 0.0, self.leap)
 
+    def DoCalcTimeDerivatives(self, context, derivatives):
+        derivatives.SetFromVector([1.0] * derivatives.size())
+
+    def leap(self, context, state):
+        self.times.append(context.get_time())
+        if len(self.times) == 3:
+            self.context.SetTime(self.to)
+
+
+def update_that_leaps(to, native, continuous):
+    """The system, and a simulator of it."""
     builder = DiagramBuilder()
-    system = builder.AddSystem(Leaps())
+    system = builder.AddSystem(Leaps(to, continuous))
     simulator = Simulator(builder.Build())
-    simulator._native = native
+    simulator._native, system.context = native, simulator.get_mutable_context()
+    return system, simulator
+
+
+@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("continuous", [0, 1])
+def test_an_update_may_set_the_time(native, continuous):
+    system, simulator = update_that_leaps(5.0, native, continuous)
     simulator.AdvanceTo(5.0031)
     assert system.times == pytest.approx([0.0, 0.001, 0.002, 5.001, 5.002, 5.003], abs=1e-12)
+
+
+@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("continuous", [0, 1])
+@pytest.mark.parametrize(
+    ("to", "says"),
+    [
+        (math.inf, "time of the context is inf"),
+        (-math.inf, "time of the context is -inf"),
+        (math.nan, "time of the context is nan"),
+        (-1e300, "at the time -1e\\+300 s"),
+        (5.0, "an update has set the time to 5.0 s, which lies behind boundary_time 0.0051"),
+    ],
+)
+def test_an_update_that_sets_no_time_ends_the_run(to, says, native, continuous):
+    """Drake 1.51 raises, aborts or hangs; here nothing may pass over it."""
+    system, simulator = update_that_leaps(to, native, continuous)
+    with pytest.raises(RuntimeError, match=says):
+        simulator.AdvanceTo(0.0051)
+    assert len(system.times) == 3
 
 
 def test_steps_of_python_end_where_the_time_is_no_number():

@@ -14,7 +14,7 @@ from sheldrake.systems.analysis import ApplySimulatorConfig, Simulator, Simulato
 from sheldrake.systems.analysis import _progress as progress_module
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from sheldrake.systems.framework._kernels import integrate, loop, program
-from sheldrake.systems.primitives import Integrator, LinearSystem, LogVectorOutput, Sine
+from sheldrake.systems.primitives import Gain, Integrator, LinearSystem, LogVectorOutput, Sine
 
 SWING = dict(A=[[0.0, 0.001], [-0.001, 1.0]], B=[[0.0], [0.001]], C=np.eye(2), D=np.zeros((2, 1)), time_period=1e-3)
 
@@ -189,3 +189,22 @@ def test_bad_calls():
 def test_the_loop_is_compiled_without_contraction():
     kernels = [k for file in (program, integrate, loop) for k in vars(file).values() if type(k).__name__ == "Kernel"]
     assert len(kernels) > 20 and all(k.strict for k in kernels)
+
+
+@pytest.mark.twin
+@pytest.mark.parametrize("native", [True, False])
+def test_open_inputs_of_kernels_are_found_before_anything_is_called(native):
+    builder, heard = DiagramBuilder(), []
+
+    class Speaker(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorOutputPort("y", 1, lambda context, y: heard.append(context.get_time()))
+
+    LogVectorOutput(builder.AddSystem(Speaker()).get_output_port(), builder)
+    LogVectorOutput(builder.AddSystem(Gain(2.0, 1)).get_output_port(), builder)
+    simulator = Simulator(builder.Build())
+    simulator._native = native
+    with pytest.raises(RuntimeError, match="not connected"):
+        simulator.AdvanceTo(0.1)
+    assert heard == []

@@ -151,3 +151,13 @@ def test_a_name_is_no_formula_of_a_spreadsheet(tmp_path, name):
     write_csv(tmp_path / "log.csv", np.zeros(1), np.zeros((1, 1)), [name])
     with open(tmp_path / "log.csv", newline="", encoding="utf-8") as file:
         assert next(csv.reader(file)) == ["time", "'" + name]
+
+
+def test_a_small_file_that_unpacks_to_gigabytes_is_refused(tmp_path, monkeypatch):
+    from sheldrake.systems.primitives import ReadLogs, _log_files
+
+    np.savez_compressed(tmp_path / "a.npz", time=np.zeros(200_000), data=np.zeros((1, 200_000)))
+    assert ReadLogs(tmp_path / "a.npz")
+    monkeypatch.setattr(_log_files, "_MOST_BYTES", 1 << 20)
+    with pytest.raises(ValueError, match="would unpack to 3200256 bytes, more than 300 times its own size"):
+        ReadLogs(tmp_path / "a.npz")

@@ -12,6 +12,7 @@ _LIBM = {
     **dict.fromkeys(("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "sqrt", "floor"), 1),
     "atan2": 2,
 }
+PREFETCH = "llvm.prefetch.p0"
 _TO_INTEGER = "llvm.fptosi.sat.i64.f64"
 
 
@@ -19,7 +20,7 @@ def declarations() -> list[str]:
     """What a module says of the functions that it calls and does not have."""
     lines = [f"declare double @{name}({', '.join(['double'] * n)})" for name, n in _INTRINSICS.items()]
     lines += [f"declare double @{f}({', '.join(['double'] * n)}) nounwind memory(read)" for f, n in _LIBM.items()]
-    return [*lines, f"declare i64 @{_TO_INTEGER}(double)"]
+    return [*lines, f"declare i64 @{_TO_INTEGER}(double)", f"declare void @{PREFETCH}(ptr, i32, i32, i32)"]
 
 
 def struct_of(kinds: Sequence[str]) -> str:

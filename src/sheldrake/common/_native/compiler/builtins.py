@@ -13,7 +13,19 @@ import numpy as np
 from sheldrake.common import rows
 from sheldrake.common._kernels import generic
 from sheldrake.common._native.compiler import prelude, scalars
-from sheldrake.common._native.compiler.kinds import BOOL, COMPLEX, FLOAT, INT, Array, Rows, Tuple, Value, Vectors
+from sheldrake.common._native.compiler.body import PREFETCH
+from sheldrake.common._native.compiler.kinds import (
+    BOOL,
+    COMPLEX,
+    FLOAT,
+    INT,
+    NOTHING,
+    Array,
+    Rows,
+    Tuple,
+    Value,
+    Vectors,
+)
 from sheldrake.common._native.compiler.scalars import Unfit, convert
 
 if TYPE_CHECKING:
@@ -133,6 +145,14 @@ def _call_row(f: Function, table: Value, r: Value, t: Value, slab: Value, words:
     return Value(INT, (f.b.op(f"call i64 {function}(double {t.leaves[0]}, ptr {slab.leaves[0]}, ptr {given})"),))
 
 
+def _prefetch(f: Function, rows: Value, i: Value, j: Value) -> Value:
+    """Asks for the line of the cache with rows[i, j], to be read and kept near."""
+    data, _, width = rows.leaves
+    at = f.b.op(f"add nsw i64 {f.b.op(f'mul nsw i64 {i.leaves[0]}, {width}')}, {j.leaves[0]}")
+    f.b.do(f"call void @{PREFETCH}(ptr {f.b.at(rows.kind.dtype.element, data, at)}, i32 0, i32 3, i32 1)")
+    return NOTHING
+
+
 BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     builtins.abs: (_abs, 1, 1), builtins.len: (_len, 1, 1), builtins.complex: (_complex, 1, 2),
     builtins.bool: (lambda f, x: Value(BOOL, (scalars.truth(f.b, x),)), 1, 1),
@@ -145,7 +165,7 @@ BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     generic.mul_add: (_mul_add, 3, 3),
     prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
     math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),
-    rows.call_row: (_call_row, 6, 6),
+    rows.call_row: (_call_row, 6, 6), rows.prefetch: (_prefetch, 3, 3),
 }  # fmt: skip
 """What a call of each makes, and how many arguments it takes, least and most."""
 BUILTINS |= {getattr(generic, name): (_of_doubles(name), 1, 1) for name in generic.UNARY}

@@ -1,17 +1,18 @@
 """Newton's step of an island whose few contacts press on one tree, with their impulses as the unknowns.
 
-Rows whose impulses are linear are part of a matrix that stays: A' = A + J_r^T G_r J_r. With it velocities follow from
-the impulses lambda of the contacts,
+Rows that are ahead, whose impulses are linear, are part of a matrix that stays: A' = A + J_r^T G_r J_r, whose factor L
+is there. With it velocities follow from the impulses lambda of the contacts,
 
-    v = v0 + (1 - theta) y + A'^-1 J^T (lambda - gamma0),      A' y = -gradient at v0,
+    v = v* + A'^-1 J^T lambda,      vc = J v* + W lambda.
 
-theta being 1 until the first full step, then 0. Newton's step of v, H dv = -gradient with H = A' + J^T G J, becomes
+Newton's step of v, H dv = -gradient with H = A' + J^T G J, becomes
 
-    (I + G W) dlambda = gamma - lambda - theta G J y,      dvc = theta J y + W dlambda,
+    (I + G W) dlambda = gamma - lambda,      dvc = W dlambda,
 
 where W = J A'^-1 J^T is the Delassus operator (Moreau and Jean 1996): the same iterates, for the price of a matrix with
 three rows a contact. It is made by the sparsity that branches induce (Featherstone 2010, "Exploiting sparsity in
-operational-space dynamics").
+operational-space dynamics"). The first step goes from v*, with the laws linear about v0: drift = J v* - vc is what it
+makes up for, too.
 """
 
 from sheldrake.common._kernels.vec import (
@@ -38,18 +39,15 @@ from sheldrake.common._kernels.vec import (
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import times_G
-from sheldrake.multibody.contact_solvers._kernels.factor import (
-    dofs_of,
-    eliminate_branches,
-    substitute_branches,
-)
+from sheldrake.multibody.contact_solvers._kernels.factor import dofs_of, substitute_branches
 from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    add_generalized_impulse,
-    contacts_of_island,
     diagonal,
     dofs_above,
-    dofs_of_island,
+    has_base_of_six,
+    is_chain_of_six,
+    velocity_of_any,
+    with_drift,
 )
 
 AT_HAND = 1e-6  # (gradient over momentum or impulse)^2 up to which an iteration or two will do
@@ -57,17 +55,22 @@ CHEAP = 2  # contacts whose operator costs less than even one iteration saves
 
 
 @kernel
-def few_contacts(problem, factor, relative):
-    """How many contacts the island has, 0 where their impulses had better not be the unknowns.
+def few_contacts(model, problem, rows, factor, relative):
+    """How many contacts the island has, -1 where their impulses had better not be the unknowns.
 
     `relative` is the square of the gradient at v0 over that of momentum or impulse.
     """
     n = problem.contacts_end - problem.contacts_begin
-    if n > CHEAP and relative < AT_HAND:
-        return 0
-    if problem.along_branches == 1 and 9 * n * (n + 1) // 2 <= len(factor.small) and 3 * n <= problem.participating:
-        return n
-    return 0
+    if problem.trees_end - problem.trees_begin > 1 or (n > CHEAP and relative < AT_HAND):
+        return -1
+    t = problem.trees[problem.trees_begin].order
+    if is_chain_of_six(model, t) or 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
+        return -1
+    for place in range(problem.rows_begin, problem.rows_end):
+        r = rows[place].order
+        if r >= problem.rows_ahead and rows[r].G > 0.0:
+            return -1
+    return n
 
 
 @kernel
@@ -85,9 +88,9 @@ def vanishes(u):
 
 
 @kernel(outline=True)
-def eliminate_contact(factor, contact, at, first, end):
+def eliminate_contact(model, problem, factor, contact, at, first, end):
     """L^-T J^T of a contact, three numbers a dof, into rows `at` + dof."""
-    Y, L = factor.spread, factor.L
+    Y, L = factor.spread, problem.L
     for k in range(first, end):
         store3(Y, at + k, (0.0, 0.0, 0.0))
     for a in range(contact.width):
@@ -95,7 +98,7 @@ def eliminate_contact(factor, contact, at, first, end):
     for k in range(end - 1, first, -1):
         y = load3(Y, at + k)
         if not vanishes(y):
-            for i, entry in dofs_above(factor, k):
+            for i, entry in dofs_above(model, k):
                 store3(Y, at + i, sub3(load3(Y, at + i), scale3(y, L[entry])))
 
 
@@ -122,14 +125,14 @@ def block_at(factor, c, e):
 
 
 @kernel(outline=True)
-def delassus_block(factor, c, e, first, end):
+def delassus_block(model, problem, factor, c, e, first, end):
     """W of contacts c and e."""
-    Y, L, n = factor.spread, factor.L, end - first
+    Y, L, n = factor.spread, problem.L, end - first
     W = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(first, end):
         y_c = load3(Y, c * n + k - first)
         if not vanishes(y_c):
-            W = add_dyad(W, scale3(y_c, L[diagonal(factor, k)]), load3(Y, e * n + k - first))
+            W = add_dyad(W, scale3(y_c, L[diagonal(model, k)]), load3(Y, e * n + k - first))
     write9(factor.delassus, block_at(factor, c, e), W)
 
 
@@ -256,24 +259,21 @@ def solve_small(factor, t, n):
 
 
 @kernel(outline=True)
-def step_of_impulses(problem, contacts, factor, n, theta):
-    """dlambda, and dvc of the contacts, of Newton's step."""
-    r, t = factor.residual, factor.rhs
+def step_of_impulses(problem, contacts, factor, n, part):
+    """dlambda, and dvc of the contacts, of Newton's step; `part` of the drift is left."""
+    t = factor.rhs
     for c in range(n):
-        contact = contact_at(problem, contacts, c)
-        kept = scale3(times_G(contact.G, read3(factor.drift, 3 * c)), theta)
-        write3(r, 3 * c, sub3(sub3(contact.gamma, read3(factor.impulse, 3 * c)), kept))
-        put_root(factor, c, contact.G)
+        put_root(factor, c, contact_at(problem, contacts, c).G)
     put_blocks(factor, n)
     for c in range(n):
-        write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), times_W(factor, n, c, r)))
+        write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), read3(factor.pushed, 3 * c)))
     solve_small(factor, t, n)
     for c in range(n):
         push = times_root(load_six(factor.root, SIX * c), read3(t, 3 * c))
-        write3(factor.change, 3 * c, sub3(read3(r, 3 * c), push))
+        write3(factor.change, 3 * c, sub3(read3(factor.residual, 3 * c), push))
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        contact.dvc = add3(scale3(read3(factor.drift, 3 * c), theta), times_W(factor, n, c, factor.change))
+        contact.dvc = add3(scale3(read3(factor.drift, 3 * c), part), times_W(factor, n, c, factor.change))
 
 
 @kernel
@@ -285,26 +285,25 @@ def move_impulses(problem, contacts, factor, n, alpha):
         write3(factor.impulse, 3 * c, add3(read3(factor.impulse, 3 * c), scale3(read3(factor.change, 3 * c), alpha)))
 
 
-@kernel
-def gradient_norm2(model, problem, contacts, factor, n, theta):
-    """gradient^T diag(1/A) gradient of theta g + J^T (lambda - gamma), g being that at v0 [J]."""
-    for k in dofs_of_island(model, problem):
-        problem.j_gamma[k] = theta * problem.gradient[k]
+@kernel(outline=True)
+def evaluate_impulses(model, problem, contacts, factor, n):
+    """The laws' impulses and G at the contacts' velocities, and the residual; gradient^T A'^-1 gradient [J]."""
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        add_generalized_impulse(problem.j_gamma, contact, sub3(read3(factor.impulse, 3 * c), contact.gamma))
-    total = 0.0
-    for k in dofs_of_island(model, problem):
-        total += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
-    return total
-
-
-@kernel(outline=True)
-def evaluate_impulses(model, problem, contacts, factor, n, theta):
-    """The laws' impulses and G at the contacts' velocities, and `gradient_norm2` with them."""
-    for contact in contacts_of_island(problem, contacts):
         contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
-    return gradient_norm2(model, problem, contacts, factor, n, theta)
+        write3(factor.residual, 3 * c, sub3(contact.gamma, read3(factor.impulse, 3 * c)))
+    return push_residual(factor, n)
+
+
+@kernel
+def push_residual(factor, n):
+    """W times the residual; that times the residual [J]."""
+    total = 0.0
+    for c in range(n):
+        u = times_W(factor, n, c, factor.residual)
+        write3(factor.pushed, 3 * c, u)
+        total += dot3(u, read3(factor.residual, 3 * c))
+    return total
 
 
 @kernel
@@ -312,64 +311,59 @@ def slope_there(problem, contacts, factor, n):
     """Slope of the cost along the step at the end of all of it, where impulses are evaluated [J]."""
     slope = 0.0
     for c in range(n):
-        contact = contact_at(problem, contacts, c)
-        slope += dot3(sub3(read3(factor.impulse, 3 * c), contact.gamma), contact.dvc)
+        slope -= dot3(read3(factor.residual, 3 * c), contact_at(problem, contacts, c).dvc)
     return slope
 
 
 @kernel
-def along_impulses(problem, contacts, factor, n, theta, g_y):
+def along_impulses(problem, contacts, factor, n):
     """(slope of the cost, slope without that of the contacts' costs, curvature without theirs) along the step [J]."""
-    slope = theta * theta * g_y
-    curvature = -slope
-    contact_slope = 0.0 * slope
+    slope = curvature = contact_slope = 0.0
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        change, impulse = read3(factor.change, 3 * c), read3(factor.impulse, 3 * c)
-        coupling = theta * dot3(read3(factor.drift, 3 * c), change)
-        slope += dot3(impulse, contact.dvc) - coupling
-        curvature += dot3(change, contact.dvc) + coupling
+        slope += dot3(read3(factor.impulse, 3 * c), contact.dvc)
+        curvature += dot3(read3(factor.change, 3 * c), contact.dvc)
         contact_slope -= dot3(contact.gamma, contact.dvc)
     return slope + contact_slope, slope, curvature
 
 
 @kernel(outline=True)
 def start_impulses(model, problem, contacts, factor, n):
-    """Everything at v0, where the gradient is known; dv = -L^-T gradient. (gradient^T y, `gradient_norm2`) [J]."""
+    """W, no impulse as yet, and the residual of the first step; gradient^T diag(1/A) gradient at v0 [J]."""
     first, end = dofs_of(model, problem)
-    eliminate_branches(model, problem, factor)
-    g_y = norm2 = 0.0
+    total = 0.0
     for k in range(first, end):
-        z = factor.rhs[k]
-        problem.dv[k] = z
-        g_y -= z * z * factor.L[diagonal(factor, k)]
-        norm2 += problem.gradient[k] * problem.gradient[k] * problem.mobility[k]
+        total += problem.gradient[k] * problem.gradient[k] * problem.mobility[k]
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        at = c * (end - first) - first
-        eliminate_contact(factor, contact, at, first, end)
-        u = (0.0, 0.0, 0.0)
-        for k in range(first, end):
-            u = add3(u, scale3(load3(factor.spread, at + k), factor.L[diagonal(factor, k)] * problem.dv[k]))
-        write3(factor.drift, 3 * c, u)
-        write3(factor.impulse, 3 * c, contact.gamma)
-        write3(factor.start, 3 * c, contact.gamma)
+        eliminate_contact(model, problem, factor, contact, c * (end - first) - first, first, end)
+        u = with_drift(contact, velocity_of_any(contact, problem.v_star), True)
+        drift = sub3(u, contact.vc)
+        write3(factor.drift, 3 * c, drift)
+        write3(factor.impulse, 3 * c, (0.0, 0.0, 0.0))
+        write3(factor.residual, 3 * c, sub3(contact.gamma, times_G(contact.G, drift)))
         for e in range(c + 1):
-            delassus_block(factor, c, e, first, end)
-    return g_y, norm2
+            delassus_block(model, problem, factor, c, e, first, end)
+    push_residual(factor, n)
+    return total
 
 
 @kernel(outline=True)
-def put_velocities(model, problem, factor, n, theta):
-    """v of theta and lambda."""
+def put_velocities(model, problem, factor, n):
+    """v of lambda."""
     first, end = dofs_of(model, problem)
     for k in range(first, end):
-        factor.rhs[k] = (1.0 - theta) * problem.dv[k]
+        problem.v[k] = problem.v_star[k]
+    if n == 0:
+        return
+    for k in range(first, end):
+        factor.rhs[k] = 0.0
     for c in range(n):
         at = c * (end - first) - first
-        push = sub3(read3(factor.impulse, 3 * c), read3(factor.start, 3 * c))
+        push = read3(factor.impulse, 3 * c)
         for k in range(first, end):
             factor.rhs[k] += dot3(load3(factor.spread, at + k), push)
-    substitute_branches(model, problem, factor)
+    begin = first + SIX if has_base_of_six(model, first, end) else first
+    substitute_branches(model, problem.L, factor.rhs, problem.dv, first, begin, end)
     for k in range(first, end):
         problem.v[k] += problem.dv[k]

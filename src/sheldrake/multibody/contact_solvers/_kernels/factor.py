@@ -457,35 +457,33 @@ def eliminate_branches(model, problem, factor):
 
 
 @kernel(outline=True)
-def substitute_branches(model, problem, factor):
-    """dv = L^-1 D^-1 rhs."""
-    L, x = factor.L, factor.rhs
-    first, end = dofs_of(model, problem)
-    begin = first + problem.base_dofs
+def substitute_branches(packed, L, x, dv, first, begin, end):
+    """dv = L^-1 D^-1 x, x becoming the same; dofs `first` to `begin` - 1 are those that all others hang on."""
     base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if begin > first:
         for k in range(first, begin):
-            x_k = x[k] * L[diagonal(factor, k)]
-            for i, at in dofs_above(factor, k):
+            x_k = x[k] * L[diagonal(packed, k)]
+            for i, at in dofs_above(packed, k):
                 x_k -= L[at] * x[i]
             x[k] = x_k
-            problem.dv[k] = x_k
+            dv[k] = x_k
         base = load_six(x, first)
     for k in range(begin, end):
-        x_k = x[k] * L[diagonal(factor, k)]
-        for i, at in dofs_above_from(factor, k, begin):
+        x_k = x[k] * L[diagonal(packed, k)]
+        for i, at in dofs_above_from(packed, k, begin):
             x_k -= L[at] * x[i]
         if begin > first:
-            x_k = subtract_dot_six_backwards(x_k, load_six(L, factor.dofs[k].row_start), base)
+            x_k = subtract_dot_six_backwards(x_k, load_six(L, packed.dofs[k].row_start), base)
         x[k] = x_k
-        problem.dv[k] = x_k
+        dv[k] = x_k
 
 
 @kernel
 def solve_branches(model, problem, factor):
     """dv = -H^-1 gradient."""
     eliminate_branches(model, problem, factor)
-    substitute_branches(model, problem, factor)
+    first, end = dofs_of(model, problem)
+    substitute_branches(factor, factor.L, factor.rhs, problem.dv, first, first + problem.base_dofs, end)
 
 
 # ---- Cholesky by blocks

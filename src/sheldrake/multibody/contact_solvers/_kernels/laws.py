@@ -11,7 +11,13 @@ import numpy as np
 
 from sheldrake.common._kernels.generic import atan, log, sqrt
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import contact_delassus, largest_delassus
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    ACTUATOR,
+    DRY_FRICTION,
+    contact_delassus,
+    diagonal,
+    largest_delassus,
+)
 
 # ---- material of a pair
 #
@@ -448,9 +454,36 @@ def prepare_actuator_row(row, dt, rigid):
     row.vhat = dt * effort * R
 
 
+FOUR_PI_SQUARED = 4.0 * np.pi**2
+
+
+@kernel
+def prepare_row(model, row, w):
+    """R and vhat of a row whose Delassus estimate is w."""
+    rigid = model.near_rigid_rows * model.near_rigid_rows / FOUR_PI_SQUARED * w
+    if row.kind == ACTUATOR or row.kind == DRY_FRICTION:
+        prepare_actuator_row(row, model.dt, rigid)
+    else:
+        prepare_spring_row(row, model.dt, rigid)
+    row.dvc = 0.0 * row.R
+
+
+@kernel
+def put_rows_ahead(model, problem, rows, impulse):
+    """Adds what the rows there are, each of one dof, do linearly at v0 to L, which is A as yet, and to an impulse."""
+    problem.rows_ahead = problem.num_rows
+    for r in range(problem.num_rows):
+        row = rows[r]
+        k, J = row.dofs[0], row.J[0]
+        at = diagonal(model, k)
+        prepare_row(model, row, J * J / problem.A[at])
+        row.gamma, row.G = row_impulse(row, J * problem.v0[k])
+        problem.L[at] += J * row.G * J
+        impulse[k] += J * row.gamma
+
+
 # ---- what contacts need before the first iteration
 
-FOUR_PI_SQUARED = 4.0 * np.pi**2
 LEAST = 1.0 - 1e-9  # of what must not be taken for smaller than it is
 SLIDING = 10.0  # slip over the stiction tolerance from which on it is sliding
 

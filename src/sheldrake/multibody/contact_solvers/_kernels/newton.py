@@ -35,6 +35,7 @@ from sheldrake.multibody.contact_solvers._kernels.delassus import (
 )
 from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import (
+    LAGGED,
     closing_speed,
     friction_load,
     glide,
@@ -169,10 +170,18 @@ def put_dual(model, contact, wx, wy):
     )
 
 
+@kernel
+def may_rub(model, contact):
+    """Whether friction can act in this solve: under kLagged only where the contact presses at v0."""
+    return model.law != LAGGED or contact.n0 > 0.0
+
+
 @kernel(outline=True)
 def initial_duals(model, problem, contacts, share):
     """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
     for contact in contacts_of_island(problem, contacts):
+        if not may_rub(model, contact):
+            continue
         x, y, _ = contact.vc
         soft = share * inverse_soft_norm(contact, x, y)
         put_dual(model, contact, x * soft, y * soft)
@@ -182,6 +191,8 @@ def initial_duals(model, problem, contacts, share):
 def update_duals(model, problem, contacts, alpha):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
     for contact in contacts_of_island(problem, contacts):
+        if not may_rub(model, contact):
+            continue
         x, y, _ = contact.vc
         dx, dy, _ = contact.dvc
         x -= alpha * dx  # where the step began
@@ -262,16 +273,6 @@ def iterate(model, problem, contacts, rows, factor):
 ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at again for v
 
 
-@kernel
-def factor_without_contacts(model, problem, contacts, rows, factor):
-    """Factorises A', what of the Hessian does not come from contacts; a status."""
-    end = problem.contacts_end
-    problem.contacts_end = problem.contacts_begin
-    status = numeric_factor(model, problem, contacts, rows, factor)
-    problem.contacts_end = end
-    return status
-
-
 @kernel(outline=True)
 def search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A):
     """`search` along a step of impulses, whose slopes have those of the rows."""
@@ -287,34 +288,35 @@ def search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
 def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left, soft):
     """The iterations of `iterate_to_rest`, with the impulses of n contacts as unknowns: a status, and the excess.
 
-    `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess.
+    `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess. The first step is
+    a guess: it is taken whatever it gains.
     """
-    if factor_without_contacts(model, problem, contacts, rows, factor) != SOLVED:
-        return HESSIAN_NOT_POSITIVE, excess
-    g_y, norm2 = start_impulses(model, problem, contacts, factor, n)
-    theta = 1.0 + 0.0 * g_y
-    scale = excess / norm2
-    for _ in range(model.max_iterations):
-        step_of_impulses(problem, contacts, factor, n, theta)
-        slope, slope_A, curvature_A = along_impulses(problem, contacts, factor, n, theta, g_y)
+    scale = excess / start_impulses(model, problem, contacts, factor, n)
+    part = 1.0
+    for _ in range(model.max_iterations if n > 0 else 0):
+        step_of_impulses(problem, contacts, factor, n, part)
+        slope, slope_A, curvature_A = along_impulses(problem, contacts, factor, n)
         problem.iterations += 1
         alpha = 1.0 + 0.0 * slope
         before = excess
         move_impulses(problem, contacts, factor, n, alpha)
-        excess = scale * evaluate_impulses(model, problem, contacts, factor, n, 0.0 * theta)
-        if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
-            move_impulses(problem, contacts, factor, n, -alpha)
-            alpha, found = search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
-            if found == 0:
-                return LINE_SEARCH_FAILED, excess
-            move_impulses(problem, contacts, factor, n, alpha)
-            excess = scale * evaluate_impulses(model, problem, contacts, factor, n, (1.0 - alpha) * theta)
-        theta = (1.0 - alpha) * theta
-        if excess <= ENOUGH or -slope <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
+        excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
+        if part == 0.0:
+            if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
+                move_impulses(problem, contacts, factor, n, -alpha)
+                alpha, found = search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
+                if found == 0:
+                    return LINE_SEARCH_FAILED, excess
+                move_impulses(problem, contacts, factor, n, alpha)
+                excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
+            if -slope <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
+                break
+        if excess <= ENOUGH:
             break
         if soft:
             update_duals(model, problem, contacts, alpha)
-    put_velocities(model, problem, factor, n, theta)
+        part = 0.0
+    put_velocities(model, problem, factor, n)
     excess, _, _ = evaluate_v(model, problem, contacts, rows)
     return SOLVED, excess
 
@@ -328,18 +330,18 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
     has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
     """
-    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
-        return FACTOR_CAPACITY
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
         initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
-    n = few_contacts(problem, factor, relative)
-    if n > 0:
+    n = few_contacts(model, problem, rows, factor, relative)
+    if n >= 0:
         status, excess = iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, DECREMENT * size, soft)
         if status != SOLVED or excess <= 1.0:
             return status
         if soft:
             initial_duals(model, problem, contacts, 1.0)
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
+        return FACTOR_CAPACITY
     fresh = 1
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, fresh)

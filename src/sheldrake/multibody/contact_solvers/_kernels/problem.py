@@ -75,6 +75,7 @@ class Settings(Record):
     max_iterations = integer("after which it gives up")
     scalar_rows = integer("1: limits, damping and gains of joints are its rows; 0 (kTamsi): they are forces")
     sides = integer("blocks of its matrix for two trees that touch: 1, or 2 where it is not symmetric")
+    ahead = integer("1: what rows of one dof do is in v* and in the factor of A, as far as it is linear at v0")
 
 
 class Tree(Record):
@@ -96,9 +97,9 @@ class DofVectors(Stack):
     """Vectors over the dofs."""
 
     v0 = vector("v at the start of the step", "m/s, rad/s")
-    v_star = vector("v without constraints")
+    v_star = vector("v without constraints, but for rows that are ahead")
     v = vector("the iterate; in the end v_next")
-    p_star = vector("A v*; the plant leaves A (v* - v0) here", "N s")
+    p_star = vector("A v*, without any rows; the plant leaves A (v* - v0) here", "N s")
     p = vector("A v", "N s")
     j_gamma = vector("J^T gamma", "N s")
     gradient = vector("A (v - v*) - J^T gamma", "N s")
@@ -124,6 +125,7 @@ class Counts(Record):
 
     num_contacts = integer("of this step")
     num_rows = integer("of this step")
+    rows_ahead = integer("how many of them, the first ones, are ahead")
     iterations = integer("of all islands")
     participating = integer("dofs of the last island that needed a factor")
     substeps = integer("of kTamsi")
@@ -272,9 +274,9 @@ class Presses(Stack):
     """Vectors over the directions of few contacts, three each, see `delassus`."""
 
     impulse = vector("lambda", "N s")
-    start = vector("gamma0, the impulses at v0", "N s")
+    pushed = vector("W times the residual", "m/s")
     change = vector("dlambda", "N s")
-    residual = vector("what Newton's step makes up for", "N s")
+    residual = vector("gamma - lambda, which Newton's step makes up for", "N s")
     drift = vector("J y: what the first step changes where no impulse of a contact does", "m/s")
 
 
@@ -292,10 +294,12 @@ class SolverModel(NamedTuple):
 class Problem(NamedTuple):
     """The smooth part of one solve: `problem.v_star[k]`, `problem.trees[t].active`, `problem.num_contacts`.
 
-    A is the momentum matrix, packed: entry of dof k and its ancestor j at A[dofs[k].row_start + dofs[j].depth].
+    A is the momentum matrix, packed: entry of dof k and its ancestor j at A[dofs[k].row_start + dofs[j].depth]. L is a
+    factor, packed likewise with 1/D on the diagonal: L^T D L = A + J^T G J with the rows that are ahead.
     """
 
     A: Vector
+    L: Vector
     x: Annotated[Matrix, DofVectors]
     tree: Annotated[IntMatrix, Items("trees", Participation)]
     count: Annotated[IntVector, Counts]

@@ -8,20 +8,16 @@ from typing import NamedTuple
 from sheldrake.common._kernels.vec import inverse_packed_diagonal_six, store_six
 from sheldrake.common.kernel import Kernel, kernel
 from sheldrake.multibody.contact_solvers._kernels.laws import (
-    FOUR_PI_SQUARED,
     LAGGED,
     SAP,
     SIMILAR,
-    prepare_actuator_row,
     prepare_hunt_crossley,
+    prepare_row,
     prepare_sap_cone,
-    prepare_spring_row,
     row_group_delassus,
 )
 from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, predict_slip, to_rest, to_rest_on_cones
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    ACTUATOR,
-    DRY_FRICTION,
     SOLVED,
     VC,
     Contacts,
@@ -72,19 +68,13 @@ def mobilities(model, problem):
 
 @kernel
 def prepare_rows(model, problem, rows):
-    """R and vhat of all scalar rows, and their velocities at v0."""
-    dt, beta = model.dt, model.near_rigid_rows
+    """R and vhat of all scalar rows that are not ahead."""
     w = 0.0
-    for r in range(problem.num_rows):
+    for r in range(problem.rows_ahead, problem.num_rows):
         row = rows[r]
         if row.group > 0:
             w = row_group_delassus(problem, rows, r, row.group)
-        rigid = beta * beta / FOUR_PI_SQUARED * w
-        if row.kind == ACTUATOR or row.kind == DRY_FRICTION:
-            prepare_actuator_row(row, dt, rigid)
-        else:
-            prepare_spring_row(row, dt, rigid)
-        row.dvc = 0.0 * row.R
+        prepare_row(model, row, w)
 
 
 @kernel

@@ -1,5 +1,6 @@
 """What every reader of a model format needs: files, messages, numbers."""
 
+import math
 import os
 import re
 from dataclasses import dataclass, field, replace
@@ -136,6 +137,8 @@ class Reading:
         text = element.get(attribute)
         if text is None:
             return default
+        if (value := _number_in(text, infinite)) is not None:  # the place is looked for where it is told
+            return value
         return self.parse_number(text, element.where_attribute(attribute), f"attribute '{attribute}'", infinite)
 
     def vector(self, element: Element, attribute: str, size: int, default=None):
@@ -147,17 +150,17 @@ class Reading:
         text = element.get(attribute)
         if text is None:
             return default
+        values = [_number_in(word) for word in text.split()]
+        if len(values) == size and None not in values:
+            return np.array(values, dtype=float)
         return self.parse_vector(text, size, element.where_attribute(attribute), f"attribute '{attribute}'")
 
     def parse_number(self, text: str, where: Location, what: str, infinite: bool = False) -> float:
         """One number from text; `what` names it in messages."""
-        stripped = text.strip()
-        if _NUMBER.fullmatch(stripped) or (infinite and _INFINITY.fullmatch(stripped)):
-            value = float(stripped)
-            if infinite or np.isfinite(value):
-                return value
-        begin = _BEGIN_OF_NUMBER.match(stripped) if self.loose_numbers else None
-        if begin is not None and np.isfinite(float(begin[0])):
+        if (value := _number_in(text, infinite)) is not None:
+            return value
+        begin = _BEGIN_OF_NUMBER.match(text.strip()) if self.loose_numbers else None
+        if begin is not None and math.isfinite(float(begin[0])):
             self.policy.Note(where, f"{what}: expected a number, found '{_shorten(text)}'; {begin[0]} is taken.")
             return float(begin[0])
         self.fail(where, f"{what}: expected one finite number, found '{_shorten(text)}'.")
@@ -222,6 +225,16 @@ class Reading:
 def _shorten(text: str, limit: int = 60) -> str:
     text = " ".join(text.split())
     return text if len(text) <= limit else text[:limit] + "..."
+
+
+def _number_in(text: str, infinite: bool = False) -> float | None:
+    """The number that text is, finite unless it may be infinite; None: it is none."""
+    stripped = text.strip()
+    if _NUMBER.fullmatch(stripped) or (infinite and _INFINITY.fullmatch(stripped)):
+        value = float(stripped)
+        if infinite or math.isfinite(value):
+            return value
+    return None
 
 
 def unique_name(wanted: str, taken) -> str:

@@ -45,6 +45,7 @@ class SdfScope:
     canonical_link: str = ""
     places: dict[str, Place] = field(default_factory=dict)
     known_poses: dict[str, Any] = field(default_factory=dict)
+    known_bodies: dict[str, tuple[tuple[str, ...], str]] = field(default_factory=dict)
 
     def add(self, place: Place) -> None:
         """Adds a place; names are unique among links, joints, frames and nested models.
@@ -62,7 +63,7 @@ class SdfScope:
         if place.name in ROOT_NAMES or "::" in place.name:
             self.reading.fail(place.where, f"The {place.kind} name '{place.name}' is reserved.")
         self.places[place.name] = place
-        self.known_poses.clear()
+        self.known_poses.clear(), self.known_bodies.clear()
 
     def find(self, name: str, where: Location) -> tuple[SdfScope, Place]:
         """The place a possibly scoped name stands for, and the scope that owns it.
@@ -154,7 +155,9 @@ class SdfScope:
         if place.kind == "model":
             scope, link = place.scope.body(MODEL_FRAME, place.where, pending)
             return (name, *scope), link
-        return self.body(place.attached_to, place.where, pending)
+        if name not in self.known_bodies:
+            self.known_bodies[name] = self.body(place.attached_to, place.where, pending)
+        return self.known_bodies[name]
 
     def pose_of_body(self, scope: tuple[str, ...], link: str, where: Location):
         """The pose of a link found by `body` in this model's frame."""

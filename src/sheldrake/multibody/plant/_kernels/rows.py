@@ -85,22 +85,24 @@ def has_desired_state(plant_model, u, i):
 
 
 @kernel
-def put_limits(tree_model, solver_model, plant_model, problem, rows, q):
-    """Rows of the position limits that the joint may reach within two steps: q0 - q_lower >= 0, q_upper - q0 >= 0."""
+def put_limits(tree_model, solver_model, plant_model, problem, rows, q, is_free):
+    """Rows of the position limits that the joint may reach within two steps: q0 - q_lower >= 0, q_upper - q0 >= 0.
+
+    With its velocity v0; or, if `is_free`, with v* alone.
+    """
     dt = solver_model.dt
     for i in range(len(plant_model.limits)):
         limit, bound = plant_model.limits[i], plant_model.bounds[i]
         dof = limit.dof
-        speed = magnitude(problem.v0[dof])
-        free_speed = magnitude(problem.v_star[dof])
-        if free_speed > speed:
-            speed = free_speed
-        reach = REACH * dt * speed
+        reach = REACH * dt * magnitude(problem.v0[dof])
+        seen = -INFINITE
+        if is_free:
+            seen, reach = reach, REACH * dt * magnitude(problem.v_star[dof])
         below = q[limit.q] - bound.lower
         above = bound.upper - q[limit.q]
-        if below <= reach:
+        if seen < below and below <= reach:
             put_limit(tree_model, problem, rows, dof, i, below, 1.0, dt)
-        if above <= reach:
+        if seen < above and above <= reach:
             put_limit(tree_model, problem, rows, dof, i, above, -1.0, dt)
 
 

@@ -12,6 +12,7 @@ from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import Vector, Vectors, kernel
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
+from sheldrake.multibody.contact_solvers._kernels.laws import put_rows_ahead
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
     CONTACT_CAPACITY,
@@ -66,23 +67,39 @@ def copy_to_both(source, one, other):
 
 
 @kernel
-def free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, force, implicit_damping):
-    """A, dt force and v* of the problem; a status."""
-    dt = solver_model.dt
+def momentum_matrix(tree_model, solver_model, plant_model, p, tree, problem, implicit_damping):
+    """A of the problem, also where its factor will be."""
     mass_matrix(tree_model, p, tree)
     if implicit_damping:
         for k in range(len(tree_model.dofs)):
             dof = tree_model.dofs[k]
-            tree.M[dof.row + dof.depth] += dt * p[dof.damping]
+            tree.M[dof.row + dof.depth] += solver_model.dt * p[dof.damping]
     lock_mass_matrix(tree_model, plant_model, p, tree.M)
-    copy_to_both(tree.M, tree.L, problem.A)
-    if ltdl(tree_model, tree.L) >= 0:
-        return MASS_NOT_POSITIVE
+    copy_to_both(tree.M, problem.L, problem.A)
+
+
+@kernel
+def rows_of_joints(xd, p, u, tree_model, solver_model, plant_model, problem, rows):
+    """What of `joint_constraints` does not depend on v*; each row has one dof."""
+    put_limits(tree_model, solver_model, plant_model, problem, rows, xd, False)
+    put_dry_friction(tree_model, solver_model, plant_model, problem, rows)
+    put_actuators(tree_model, solver_model, plant_model, problem, rows, p, xd, u)
+    lock_rows(plant_model, p, problem, rows)
+
+
+@kernel
+def free_motion(tree_model, solver_model, tree, problem, rows, v, force):
+    """dt force and v* of the problem, and the factor; a status."""
+    dt = solver_model.dt
     for k in range(v.shape[0]):
-        problem.v0[k] = v[k]
         problem.p_star[k] = dt * force[k]
         tree.bias[k] = dt * force[k]  # becomes v* - v
-    ltdl_solve(tree_model, tree.L, tree.bias)
+    problem.rows_ahead = 0
+    if solver_model.ahead == 1:
+        put_rows_ahead(solver_model, problem, rows, tree.bias)
+    if ltdl(tree_model, problem.L) >= 0:
+        return MASS_NOT_POSITIVE
+    ltdl_solve(tree_model, problem.L, tree.bias)
     for k in range(v.shape[0]):
         problem.v_star[k] = v[k] + tree.bias[k]
         if not is_finite(problem.v_star[k]):
@@ -98,6 +115,7 @@ def smooth_motion(
     tree: TreeWork,
     table: ContactTable,
     problem: Problem,
+    rows: Rows,
     step: StepVectors,
     tree_model: TreeModel,
     geometry_model: GeometryModel,
@@ -105,7 +123,7 @@ def smooth_motion(
     force_model: ForceModel,
     plant_model: PlantModel,
 ) -> int:
-    """The motion without constraints, and where all geometry is; a status of `contact_solvers`."""
+    """The motion without constraints, rows of joints, and where all geometry is; a status of `contact_solvers`."""
     implicit = solver_model.scalar_rows == 1
     v = step.v
     nq = xd.shape[0] - v.shape[0]
@@ -129,7 +147,12 @@ def smooth_motion(
     place_geometry(geometry_model, tree, table)
     problem.num_contacts = 0
     problem.num_rows = 0
-    return free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, step.force, implicit)
+    for k in range(v.shape[0]):
+        problem.v0[k] = v[k]
+    momentum_matrix(tree_model, solver_model, plant_model, p, tree, problem, implicit)
+    if implicit:
+        rows_of_joints(xd, p, u, tree_model, solver_model, plant_model, problem, rows)
+    return free_motion(tree_model, solver_model, tree, problem, rows, v, step.force)
 
 
 @kernel(top=True, short_loops=True)
@@ -157,7 +180,6 @@ def contact_constraints(
 def joint_constraints(
     xd: Vector,
     p: Vector,
-    u: Vectors,
     tree: TreeWork,
     problem: Problem,
     rows: Rows,
@@ -165,11 +187,9 @@ def joint_constraints(
     solver_model: SolverModel,
     plant_model: PlantModel,
 ) -> None:
-    """Limits, constraints between bodies, dry friction, and PD actuators as rows of the problem."""
-    put_limits(tree_model, solver_model, plant_model, problem, rows, xd)
+    """Constraints between bodies, and limits that are reached with v* alone, as further rows of the problem."""
+    put_limits(tree_model, solver_model, plant_model, problem, rows, xd, True)
     put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
-    put_dry_friction(tree_model, solver_model, plant_model, problem, rows)
-    put_actuators(tree_model, solver_model, plant_model, problem, rows, p, xd, u)
     lock_rows(plant_model, p, problem, rows)
 
 

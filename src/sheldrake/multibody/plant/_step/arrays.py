@@ -123,7 +123,8 @@ def make_step_work(
     rows = 2 * len(plant_model.limit) + len(plant_model.actuator) + len(plant_model.friction)
     rows += sum(rows_of[kind] for kind in plant_model.constraint[:, Constraint.kind])
     contacts = len(table.pair) + len(surfaces.face)
-    solver = make_solver_work(solver_model, contacts, rows, dtype, least_width=widest_tendon(plant_model))
+    width, of_bodies = widest_tendon(plant_model), len(plant_model.constraint) > 0
+    solver = make_solver_work(solver_model, contacts, rows, dtype, width, of_bodies)
     nv = len(tree_model.dof)
 
     def numbers(*shape: int) -> np.ndarray:

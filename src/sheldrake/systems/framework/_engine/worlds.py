@@ -94,7 +94,8 @@ class Worlds:
         parts = np.array(_without(kept, len(first_slab)), np.int64)
         none = np.zeros(0, np.int64)
         words = none, none.view(float), np.zeros(3, np.int64)
-        return tables.Worlds(self.slab, self.side, self.progress, *words, where, first_slab, first_side, parts)
+        used = np.zeros(1 + self.slab.shape[1] // _LINE, np.int64)
+        return tables.Worlds(self.slab, self.side, self.progress, *words, where, first_slab, first_side, parts, used)
 
     def bind(self, chain: np.ndarray) -> None:
         """Makes the words with which `advance`, `outputs` and `begin_world` are called on each world.
@@ -123,6 +124,11 @@ class Worlds:
         callee = np.array([HERE.address(k) for k in (loop.advance, tables.outputs, tables.begin_world)], np.int64)
         flat = self.words.reshape(-1)
         self.tables = self.tables._replace(words=flat, bits=flat.view(float), callee=callee)
+
+    def look_at_use(self, w: int) -> None:
+        """Finds out which lines of its slab a world writes, so that threads can ask for those of the next one."""
+        lines = np.flatnonzero(self.slab[w].view(np.int64).reshape(-1, _LINE).any(axis=1))
+        self.tables.used[0], self.tables.used[1 : 1 + len(lines)] = len(lines), lines * _LINE
 
     def _distance(self, array: np.ndarray) -> int:
         """How far the same array of the next world is behind this one of the first [numbers]; 0: they share it."""

@@ -179,7 +179,7 @@ def set_clocks(program, side, t):
 def leap(program, side, t):
     """A callback has set the time to t [s]: every clock goes on with its first tick after it, as in Drake.
 
-    What is no time, or too far for the next tick to be another number, is refused when the loop has ended.
+    What is no time, or too far for the next tick to be another number, is refused in Python, to which the loop returns.
     """
     for c in range(program.num_clocks):
         clock = program.clocks[c]
@@ -240,6 +240,8 @@ def advance(
         if S[0] != t or t_event < S[0]:  # that may have been before, when events began
             leap(program, side, S[0])
             t_event = next_event_time(program, side)
+            if S[0] != t and t == t:  # an update has set it: Python looks whether time can go on from there
+                return BREAK
         if run.has_witness != 0:
             special(program, S, side, rows, WITNESS_BEFORE)
         if side.status == 0:
@@ -263,7 +265,8 @@ def advance(
             special(program, S, side, rows, MONITOR)
         if side.status != 0:
             return ERROR
-        if S[0] != t:
+        is_elsewhere = S[0] != t
+        if is_elsewhere:
             leap(program, side, S[0])
             t = S[0]
         if side.terminate != 0:
@@ -271,5 +274,5 @@ def advance(
         if S[0] >= T:
             return DONE
         steps += 1
-        if steps >= run.budget or S[0] >= integrator.t_break:
+        if steps >= run.budget or S[0] >= integrator.t_break or is_elsewhere:
             return BREAK

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
-from sheldrake.common.rows import call_row
+from sheldrake.common.rows import call_row, prefetch
 from sheldrake.systems.framework._kernels.loop import clear_updates, publish, set_clocks, trigger, update
 from sheldrake.systems.framework._kernels.program import (
     AT_START,
@@ -77,6 +77,7 @@ class Worlds(NamedTuple):
         where: where things are.
         first_slab, first_side: rows of a world at its beginning.
         part: what of `first_slab` a world gets back.
+        used: how many lines of a slab steps have written, then where these begin.
     """
 
     slab: Matrix
@@ -89,6 +90,7 @@ class Worlds(NamedTuple):
     first_slab: Vector
     first_side: IntVector
     part: Annotated[IntMatrix, Items("parts", Part)]
+    used: IntVector
 
 
 @table
@@ -165,6 +167,13 @@ def begin_again(worlds: Worlds, rollout: Rollout, w: int, j: int, row: int) -> i
     return on_world(worlds, w, BEGIN)
 
 
+@kernel
+def ask_for(worlds, w):
+    """Asks for the memory of a world that comes soon: waiting for it then would take as long as half a step."""
+    for k in range(1, 1 + worlds.used[0]):
+        prefetch(worlds.slab, w, worlds.used[k])
+
+
 @kernel(top=True, strict=True, short_loops=True)
 def roll_out(worlds: Worlds, rollout: Rollout, first: int, last: int, samples: int, budget: int) -> int:
     """Takes worlds `who[first:last]` through all samples of the rollout, one world after the other.
@@ -182,6 +191,8 @@ def roll_out(worlds: Worlds, rollout: Rollout, first: int, last: int, samples: i
         w = rollout.who[j]
         world = worlds[w]
         taken = 0
+        if j + 1 < last:
+            ask_for(worlds, rollout.who[j + 1])
         if world.code == OPEN and world.sample == 0 and world.under_way == 0 and rollout.state.shape[0] > 0:
             code = begin_again(worlds, rollout, w, j, j * samples)
             if code != DONE:
