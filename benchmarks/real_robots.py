@@ -1,8 +1,12 @@
 """Sixty robots of example-robot-data fall: CPU time of a 1 ms step in sheldrake, Drake and MuJoCo.
 
-    python benchmarks/real_robots.py [name ...] [--seconds 0.3]        pip install "sheldrake[kernels,peers,robots]"
+    python benchmarks/real_robots.py [name ...] [--keep FILE] [--hulls FOLDER] [--write docs/performance.md]
 
-Each robot starts in the posture of its zeros, a metre above flat ground, without motors. What is compared is made as
+Needs `pip install "sheldrake[kernels,peers,robots]"`. With --keep, robots that FILE (JSON) has are not measured again;
+with --hulls, meshes whose hulls are in FOLDER are not read again.
+
+Each robot starts in the posture of its zeros, a metre above flat ground, without motors; what its file welds to the
+world stays there. What is compared is made as
 equal as the engines allow: meshes are replaced by their convex hulls once, for everybody; and the pairs of bodies that
 MuJoCo never tests, those on the two sides of one joint with all that is welded to them, are excluded in sheldrake and
 in Drake too. Contacts are counted at every hundredth of a second of another fall: sheldrake and MuJoCo find several
@@ -29,6 +33,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 
+from benchmarks.tables import replace_table  # noqa: E402
 from benchmarks.turns import machine  # noqa: E402
 from tests.crosscheck.robots.real_robots import robot_files, robots_folder  # noqa: E402
 
@@ -72,6 +77,12 @@ def exclude_neighbours(lib, plant, scene_graph) -> None:
             manager.Apply(lib.CollisionFilterDeclaration().ExcludeBetween(a, b))
 
 
+def add_ground(lib, plant) -> None:
+    """Flat ground, below the origin."""
+    ground = plant.world_body(), lib.RigidTransform([0.0, 0.0, -HEIGHT]), lib.HalfSpace(), "ground"
+    plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))
+
+
 def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bool = False) -> dict:
     """A fall in sheldrake or pydrake."""
     lib = importlib.import_module(f"{package}.all")
@@ -80,8 +91,7 @@ def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bo
     if single:
         scene_graph.set_default_point_contact_algorithm("single_point")
     lib.Parser(plant).AddModels(str(path))
-    ground = plant.world_body(), lib.RigidTransform(), lib.HalfSpace(), "ground"
-    plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))
+    add_ground(lib, plant)
     plant.Finalize()
     exclude_neighbours(lib, plant, scene_graph)
     diagram = builder.Build()
@@ -90,9 +100,6 @@ def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bo
 
     def begin() -> None:
         simulator.reset_context(diagram.CreateDefaultContext())
-        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        for body in plant.GetFloatingBaseBodies():
-            plant.SetFreeBodyPose(context, plant.get_body(body), lib.RigidTransform([0.0, 0.0, HEIGHT]))
         simulator.Initialize()
 
     def contacts() -> int:
@@ -108,12 +115,13 @@ def fall_in_mujoco(path: pathlib.Path, seconds: float) -> dict:
     bounds = 'balanceinertia="true" boundmass="1e-6" boundinertia="1e-9"'  # some links have no mass
     compiler = f'<compiler strippath="false" discardvisual="true" fusestatic="false" {bounds}/>'
     options = f'<mujoco>{compiler}<option timestep="{DT}"/></mujoco>'
-    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot[^>]*>)", rf"\1{options}", path.read_text(), count=1))
+    text = path.read_text()
+    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot[^>]*>)", rf"\1{options}", text, count=1))
+    welded = re.search(r'<link\s+name="world"', text)
     for body in spec.worldbody.bodies:
-        if not body.joints:
+        if not (body.joints or welded):
             body.add_freejoint()
-        body.pos = [0.0, 0.0, HEIGHT]
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, -HEIGHT])
     model = spec.compile()
     data = mujoco.MjData(model)
 
@@ -148,10 +156,19 @@ def fall(engine: str, path: pathlib.Path, seconds: float) -> dict:
 
 
 def in_own_process(engine: str, path: pathlib.Path, seconds: float) -> dict | None:
-    """`fall` in a process that may fail."""
+    """`fall` in a process that may fail, or take for ever."""
     command = [sys.executable, __file__, "--engine", engine, str(path), "--seconds", str(seconds)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    except subprocess.TimeoutExpired:
+        return None
     return json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else None
+
+
+def ratio(found: dict[str, dict | None], engine: str) -> float:
+    """How many times sheldrake's time an engine took; NaN if one of them could not."""
+    ours, f = found["sheldrake"], found[engine]
+    return f["us"] / ours["us"] if f and ours else float("nan")
 
 
 def line(name: str, found: dict[str, dict | None]) -> str:
@@ -161,14 +178,48 @@ def line(name: str, found: dict[str, dict | None]) -> str:
     for engine in ENGINES:
         f = found[engine]
         times = f"{f['us']:8.2f}{f['contacts']:6.1f}" if f else f"{'-':>8s}{'-':>6s}"
-        cells.append(times + (f"{f['us'] / ours['us']:6.1f}x" if f and ours else f"{'-':>7s}"))
+        cells.append(times + (f"{ratio(found, engine):6.1f}x" if f and ours else f"{'-':>7s}"))
     return f"{name:44s}{ours['nv'] if ours else '-':>4}" + " ".join(cells)
+
+
+def medians(table: dict[str, dict]) -> str:
+    """How all robots fare together."""
+    ratios = {engine: np.array([ratio(found, engine) for found in table.values()]) for engine in ("MuJoCo", "Drake")}
+    parts = [
+        f"{engine} / ours: median {np.nanmedian(r):.1f}, least {np.nanmin(r):.2f}, {np.sum(r < goal)} below {goal}"
+        for (engine, r), goal in zip(ratios.items(), (2, 20))
+    ]
+    return f"{len(table)} robots. " + "; ".join(parts) + "."
+
+
+def page_table(table: dict[str, dict]) -> str:
+    """As in the documentation, slowest against MuJoCo first."""
+
+    def cell(f: dict | None) -> str:
+        return f"{f['us']:.3g} ({f['contacts']:.3g})" if f else "–"
+
+    def times(x: float) -> str:
+        return f"{x:.2g}" if x == x else "–"
+
+    lines = [
+        "| µs a step (contacts) | sheldrake | one point a pair | Drake | MuJoCo | MuJoCo / ours | Drake / ours |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, found in sorted(table.items(), key=lambda item: np.nan_to_num(ratio(item[1], "MuJoCo"), nan=np.inf)):
+        nv = found["sheldrake"]["nv"] if found["sheldrake"] else "–"
+        cells = [cell(found[engine]) for engine in ENGINES]
+        cells += [times(ratio(found, engine)) for engine in ("MuJoCo", "Drake")]
+        lines.append(f"| {name}, nv = {nv} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", medians(table)])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="parts of paths; all robots without any")
     parser.add_argument("--seconds", type=float, default=0.3)
+    parser.add_argument("--keep", type=pathlib.Path, metavar="FILE", help="numbers found so far, as JSON")
+    parser.add_argument("--hulls", type=pathlib.Path, metavar="FOLDER", help="where hulls of meshes are kept")
+    parser.add_argument("--write", type=pathlib.Path, metavar="PAGE", help="put the table into this page")
     parser.add_argument("--engine", choices=ENGINES, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.engine:
@@ -177,16 +228,23 @@ def main() -> None:
         return
     print(machine())
     print(f"{'us a step, contacts, ratio of times':44s}{'nv':>4s}" + " ".join(f"{engine:>21s}" for engine in ENGINES))
+    table = json.loads(options.keep.read_text()) if options.keep and options.keep.exists() else {}
     with tempfile.TemporaryDirectory() as folder:
         for path in robot_files("urdf"):
-            if options.names and not any(name in str(path) for name in options.names):
+            name = f"{path.parts[-3].removesuffix('_description')} {path.stem}"
+            if name in table or (options.names and not any(part in str(path) for part in options.names)):
                 continue
             try:
-                copy = with_hulls(path, pathlib.Path(folder))
+                copy = with_hulls(path, options.hulls or pathlib.Path(folder))
             except (RuntimeError, ValueError, OSError):
                 continue  # files that the package does not contain
-            found = {engine: in_own_process(engine, copy, options.seconds) for engine in ENGINES}
-            print(line(f"{path.parts[-3].removesuffix('_description')} {path.stem}", found), flush=True)
+            table[name] = {engine: in_own_process(engine, copy, options.seconds) for engine in ENGINES}
+            print(line(name, table[name]), flush=True)
+            if options.keep:
+                options.keep.write_text(json.dumps(table, indent=1) + "\n")
+    print(medians(table))
+    if options.write:
+        replace_table(options.write, "real_robots", page_table(table))
 
 
 if __name__ == "__main__":

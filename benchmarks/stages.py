@@ -27,7 +27,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 
-from benchmarks.real_robots import DT, HEIGHT, exclude_neighbours, with_hulls  # noqa: E402
+from benchmarks.real_robots import DT, add_ground, exclude_neighbours, with_hulls  # noqa: E402
 from benchmarks.turns import machine  # noqa: E402
 from tests.crosscheck.robots.real_robots import robot_files  # noqa: E402
 
@@ -115,17 +115,16 @@ def cost_of_reading() -> float:
 
 
 def robot(path: pathlib.Path):
-    """(diagram, plant) of a robot above flat ground."""
+    """A robot above flat ground."""
     import sheldrake.all as lib
 
     builder = lib.DiagramBuilder()
     plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, DT)
     lib.Parser(plant).AddModels(str(path))
-    ground = plant.world_body(), lib.RigidTransform(), lib.HalfSpace(), "ground"
-    plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))
+    add_ground(lib, plant)
     plant.Finalize()
     exclude_neighbours(lib, plant, scene_graph)
-    return builder.Build(), plant
+    return builder.Build()
 
 
 def stages_of(path: pathlib.Path, seconds: float) -> dict[str, float]:
@@ -133,7 +132,7 @@ def stages_of(path: pathlib.Path, seconds: float) -> dict[str, float]:
     import sheldrake.all as lib
     from sheldrake.common._native.binding import HERE
 
-    diagram, plant = robot(path)
+    diagram = robot(path)
     simulator = lib.Simulator(diagram)
     steps = round(seconds / DT)
     reading = cost_of_reading()
@@ -142,9 +141,6 @@ def stages_of(path: pathlib.Path, seconds: float) -> dict[str, float]:
     whole = np.inf
     for fall in range(FALLS):
         simulator.reset_context(diagram.CreateDefaultContext())
-        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        for body in plant.GetFloatingBaseBodies():
-            plant.SetFreeBodyPose(context, plant.get_body(body), lib.RigidTransform([0.0, 0.0, HEIGHT]))
         simulator.Initialize()
         if fall < 3:  # the loop as it is
             simulator.AdvanceTo(DT)  # binds

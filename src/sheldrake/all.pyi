@@ -454,6 +454,12 @@ from sheldrake.multibody.meshcat import (
     JointSliders_ as JointSliders_,
     MeshcatMouseSpring as MeshcatMouseSpring,
 )
+from sheldrake.multibody.meshcat._contact_visualizer import (
+    ContactVisualizer as ContactResultsToMeshcat,
+)
+from sheldrake.multibody.meshcat._contact_visualizer_params import (
+    ContactVisualizerParams as ContactResultsToMeshcatParams,
+)
 from sheldrake.multibody.optimization import (
     CalcGridPointsOptions as CalcGridPointsOptions,
     CentroidalMomentumConstraint as CentroidalMomentumConstraint,
@@ -700,11 +706,13 @@ from sheldrake.solvers import (
     MinimumValueUpperBoundConstraint as MinimumValueUpperBoundConstraint,
     MixedIntegerBranchAndBound as MixedIntegerBranchAndBound,
     MixedIntegerRotationConstraintGenerator as MixedIntegerRotationConstraintGenerator,
+    MobyLcpSolver as MobyLCPSolver,
     MobyLcpSolver as MobyLcpSolver,
     MosekSolver as MosekSolver,
     MosekSolverDetails as MosekSolverDetails,
     NloptSolver as NloptSolver,
     NloptSolverDetails as NloptSolverDetails,
+    AugmentedLagrangianNonsmooth as NonsmoothAugmentedLagrangian,
     OsqpSolver as OsqpSolver,
     OsqpSolverDetails as OsqpSolverDetails,
     PerspectiveQuadraticCost as PerspectiveQuadraticCost,
@@ -1140,6 +1148,7 @@ from sheldrake.visualization import (
 AddResourceSearchPath: Any
 AddSoftHydroelasticProperties: Any
 AddSoftHydroelasticPropertiesForHalfSpace: Any
+BodyFrame_: Any
 CameraProperties: Any
 ConnectDrakeVisualizer: Any
 DepthCameraProperties: Any
@@ -1153,6 +1162,7 @@ LogOutput: Any
 MeshcatPointCloudVisualizerCpp: Any
 MeshcatVisualizerCpp: Any
 MinimumDistanceConstraint: Any
+MinimumValueConstraint: Any
 ReadObjToSurfaceMesh: Any
 SignalLogger: Any
 SurfaceVertex: Any

@@ -3,6 +3,7 @@
 import functools
 import http.server
 import io
+import json
 import threading
 import time
 import zipfile
@@ -90,14 +91,17 @@ def test_the_camera_that_a_person_moves_is_told(page, meshcat):
     until(is_told)
 
 
-def slide(page, share, is_there, seconds=PATIENCE):
-    """Clicks on the first slider's track, again and again as a person does, until it is where the click was."""
+def slide(page, share, is_there, seconds=PATIENCE, name=""):
+    """Clicks on the track of the first slider whose label begins so, as often as a person does, until it is there."""
     deadline = time.monotonic() + seconds
     while not is_there():
         assert time.monotonic() < deadline, f"the slider did not move in {seconds} s"
         x, y, width, height = page.wait_for(
-            """(() => { const t = document.querySelector('.mantine-Slider-trackContainer');
-              if (!t) return null; const r = t.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()"""
+            f"""(() => {{ const label = (e) => /[a-z]/i.test(e.innerText) ? e.innerText.trim() : label(e.parentElement);
+              const t = [...document.querySelectorAll('.mantine-Slider-trackContainer')]
+                .find((track) => label(track).startsWith({json.dumps(name)}));
+              if (!t) return null; t.scrollIntoView({{block: "nearest", behavior: "instant"}});
+              const r = t.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; }})()"""
         )
         page.click(x + share * width, y + height / 2)
         settled = time.monotonic() + 5.0

@@ -1,10 +1,13 @@
 """A model that plays in the page: it falls, is pulled by the mouse, pauses and goes back."""
 
+import contextlib
 import threading
 import time
 
+import numpy as np
 import pytest
 from chromium import until
+from test_meshcat_calls_page import slide
 from test_meshcat_page import READY
 from test_model_visualizer_page import button
 
@@ -13,7 +16,12 @@ from sheldrake.visualization import ModelVisualizer
 BRICK = """<robot name='brick'><link name='body'><inertial><mass value='2'/>
 <inertia ixx='.01' iyy='.01' izz='.01' ixy='0' ixz='0' iyz='0'/></inertial>
 <visual><geometry><box size='.2 .2 .2'/></geometry><material name='m'><color rgba='.2 .5 .8 1'/></material></visual>
-<collision><geometry><box size='.2 .2 .2'/></geometry></collision></link></robot>"""
+<collision><geometry><box size='.2 .2 .2'/></geometry></collision></link>{more}</robot>"""
+ROD = """<link name='rod'><inertial><origin xyz='0 0 .2'/><mass value='1'/>
+<inertia ixx='.01' iyy='.01' izz='.01' ixy='0' ixz='0' iyz='0'/></inertial>
+<visual><origin xyz='0 0 .2'/><geometry><cylinder radius='.02' length='.4'/></geometry></visual></link>
+<joint name='hinge' type='revolute'><axis xyz='0 1 0'/><origin xyz='0 0 .1'/><parent link='body'/><child link='rod'/>
+<limit lower='-1' upper='1' effort='1' velocity='1'/></joint>"""
 BODY = "/drake/illustration/brick/body"
 AT = f"""(() => {{
   const viewer = window.__viserMutable, node = viewer.nodeRefFromName["{BODY}"];
@@ -29,11 +37,12 @@ def mouse(page, kind, x, y, **more):
     page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", modifiers=CTRL, **more)
 
 
-@pytest.fixture
-def playing(chromium, tmp_path):
-    file = tmp_path / "brick.urdf"
-    file.write_text(BRICK)
-    visualizer = ModelVisualizer(publish_contacts=False, simulate=True)
+@contextlib.contextmanager
+def shown(chromium, folder, more="", **options):
+    """A visualizer of the brick that runs, and its page."""
+    file = folder / "brick.urdf"
+    file.write_text(BRICK.format(more=more))
+    visualizer = ModelVisualizer(publish_contacts=False, simulate=True, **options)
     visualizer.AddModels(file)
     visualizer.Finalize()
     visualizer.meshcat().SetCameraPose([1.5, -1.5, 0.8], [0.0, 0.0, 0.2])
@@ -41,11 +50,17 @@ def playing(chromium, tmp_path):
     thread.start()
     page = chromium.open(visualizer.meshcat().web_url())
     page.wait_for(READY)
-    page.wait_until_at(BODY, [0, 0, 0.1])
     yield visualizer, page
     page.press("Escape", "Escape")
     thread.join(60)
     assert not thread.is_alive() and page.console() == []
+
+
+@pytest.fixture
+def playing(chromium, tmp_path):
+    with shown(chromium, tmp_path) as (visualizer, page):
+        page.wait_until_at(BODY, [0, 0, 0.1])
+        yield visualizer, page
 
 
 def test_a_model_falls_is_pulled_pauses_and_goes_back(playing, pictures):
@@ -98,3 +113,35 @@ def test_a_page_that_is_closed_lets_go(playing, chromium):
     until(lambda: visualizer.meshcat()._grabs.held() is not None)
     chromium.close_page(other)
     until(lambda: visualizer.meshcat()._grabs.held() is None)
+
+
+def test_base_and_joints_are_moved_by_the_mouse_at_random_and_home(chromium, tmp_path, pictures):
+    with shown(chromium, tmp_path, ROD) as (visualizer, page):
+        meshcat = visualizer.meshcat()
+        page.wait_until_at(BODY, [0, 0, 0.1])
+        for name, share, wanted in (("body_x", 0.7, 0.8), ("body_yaw", 0.25, -np.pi / 2), ("hinge", 0.75, 0.5)):
+            there = lambda name=name, wanted=wanted: abs(meshcat.GetSliderValue(name) - wanted) < 0.3  # noqa: E731
+            slide(page, share, there, name=name)
+        x, yaw, angle = map(meshcat.GetSliderValue, ("body_x", "body_yaw", "hinge"))
+        page.wait_until_at(BODY, [x, 0, 0.1], tolerance=1e-5)
+        plant, context = visualizer._plant, visualizer._plant_context
+        X_WB = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("body"))
+        np.testing.assert_allclose(X_WB.rotation().matrix()[:2, 0], [np.cos(yaw), np.sin(yaw)], rtol=0, atol=1e-12)
+        page.screenshot(pictures / "moved-by-sliders.png")
+        page.click_on(button("Random Posture"))
+        until(lambda: meshcat.GetSliderValue("hinge") != angle)
+        assert [meshcat.GetSliderValue(name) for name in ("body_x", "body_yaw")] == [x, yaw]
+        page.click_on(button("Home"))
+        until(lambda: not any(map(meshcat.GetSliderValue, ("body_x", "body_yaw", "hinge"))))
+        page.wait_until_at(BODY, [0, 0, 0.1])
+
+
+def test_a_welded_base_stays_where_it_is_while_the_rest_falls(chromium, tmp_path):
+    with shown(chromium, tmp_path, ROD, weld_base=True) as (visualizer, page):
+        meshcat = visualizer.meshcat()
+        assert [name for name in meshcat.GetSliderNames() if name.startswith("body")] == []
+        meshcat.SetSliderValue("hinge", 0.3)
+        page.wait_until_at(BODY, [0, 0, 0])
+        page.click_on(button("Play / Pause"))
+        until(lambda: visualizer._plant.GetPositions(visualizer._plant_context)[0] > 0.6)
+        page.wait_until_at(BODY, [0, 0, 0])

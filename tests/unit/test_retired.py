@@ -110,6 +110,11 @@ def test_retired_functions_elsewhere():
     result = run("""
 from pydrake.trajectories import PiecewisePolynomial
 from pydrake.geometry import MeshcatVisualizerCpp, MeshcatVisualizer
+from pydrake.multibody.plant import ContactResultsToMeshcat, ContactResultsToMeshcatParams
+from pydrake.multibody.tree import BodyFrame_, RigidBodyFrame_
+from pydrake.solvers import MinimumValueConstraint, MinimumValueLowerBoundConstraint, MobyLCPSolver
+from pydrake.visualization.plotting import plot_sublevelset_expression
+assert BodyFrame_ is RigidBodyFrame_ and issubclass(MinimumValueConstraint, MinimumValueLowerBoundConstraint)
 from pydrake.systems.meshcat_visualizer import ConnectMeshcatVisualizer
 assert issubclass(MeshcatVisualizerCpp, MeshcatVisualizer)
 p = PiecewisePolynomial.Pchip([0.0, 1.0, 2.0], [[0.0, 1.0, 4.0]])

@@ -163,6 +163,66 @@ def vertices_of_a_mesh():
     return mesh.total_area() == 0.5 and vertices[1].r_MV().tolist() == [1, 0, 0]
 
 
+def memory_of_the_state():
+    plant, _, body, context = ball()
+    plant.GetMutablePositions(context)[4:] = [1.0, 2.0, 3.0]
+    plant.GetMutableVelocities(context)[5] = 4.0
+    plant.GetMutablePositionsAndVelocities(context)[7] = 5.0
+    moved = np.array_equal(plant.EvalBodyPoseInWorld(context, body).translation(), [1.0, 2.0, 3.0])
+    return moved and np.array_equal(plant.GetVelocities(context), [5.0, 0, 0, 0, 0, 4.0])
+
+
+def states_of_a_free_body():
+    plant, _, body, context = ball()
+    X = m.RigidTransform([1.0, 2.0, 3.0])
+    plant.SetFreeBodyPose(context=context, body=body, X_WB=X)
+    plant.SetFreeBodySpatialVelocity(body=body, V_WB=m.SpatialVelocity([1.0, 0, 0], [0.0, 0, 2]), context=context)
+    plant.SetDefaultFreeBodyPose(body=body, X_WB=X)
+    joint = plant.get_joint(plant.GetJointIndices(body.model_instance())[0])
+    where = joint.get_pose(context).IsExactlyEqualTo(X) and np.array_equal(joint.get_position(context), [1.0, 2, 3])
+    joint.set_position(context, [0.0, 0.0, 4.0])
+    joint.SetFromRotationMatrix(context, m.RotationMatrix.MakeZRotation(0.1))
+    where = where and np.array_equal(plant.GetPositions(context)[4:], [0.0, 0.0, 4.0])
+    return where and np.array_equal(plant.GetVelocities(context), [1.0, 0, 0, 0, 0, 2]) and joint.angular_damping() == 0
+
+
+def arguments_of_spatial_vectors():
+    V = m.SpatialVelocity([0.0, 0, 1], [0.0, 0, 0])
+    moved = V.Shift(p_BpBq_E=[1.0, 0, 0]).translational()
+    composed = V.ComposeWithMovingFrameVelocity(p_PoBo_E=[1.0, 0, 0], V_PB_E=m.SpatialVelocity.Zero())
+    A = m.SpatialAcceleration.Zero().Shift(p_PoQ_E=[1.0, 0, 0], w_WP_E=[0.0, 0, 1])
+    return (
+        np.array_equal(moved, [0, 1, 0])
+        and np.array_equal(composed.translational(), moved)
+        and A.translational()[0] == -1.0
+    )
+
+
+def options_of_programs():
+    program = m.MathematicalProgram()
+    x = program.NewIndeterminates(1, "x")
+    program.NewNonnegativePolynomial(m.Variables(x), 2, m.MathematicalProgram.NonnegativePolynomial.kSos)
+    program.SetSolverOption(m.OsqpSolver.id(), "max_iter", 7)
+    options = m.SolverOptions()
+    options.SetOption(solver_id=m.OsqpSolver.id(), solver_option="polish", option_value=1)
+    return (
+        program.GetSolverOptions(m.OsqpSolver.id()) == {"max_iter": 7}
+        and options.GetOptions(m.OsqpSolver.id()) == {"polish": 1}
+        and m.SolutionResult.kUnknownError is m.SolutionResult.kSolverSpecificError
+        and np.array_equal(m.LinearConstraint(np.eye(2), [0, 0], [1, 1]).A(), np.eye(2))
+    )
+
+
+def settings_of_contact_and_graphs():
+    config = m.MultibodyPlantConfig(discrete_contact_solver="sap")
+    graph = m.GraphOfConvexSetsOptions()
+    graph.rounding_solver_options = m.SolverOptions()
+    delay = m.DiscreteTimeDelay(update_sec=0.1, delay_timesteps=2, vector_size=1)
+    url = m.DrakeLcm("memq://", defer_initialization=True).get_lcm_url()
+    used = graph.restriction_solver_options is not None and delay.get_input_port(0).size() == 1
+    return config.discrete_contact_approximation == config.discrete_contact_solver == "sap" and used and "memq" in url
+
+
 def pose_in_parent():
     inspector = ball()[1].model_inspector()
     return inspector.GetPoseInParent(inspector.GetAllGeometryIds()[0]).IsExactlyEqualTo(m.RigidTransform())
@@ -179,6 +239,13 @@ CALLS = {
     "resource": found_resource,
     "vertices": vertices_of_a_mesh,
     "pose in parent": pose_in_parent,
+    "memory of the state": memory_of_the_state,
+    "states of a free body": states_of_a_free_body,
+    "spatial vectors": arguments_of_spatial_vectors,
+    "options": options_of_programs,
+    "settings": settings_of_contact_and_graphs,
+    "volume": lambda: np.isclose(m.Hyperellipsoid.MakeUnitBall(2).Volume(), np.pi),
+    "identity": lambda: m.RigidTransform().IsIdentityToEpsilon(1e-3),
     "free pose": lambda: free_pose("SetFreeBodyPoseInWorldFrame"),
     "free pose in a frame": lambda: free_pose("SetFreeBodyPoseInAnchoredFrame", "F"),
     "index of velocities": lambda: ball()[2].floating_velocities_start() == 7,

@@ -34,7 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the library; the exit status is 0, or the script's, or 1 when it simulates nothing."""
+    from sheldrake.export._objects import require_compiler
+
     take_options_behind(options, _add_options)
+    require_compiler("This command")  # before the script runs
     output = options.output or script_name(options)
     folder = os.path.abspath(output)  # the script may go elsewhere
 

@@ -39,7 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the FMU; the exit status is 0, or the script's, or 1 when it simulates nothing."""
+    from sheldrake.export._objects import require_compiler
+
     take_options_behind(options, _add_options)
+    require_compiler("This command")  # before the script runs
     output = options.output or f"{script_name(options)}.fmu"
     path = os.path.abspath(output)  # the script may go elsewhere
 

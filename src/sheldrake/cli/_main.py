@@ -143,7 +143,7 @@ def main(argv: list[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except ModuleNotFoundError as error:
-        if args.command == "run" or error.name != "llvmlite":
+        if args.command == "run" or error.name not in ("llvmlite", "ziglang"):
             raise
         print(f"sheldrake {args.command}: {error}", file=sys.stderr)
         return 1

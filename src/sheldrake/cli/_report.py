@@ -20,9 +20,6 @@ from typing import TYPE_CHECKING, Any
 from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Diagram, DiagramBuilder
-
-if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram import Diagram
     from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 

@@ -91,9 +91,15 @@ def ToDistribution(var: Any) -> Distribution:
 
 
 def ToDistributionVector(vec: Any) -> Any:
-    """`vec`, an array of numbers or a DistributionVector, as a DistributionVector of its own."""
+    """`vec`, numbers or a distribution of one or several, as a DistributionVector of its own."""
     if isinstance(vec, DistributionVector):
         return copy.copy(vec)
+    if isinstance(vec, Deterministic):
+        return DeterministicVectorX([vec.value])
+    if isinstance(vec, Gaussian):
+        return GaussianVectorX([vec.mean], [vec.stddev])
+    if isinstance(vec, Uniform):
+        return UniformVectorX([vec.min], [vec.max])
     try:
         return DeterministicVectorX(vec)
     except TypeError:

@@ -72,6 +72,12 @@ from sheldrake.multibody.meshcat import (
     JointSliders_ as JointSliders_,
     MeshcatMouseSpring as MeshcatMouseSpring,
 )
+from sheldrake.multibody.meshcat._contact_visualizer import (
+    ContactVisualizer as ContactResultsToMeshcat,
+)
+from sheldrake.multibody.meshcat._contact_visualizer_params import (
+    ContactVisualizerParams as ContactResultsToMeshcatParams,
+)
 from sheldrake.multibody.optimization import (
     CalcGridPointsOptions as CalcGridPointsOptions,
     CentroidalMomentumConstraint as CentroidalMomentumConstraint,
@@ -213,5 +219,6 @@ from sheldrake.multibody.tree import (
     world_model_instance as world_model_instance,
 )
 
+BodyFrame_: Any
 GetScopedFrameName: Any
 MinimumDistanceConstraint: Any

@@ -148,7 +148,7 @@ class RobotDiagramBuilder:
 
 
 def GetContinuousRevoluteJointIndices(plant: MultibodyPlant) -> list[int]:
-    """Returns the places in q of angles without limits: of revolute, universal, planar and rpy floating joints."""
+    """Places in q of angles without limits: of revolute, ball, universal, planar and rpy floating joints."""
     out: list[int] = []
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     import numpy as np

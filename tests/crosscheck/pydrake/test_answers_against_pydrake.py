@@ -74,7 +74,40 @@ def copies_of_an_empty_constraint(m):
     return copied.bodyA().is_valid(), copied.bodyB().is_valid(), copied.p_AP().tolist()
 
 
+def angles_without_limits(m):
+    plant = m.MultibodyPlant(0.0)
+    inertia = m.SpatialInertia.SolidSphereWithMass(1, 1)
+    for kind in (m.BallRpyJoint, m.UniversalJoint, m.PlanarJoint, m.RpyFloatingJoint):
+        body = plant.AddRigidBody(kind.__name__, inertia)
+        plant.AddJoint(kind(kind.__name__, plant.world_frame(), body.body_frame()))
+    plant.Finalize()
+    return m.GetContinuousRevoluteJointIndices(plant)
+
+
+def texts(m):
+    empty, seen = m.MathematicalProgram(), m.MathematicalProgram()
+    seen.NewIndeterminates(1, "y")
+    enums = m.Meshcat.SideOfFaceToRender.kFrontSide, m.MeshcatAnimation.LoopMode.kLoopOnce
+    return [str(thing) for thing in (empty, seen, *enums)]
+
+
+def license_of_gurobi(m):
+    with m.GurobiSolver.AcquireLicense():
+        return m.GurobiSolver.AcquireLicense().is_valid()
+
+
+def distributions_of_one_number(m):
+    schema = importlib.import_module(f"{m.__name__.split('.')[0]}.common.schema")
+    numbers = schema.Deterministic(3.0), schema.Gaussian(1.0, 2.0)
+    return [schema.ToDistributionVector(number).Mean().tolist() for number in numbers]
+
+
+def bounded(m):
+    return m.Hyperellipsoid.MakeUnitBall(2).IsBounded() is True
+
+
 ANSWERS = (
+    angles_without_limits, texts, license_of_gurobi, distributions_of_one_number, bounded,
     copies_of_an_empty_constraint,
     poses_of_half_spaces, names_of_new_variables, linear_constraints, colors_of_points, topology,
     rate_before_the_first_step, groups_as_text, meshes,

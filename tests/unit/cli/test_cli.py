@@ -1,3 +1,4 @@
+import importlib.util
 import json
 import os
 import pathlib
@@ -24,6 +25,17 @@ def script(folder, text, name="script.py"):
     path = folder / name
     path.write_text(text)
     return str(path)
+
+
+@pytest.mark.parametrize("command", ["c", "fmu"])
+def test_what_needs_a_compiler_says_so_before_the_script_runs(command, monkeypatch, capsys, tmp_path):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ziglang" else find(name))
+    path = script(tmp_path, "print('runs')")
+    assert main([command, path, "-o", str(tmp_path / "out")]) == 1
+    out, error = capsys.readouterr()
+    assert out == ""
+    assert error.startswith(f"sheldrake {command}: This command needs a compiler and a linker: pip install")
 
 
 def test_a_script_for_pydrake_runs_as_it_is(tmp_path):

@@ -106,6 +106,20 @@ def test_an_edit_is_seen_at_once_in_every_tier(tree):
     assert probe(tree)[:2] == (before, "prebuilt")
 
 
+def test_a_second_build_compiles_nothing_again(tree):
+    def compiled():
+        return {path.name: path.stat().st_ino for path in (tree / "cache").rglob("k_probe-text-*")}
+
+    before = compiled()
+    assert len(before) >= len(build.PLATFORMS[build.host_platform()].levels)
+    out = tree / "built again"
+    command = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", "probe"]
+    subprocess.run(command, check=True, env=environment(tree), cwd=tree)
+    assert compiled() == before  # a file that is written anew is another one
+    names = [path.relative_to(out) for path in out.glob("*/*")]
+    assert len(names) >= 2 and all((out / n).read_bytes() == (tree / "built" / n).read_bytes() for n in names)
+
+
 def test_an_edited_docstring_or_comment_changes_nothing(tree):
     file = tree / "src" / "sheldrake" / "common" / "_kernels" / "probe.py"
     before = probe(tree)

@@ -14,8 +14,10 @@ from sheldrake.geometry import (
 )
 from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels import separation
+from sheldrake.geometry._kernels.convex import face_along, slot_at
 from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table, is_watched
 from sheldrake.geometry._kernels.separation import search as search_pair
+from sheldrake.geometry._kernels.support import best_face
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 MEMORY = ("near_count", "remembered", "separating", "slot", "kept_vertex", "kept_point", "kept_link")
@@ -146,6 +148,54 @@ def test_far_pairs_are_not_looked_at_until_something_has_moved_far():
         touching.update(map(tuple, fresh.pair[: fresh.num_contacts, :2].tolist()))
     assert len(touching) > 3
     assert 3 < len(lists) < 100
+
+
+def test_the_skin_is_thicker_while_bodies_are_fast():
+    rng = np.random.default_rng(6)
+    scene = Scene([Sphere(0.1) if k % 2 else Cylinder(0.1, 0.2) for k in range(40)])
+    table, fresh = contact_table(scene.model), contact_table(scene.model)
+    p, rate = rng.uniform(-1.0, 1.0, (40, 3)), rng.uniform(-60.0, 60.0, (40, 3))
+    doublings, lists = [], []
+    for step in range(500):
+        t = 1e-3 * (min(step, 60) + 1e-3 * max(step - 60, 0))  # fast, then slow
+        X_WB = np.array([row_of(RigidTransform(x)) for x in [np.zeros(3), *(p + 0.5 * np.sin(rate * t))]])
+        forget(fresh)
+        assert search(scene.model, X_WB, table) == search(scene.model, X_WB, fresh)
+        doublings.append(table.near_doublings)
+        lists.append(table.near_held == 1)
+    assert doublings[60] > 0 and sum(lists[30:60]) < 25  # with a thin skin a list a step
+    assert doublings[-1] < doublings[60] and sum(lists[150:]) < 9
+
+
+def test_a_polytope_that_has_swallowed_vertices_is_kept():
+    rng = np.random.default_rng(3)
+    scene = Scene([Cylinder(0.05, 0.2), Cylinder(0.06, 0.2)])
+    slots = []
+    for _ in range(100):
+        poses = [RigidTransform(RollPitchYaw(rng.uniform(-3.0, 3.0, 3)), rng.uniform(-0.03, 0.03, 3)) for _ in range(2)]
+        table = contact_table(scene.model)
+        search(scene.model, np.array([row_of(X) for X in [RigidTransform(), *poses]]), table)
+        slots += [table.slots[0]] if table.slots[0].owner > 0 else []
+    assert len(slots) > 80
+    assert sum(slot.num_vertices > 0 for slot in slots) > 0.9 * len(slots)
+    assert all(slot.num_faces == 2 * slot.num_vertices - 4 for slot in slots if slot.num_vertices > 0)
+
+
+def test_what_met_tells_the_same_faces_as_a_search():
+    rng = np.random.default_rng(8)
+    scene = Scene([hull(rng, 30), hull(rng, 50)])
+    at = motion(rng, 2, 0.5)
+    seen = 0
+    for step in range(100):
+        search(scene.model, at(1e-3 * step), scene.table)
+        s = slot_at(scene.table, 0)
+        for c in range(scene.table.num_contacts):
+            for side, sign in ((0, -1.0), (1, 1.0)):
+                nhat = tuple(sign * np.array(scene.table[c].nhat_BA_W))
+                face = face_along(scene.model, scene.table, side, side, nhat, s)
+                assert face == best_face(scene.model, scene.table, side, nhat)
+                seen += s >= 0
+    assert seen > 100
 
 
 def test_a_list_of_near_pairs_that_is_wrong_hides_contacts():

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from proximity_scenes import HULL_POINTS, SHAPES, Scene, height_of, random_pose
+from proximity_scenes import HULL_POINTS, SHAPES, Scene, height_of, random_pose, row_of
 
 from sheldrake import geometry as g
 from sheldrake.geometry._compiled.search import find_contacts
@@ -168,3 +168,18 @@ def test_native_code_gives_what_the_source_says(name):
     for _ in range(10):
         poses = random_pose(rng, 0.3), random_pose(rng, 0.2)
         assert scene.contacts(*poses, native=True) == pytest.approx(scene.contacts(*poses), abs=1e-14)
+
+
+def test_four_of_more_vertices_than_are_listed_are_those_of_a_longer_list():
+    rng = np.random.default_rng(2)
+    points = rng.normal(size=(400, 3))
+    scene = Scene([PointHull(points / np.linalg.norm(points, axis=1)[:, None]), g.HalfSpace()])
+    X_WB = np.array([row_of(X) for X in [RigidTransform(), RigidTransform([0.0, 0.0, -2.0]), RigidTransform()]])
+    found = []
+    for room in (len(scene.table.stack), 1000):
+        table = contact_table(scene.model)._replace(stack=np.zeros(room, np.int64))
+        assert find_contacts(scene.model, X_WB, table) == 0
+        found.append(table.point[: table.num_contacts].copy())
+    assert 300 < scene.model[0].num_vertices > len(scene.table.stack)
+    assert len(found[0]) == 4
+    np.testing.assert_array_equal(*found)

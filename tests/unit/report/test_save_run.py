@@ -2,6 +2,8 @@
 
 import builtins
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -358,6 +360,35 @@ def test_a_missing_package_is_named(run, tmp_path, monkeypatch, ending, module, 
     with pytest.raises(ImportError, match=rf"SaveRun\(\) needs {module}, .* pip install '{package}'"):
         SaveRun(run[0], tmp_path / f"run.{ending}")
     assert list(tmp_path.iterdir()) == []
+
+
+FALL = """
+import sheldrake
+from sheldrake.all import *
+builder = DiagramBuilder()
+plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
+Parser(plant).AddModels(sheldrake.model_path("two_hole_block/two_hole_block.urdf"))
+plant.Finalize()
+Simulator(builder.Build()).AdvanceTo(0.2)
+"""
+FALLEN = -0.5 * 9.81 * 0.2 * (0.2 + 1e-3)  # height after 0.2 s of semi-implicit steps of 1 ms [m]
+
+
+@pytest.mark.parametrize(("ending", "package"), [("rrd", "rerun"), ("mcap", "mcap")])
+def test_the_command_writes_what_a_script_ran(tmp_path, ending, package):
+    pytest.importorskip(package)
+    (tmp_path / "fall.py").write_text(FALL)
+    words = [sys.executable, "-m", "sheldrake", "report", "-o", f"run.{ending}", "fall.py"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, f"wrote run.{ending}\n"), done.stderr
+    if ending == "mcap":
+        _, time, content = read_mcap(tmp_path / "run.mcap")["/tf"][-1]
+        (height,) = (t["translation"]["z"] for t in content["transforms"] if t["child_frame_id"].endswith("/body"))
+    else:
+        moving, _ = read_rrd(tmp_path / "run.rrd")
+        (columns,) = (columns for entity, columns in moving.items() if entity.endswith("/body"))
+        time, height = seconds(columns["simulation_time"])[-1], columns["Transform3D:translation"][-1][0][2]
+    assert time == pytest.approx(0.2) and height == pytest.approx(FALLEN, abs=1e-6)
 
 
 def test_a_run_without_a_scene_has_its_logs(tmp_path):

@@ -28,6 +28,7 @@ from sheldrake.solvers import (
 from sheldrake.solvers._engines.clarabel import ClarabelSolver as _Clarabel
 from sheldrake.solvers._engines.conic import _compressed
 from sheldrake.solvers._engines.lemke import solve_lcp
+from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._engines.splitting import OsqpSolver as _Osqp
 from sheldrake.solvers._engines.splitting import ScsSolver as _Scs
 from sheldrake.symbolic import sin
@@ -266,3 +267,15 @@ def test_triplets_are_compressed_as_scipy_does():
         ours, scipys = _compressed(rows, cols, values, (5, 4)), csc_matrix((values, (rows, cols)), shape=(5, 4))
         assert (ours.indptr == scipys.indptr).all() and (ours.indices == scipys.indices).all()
         assert ours.data == pytest.approx(scipys.data, abs=1e-15)
+
+
+def test_quadratic_programs_as_arrays(monkeypatch):
+    rng = np.random.default_rng(7)
+    M, A = rng.normal(size=(4, 4)), rng.normal(size=(5, 4))
+    lower, upper = np.array([0.5, -np.inf, -1.0, 0.2, -np.inf]), np.array([0.5, 1.0, np.inf, 0.4, np.inf])
+    arrays = M.T @ M, rng.normal(size=4), A, lower, upper
+    at_once = solve_quadratic_program(*arrays)
+    apart = np.array([1.0, -2.0]), np.array([2.0, 0.0])
+    assert solve_quadratic_program(np.eye(1), np.zeros(1), np.ones((2, 1)), *apart) is None
+    monkeypatch.setattr(_Clarabel, "_is_available", classmethod(lambda cls: False))
+    np.testing.assert_allclose(at_once, solve_quadratic_program(*arrays), atol=1e-5)  # OSQP stops sooner

@@ -207,11 +207,35 @@ def _about_z(before: int) -> Callable:
     return wrap
 
 
+def _lcm(function: Callable) -> Callable:
+    """DrakeLcm() with settings beside the URL, which belong to DrakeLcmParams now."""
+
+    def make(self: Any, *args: Any, **kwargs: Any) -> None:
+        from sheldrake.lcm import DrakeLcmParams
+
+        if len(args) == 2:
+            kwargs["channel_suffix" if isinstance(args[1], str) else "defer_initialization"] = args[1]
+        if not kwargs.keys() & {"channel_suffix", "defer_initialization"}:
+            function(self, *args, **kwargs)
+            return
+        hint("DrakeLcm(): give DrakeLcmParams, which has lcm_url, channel_suffix and defer_initialization.")
+        function(self, DrakeLcmParams(**dict(zip(("lcm_url",), args)), **kwargs))
+
+    return make
+
+
 _CYLINDER = {"r": "radius", "L": "length", "b_E": "unit_vector"}
 _WELD = {
     **dict.fromkeys(("A", "frame_on_parent_P", "parent_frame_P"), "frame_on_parent_F"),
     **dict.fromkeys(("B", "frame_on_child_C", "child_frame_C"), "frame_on_child_M"),
     **dict.fromkeys(("X_AB", "X_PC"), "X_FM"),
+}
+_OFFSET = {"Shift": {"p_BpBq_E": "offset"}}
+_MOVING = {
+    "w_WP_E": "angular_velocity_of_this_frame",
+    **dict.fromkeys(("p_PoBo_E", "p_PB_E"), "position_of_moving_frame"),
+    "V_PB_E": "velocity_of_moving_frame",
+    "A_PB_E": "acceleration_of_moving_frame",
 }
 KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
     "sheldrake.geometry": {
@@ -231,10 +255,24 @@ KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
             "ThinRod": {"L": "length", "b_E": "unit_vector"},
             "AxiallySymmetric": {"J": "moment_parallel", "K": "moment_perpendicular", "b_E": "unit_vector"},
             "StraightLine": {"K": "moment_perpendicular", "b_E": "unit_vector"},
-        }
+        },
+        "SpatialAcceleration": {
+            "Shift": {"p_PoQ_E": "offset", **_MOVING},
+            "ComposeWithMovingFrameAcceleration": _MOVING,
+        },
+        "SpatialForce": _OFFSET,
+        "SpatialMomentum": _OFFSET,
+        "SpatialVelocity": {**_OFFSET, "ComposeWithMovingFrameVelocity": _MOVING},
     },
     "sheldrake.multibody.plant": {
-        "MultibodyPlant": {"WeldFrames": _WELD, "CalcJacobianSpatialVelocity": {"p_BP": "p_BoBp_B"}}
+        "MultibodyPlant": {
+            "CalcJacobianSpatialVelocity": {"p_BP": "p_BoBp_B"},
+            "SetDefaultFreeBodyPose": {"X_WB": "X_PB"},
+            "SetFreeBodyPose": {"X_WB": "X_PB"},
+            "SetFreeBodySpatialVelocity": {"V_WB": "V_PB"},
+            "WeldFrames": _WELD,
+        },
+        "MultibodyPlantConfig": {"__init__": {"discrete_contact_solver": "discrete_contact_approximation"}},
     },
     "sheldrake.planning": {
         "DirectCollocation": {
@@ -251,7 +289,12 @@ KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
             }
         }
     },
-    "sheldrake.multibody.tree": {"WeldJoint": {"__init__": _WELD}},
+    "sheldrake.solvers": {"SolverOptions": {"SetOption": {"solver_option": "key", "option_value": "value"}}},
+    "sheldrake.systems.primitives": {"DiscreteTimeDelay": {"__init__": {"delay_timesteps": "delay_time_steps"}}},
+    "sheldrake.multibody.tree": {
+        "JointActuator": {"set_actuation_vector": {"u_instance": "u_actuator"}},
+        "WeldJoint": {"__init__": _WELD},
+    },
 }
 """Retired names of arguments: module, class, method, today's name of each."""
 
@@ -259,6 +302,7 @@ CALLS: dict[str, dict[str, dict[str, Callable]]] = {
     "sheldrake.geometry.optimization": {
         "GraphOfConvexSets": {"AddEdge": _add_edge, "SolveShortestPath": _shortest_path},
     },
+    "sheldrake.lcm": {"DrakeLcm": {"__init__": _lcm}},
     "sheldrake.multibody.math": {
         "UnitInertia": dict.fromkeys(("SolidCapsule", "SolidCylinder", "SolidCylinderAboutEnd"), _about_z(2)),
     },

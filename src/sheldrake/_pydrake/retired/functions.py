@@ -201,6 +201,40 @@ def _sets() -> dict[str, Any]:
     return {"IrisInConfigurationSpace": forwarded(IrisNp, "IrisInConfigurationSpace", "IrisNp()")}
 
 
+def _plant() -> dict[str, Any]:
+    from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+
+    return {"ContactResultsToMeshcat": ContactVisualizer, "ContactResultsToMeshcatParams": ContactVisualizerParams}
+
+
+def _tree() -> dict[str, Any]:
+    from sheldrake.multibody import tree
+
+    return {"BodyFrame_": tree.RigidBodyFrame_}
+
+
+def _solvers() -> dict[str, Any]:
+    from sheldrake import solvers
+
+    class MinimumValueConstraint(solvers.MinimumValueLowerBoundConstraint):
+        """Retired: use `MinimumValueLowerBoundConstraint`."""
+
+        def __init__(self, num_vars: int, minimum_value: float, *args: Any, **kwargs: Any):
+            hint("MinimumValueConstraint is retired: use MinimumValueLowerBoundConstraint.")
+            super().__init__(num_vars, minimum_value, *args, **kwargs)
+
+    for retired, today in (
+        ("kUnknownError", "kSolverSpecificError"),
+        ("kInfeasible_Or_Unbounded", "kInfeasibleOrUnbounded"),
+    ):
+        setattr(solvers.SolutionResult, retired, solvers.SolutionResult[today])
+    return {
+        "MinimumValueConstraint": MinimumValueConstraint,
+        "MobyLCPSolver": solvers.MobyLcpSolver,
+        "NonsmoothAugmentedLagrangian": solvers.AugmentedLagrangianNonsmooth,
+    }
+
+
 def _primitives() -> dict[str, Any]:
     import numpy as np
 
@@ -377,6 +411,9 @@ FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
     "sheldrake.lcm": _lcm,
     "sheldrake.multibody.inverse_kinematics": _inverse_kinematics,
     "sheldrake.multibody.parsing": _parsing,
+    "sheldrake.multibody.plant": _plant,
+    "sheldrake.multibody.tree": _tree,
+    "sheldrake.solvers": _solvers,
     "sheldrake.systems.framework": _framework,
     "sheldrake.systems.primitives": _primitives,
     "sheldrake.systems.rendering": _rendering,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .calls import CameraPoses
 from .hints import hint
 
@@ -57,6 +59,47 @@ def _camera_info(kind: str) -> Callable:
 
     info.__doc__ = f"Retired: use `default_{kind}_render_camera().core().intrinsics()`."
     return info
+
+
+def _mutable_state(what: str) -> Callable:
+    """A method of MultibodyPlant that gives a part of the state as an array that may be written."""
+
+    def get(self: MultibodyPlant, context: Context) -> Any:
+        hint(f"MultibodyPlant.GetMutable{what}() is retired: use Set{what}().")
+        if self.is_discrete():
+            state: Any = context.get_mutable_discrete_state_vector()
+        else:
+            state = context.get_mutable_continuous_state_vector()
+        nq = self.num_positions()
+        chosen = {"Positions": slice(nq), "Velocities": slice(nq, None), "PositionsAndVelocities": slice(None)}
+        return state.get_mutable_value()[chosen[what]]
+
+    get.__doc__ = f"Retired: use `Set{what}`. A view of the context's memory."
+    return get
+
+
+def _options_of_solver(self: Any, solver_id: Any) -> dict[str, Any]:
+    """Retired: use `SolverOptions.options`. What is set for one solver, by name."""
+    hint("GetSolverOptions() and GetOptions() are retired: use SolverOptions.options.")
+    options = self.solver_options() if hasattr(self, "solver_options") else self
+    return dict(options.options.get(solver_id.name(), {}))
+
+
+def _sensor_pose(kind: str) -> Callable:
+    """A method of RgbdSensor that gives where a camera is in the sensor's body."""
+
+    def pose(self: Any) -> Any:
+        hint(f"RgbdSensor: use default_{kind}_render_camera().core().sensor_pose_in_camera_body().")
+        return getattr(self, f"default_{kind}_render_camera")().core().sensor_pose_in_camera_body()
+
+    pose.__doc__ = f"Retired: use `default_{kind}_render_camera().core().sensor_pose_in_camera_body()`."
+    return pose
+
+
+def _get_end_effector_velocity_gain(self: Any) -> np.ndarray:
+    """Retired: use `get_end_effector_velocity_flag`. One for each direction that is controlled, shape (6,)."""
+    hint("DifferentialInverseKinematicsParameters: gains are retired: use get_end_effector_velocity_flag().")
+    return np.array(self.get_end_effector_velocity_flag(), dtype=float)
 
 
 def _fix_input_port(self: Context, index: int, data: Any) -> Any:
@@ -154,10 +197,64 @@ def _field(today: str, call: str) -> property:
     return property(get, set_, doc=f"Retired: use `{today}`.")
 
 
-_DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint")
+_DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint", "PlanarJoint")
+_FLOATING = {
+    "SetFromRotationMatrix": "SetOrientation",
+    "angular_damping": "default_angular_damping",
+    "get_default_pose": "GetDefaultPose",
+    "get_default_position": "get_default_translation",
+    "get_pose": "GetPose",
+    "get_position": "get_translation",
+    "set_default_position": "set_default_translation",
+    "set_pose": "SetPose",
+    "set_position": "SetTranslation",
+    "set_quaternion": "SetQuaternion",
+    "set_random_position_distribution": "set_random_translation_distribution",
+    "translational_damping": "default_translational_damping",
+}
+"""Methods of QuaternionFloatingJoint until 2025, and today's."""
+
+
+def _renamed_of(cls: str, today: dict[str, str]) -> dict[str, Any]:
+    """Functions for methods of a class that have other names today."""
+    return {name: renamed(new, f"{cls}.{name}") for name, new in today.items()}
+
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
+    "sheldrake.examples": {
+        "AcrobotPlant": _renamed_of("AcrobotPlant", {"SetMITAcrobotParameters": "SetMitAcrobotParameters"}),
+    },
+    "sheldrake.geometry.optimization": {
+        "GraphOfConvexSetsOptions": {
+            "rounding_solver_options": _field(
+                "restriction_solver_options", "GraphOfConvexSetsOptions.rounding_solver_options"
+            ),
+        },
+        "Hyperellipsoid": _renamed_of("Hyperellipsoid", {"Volume": "CalcVolume"}),
+    },
+    "sheldrake.math": {
+        "RigidTransform": _renamed_of("RigidTransform", {"IsIdentityToEpsilon": "IsNearlyIdentity"}),
+        "RotationMatrix": _renamed_of("RotationMatrix", {"IsIdentityToInternalTolerance": "IsNearlyIdentity"}),
+    },
+    "sheldrake.solvers": {
+        "LinearConstraint": _renamed_of("LinearConstraint", {"A": "GetDenseA"}),
+        "L2NormCost": _renamed_of("L2NormCost", {"A": "GetDenseA"}),
+        "MathematicalProgram": {
+            "GetSolverOptions": _options_of_solver,
+            **_renamed_of(
+                "MathematicalProgram",
+                {
+                    "AddMaximizeLogDeterminantSymmetricMatrixCost": "AddMaximizeLogDeterminantCost",
+                    "NewNonnegativePolynomial": "NewSosPolynomial",
+                },
+            ),
+        },
+        "SolverOptions": {"GetOptions": _options_of_solver},
+    },
     "sheldrake.systems.controllers": {
+        "JointStiffnessController": _renamed_of(
+            "JointStiffnessController", {"get_output_port_generalized_force": "get_output_port_actuation"}
+        ),
         "InverseDynamics": {
             "get_output_port_force": renamed(
                 "get_output_port_generalized_force", "InverseDynamics.get_output_port_force"
@@ -176,6 +273,8 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         "LeafSystem": {
             "DeclarePeriodicPublish": _declare_periodic_publish,
             "DeclarePeriodicDiscreteUpdate": _declare_periodic_discrete_update,
+            "DeclarePeriodicPublishNoHandler": _declare_periodic_publish,
+            "DeclarePeriodicDiscreteUpdateNoHandler": _declare_periodic_discrete_update,
         },
     },
     "sheldrake.systems.analysis": {
@@ -201,6 +300,10 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "CalcBiasForJacobianTranslationalVelocity": _bias(
                 "TranslationalVelocity", "CalcBiasTranslationalAcceleration"
             ),
+            **{
+                f"GetMutable{what}": _mutable_state(what)
+                for what in ("Positions", "Velocities", "PositionsAndVelocities")
+            },
             "set_discrete_contact_solver": _set_discrete_contact_solver,
             "get_continuous_state_output_port": renamed(
                 "get_state_output_port", "MultibodyPlant.get_continuous_state_output_port"
@@ -215,6 +318,11 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
                 "SetFloatingBaseBodyPoseInAnchoredFrame", "MultibodyPlant.SetFreeBodyPoseInAnchoredFrame"
             ),
         },
+        "MultibodyPlantConfig": {
+            "discrete_contact_solver": _field(
+                "discrete_contact_approximation", "MultibodyPlantConfig.discrete_contact_solver"
+            ),
+        },
     },
     "sheldrake.multibody.tree": {
         "RigidBody": {
@@ -222,6 +330,12 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "floating_velocities_start": _floating_velocities_start,
         },
         **{name: {"damping": renamed("default_damping", f"{name}.damping")} for name in _DAMPED},
+        "FixedOffsetFrame": _renamed_of("FixedOffsetFrame", {"SetPoseInBodyFrame": "SetPoseInParentFrame"}),
+        "QuaternionFloatingJoint": _renamed_of("QuaternionFloatingJoint", _FLOATING),
+        "RevoluteSpring": _renamed_of(
+            "RevoluteSpring", {"stiffness": "default_stiffness", "nominal_angle": "default_nominal_angle"}
+        ),
+        "WeldJoint": _renamed_of("WeldJoint", {"X_PC": "X_FM"}),
     },
     "sheldrake.geometry": {
         "SceneGraph": {
@@ -245,11 +359,18 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         "DifferentialInverseKinematicsParameters": {
             "get_timestep": renamed("get_time_step", "DifferentialInverseKinematicsParameters.get_timestep"),
             "set_timestep": renamed("set_time_step", "DifferentialInverseKinematicsParameters.set_timestep"),
+            "get_end_effector_velocity_gain": _get_end_effector_velocity_gain,
             "set_end_effector_velocity_gain": _set_end_effector_velocity_gain,
         },
     },
     "sheldrake.planning": {
+        "GcsTrajectoryOptimization": {
+            "UnwrapToContinousTrajectory": renamed(
+                "UnwrapToContinuousTrajectory", "GcsTrajectoryOptimization.UnwrapToContinousTrajectory", static=True
+            ),
+        },
         "MultipleShooting": {
+            "fixed_timestep": renamed("fixed_time_step", "MultipleShooting.fixed_timestep"),
             "timestep": renamed("time_step", "MultipleShooting.timestep"),
             "__getattr__": _of_its_program,
         },
@@ -266,6 +387,8 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "sheldrake.systems.sensors": {
         "RgbdSensor": {
             "CameraPoses": CameraPoses,
+            "X_BC": _sensor_pose("color"),
+            "X_BD": _sensor_pose("depth"),
             "color_camera_info": _camera_info("color"),
             "depth_camera_info": _camera_info("depth"),
             "color_render_camera": renamed("default_color_render_camera", "RgbdSensor.color_render_camera"),
@@ -274,6 +397,15 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "X_PB": renamed("default_X_PB", "RgbdSensor.X_PB"),
             "X_WB_output_port": renamed("body_pose_in_world_output_port", "RgbdSensor.X_WB_output_port"),
         },
+        "RgbdSensorAsync": _renamed_of(
+            "RgbdSensorAsync",
+            {
+                "X_PB": "default_X_PB",
+                "color_camera": "default_color_render_camera",
+                "depth_camera": "default_depth_render_camera",
+                "parent_id": "default_parent_frame_id",
+            },
+        ),
     },
 }
 """Retired methods: module, class, name, function. A class gets those whose name it does not define itself."""

@@ -68,6 +68,7 @@ MODULES: dict[str, Module] = {
     "pydrake.manipulation.planner": _folded("sheldrake.multibody.inverse_kinematics"),
     "pydrake.systems.trajectory_optimization": _folded("sheldrake.planning"),
     "pydrake.geometry.render": _folded("sheldrake.geometry"),
+    "pydrake.visualization.plotting": _folded("sheldrake.visualization"),
     "pydrake.systems.meshcat_visualizer": Module(
         "sheldrake._pydrake.retired.meshcat_visualizer", {}, "pydrake.visualization"
     ),
@@ -81,6 +82,8 @@ GONE = {
     "pydrake.multibody.parsing.ProcessModelDirectives and the drivers of pydrake.manipulation",
     "pydrake.manipulation.simple_ui": "windows of Tk; use pydrake.multibody.meshcat.JointSliders",
     "pydrake.solvers.dreal": "DrealSolver; use another solver of pydrake.solvers",
+    "pydrake.solvers.ibex": "IbexSolver; use another solver of pydrake.solvers",
+    "pydrake.systems.system_sliders": "windows of Tk; use Meshcat.AddSlider()",
     "pydrake.third_party": "what it bundled; import those packages by their own names",
 }
 """Modules that Drake removed for good: what they held, and what to use."""
@@ -88,12 +91,13 @@ GONE = {
 _STATION = "use pydrake.multibody.parsing.ProcessModelDirectives and pydrake.manipulation.ApplyDriverConfigs"
 GONE_NAMES = {
     **dict.fromkeys(("ManipulationStation", "ManipulationStationHardwareInterface"), _STATION),
-    **dict.fromkeys(("IiwaCollisionModel", "SchunkCollisionModel", "CreateClutterClearingYcbObjectList"), _STATION),
+    **dict.fromkeys(("IiwaCollisionModel", "SchunkCollisionModel"), _STATION),
+    **dict.fromkeys(("CreateClutterClearingYcbObjectList", "CreateManipulationClassYcbObjectList"), _STATION),
     "RigidBodyTree": "use pydrake.multibody.plant.MultibodyPlant",
     "RigidBodyPlant": "use pydrake.multibody.plant.MultibodyPlant",
     "FloatingBaseType": "use pydrake.multibody.tree.BaseBodyJointType",
     "SchunkWsgButtons": "use Meshcat.AddButton() and Meshcat.GetButtonClicks()",
-    "DrealSolver": "use another solver of pydrake.solvers",
+    **dict.fromkeys(("DrealSolver", "IbexSolver"), "use another solver of pydrake.solvers"),
     "ConnectLcmScope": "use pydrake.systems.lcm.LcmScopeSystem.AddToBuilder()",
 }
 """Names that Drake removed for good: what to use."""

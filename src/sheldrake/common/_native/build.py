@@ -2,9 +2,10 @@
 
     python -m sheldrake.common._native.build OUT [PLATFORM ...] [--only ENTRY,...]
 
-Each entry is lowered once; LLVM then makes one object a platform and level; zig (PyPI's ziglang) links them, or the
-system's `cc` for this machine when there is no ziglang. The manifest beside a library names its entries, its levels,
-the hash of the sources and of the library itself.
+Each entry is lowered once; LLVM then makes one object a platform and level, in as many processes as there are
+processors; zig (PyPI's ziglang) links them, or the system's `cc` for this machine when there is no ziglang. Objects are
+kept in the user's cache by what they are made from, so that a second build compiles what has changed. The manifest
+beside a library names its entries, its levels, the hash of the sources and of the library itself.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import hashlib
 import importlib
 import importlib.util
 import json
-import os
 import pathlib
 import platform
 import shutil
@@ -22,9 +22,10 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable
+from concurrent.futures import Future, ProcessPoolExecutor
 from typing import NamedTuple
 
-from sheldrake.common._native import builtin, instances, lower, prebuilt, wasm
+from sheldrake.common._native import builtin, instances, lower, prebuilt, store, wasm
 from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import Kernel
@@ -55,6 +56,9 @@ PLATFORMS = {
     ),
     "windows-x86_64": Platform("x86_64-pc-windows-gnu", "x86_64-windows-gnu", ".dll", "win_amd64", X86_LEVELS),
 }
+
+Objects = dict[str, "Future[bytes]"]
+"""Object files by name, in the making."""
 
 CPU_LEVEL = """
 ; Which level may this process use? cpuid and xgetbv: 3 when AVX2, FMA, BMI1/2 are there and the system saves AVX state.
@@ -132,18 +136,30 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
     Raises:
         RuntimeError: if there is no linker, or linking fails; the message has the linker's words.
     """
-    names = list(names)
+    with ProcessPoolExecutor() as pool:
+        try:
+            _build(pool, out, list(names), only, say)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)  # what went wrong is told now, not when all is compiled
+            raise
+
+
+def _build(pool: ProcessPoolExecutor, out: pathlib.Path, names: list[str], only: str, say) -> None:
     start = time.perf_counter()
     kernels = {s: k for s, k in entries().items() if not only or k.__name__ in only.split(",")}
-    lowered = {}
+    has_zig = importlib.util.find_spec("ziglang") is not None
+    objects: dict[str, Objects] = {name: {} for name in [*([wasm.FILE] if has_zig else []), *names]}
     for i, (symbol, kernel) in enumerate(kernels.items(), 1):
-        begin = time.perf_counter()
-        lowered[symbol] = lower.lower(kernel, symbol)
-        say(f"lowered {i}/{len(kernels)} {kernel.__name__}: {time.perf_counter() - begin:.1f} s", flush=True)
-    pages = _wasm_objects(kernels, lowered, say) if importlib.util.find_spec("ziglang") is not None else {}
-    for name in names:
-        begin = time.perf_counter()
-        library = _build_one(out / name, PLATFORMS[name], name, lowered)
+        code = lower.lower(kernel, symbol)
+        for name, found in objects.items():
+            found |= _started(pool, code, symbol, name)
+        say(f"lowered {i}/{len(kernels)} {kernel.__name__}", flush=True)
+    pages = {name: made.result() for name, made in objects.pop(wasm.FILE, {}).items()}
+    if has_zig:
+        pages[wasm.LIBM_FILE] = wasm.made_libm()
+        say(f"wasm32: {len(kernels)} entries, {time.perf_counter() - start:.1f} s", flush=True)
+    for name, found in objects.items():
+        library = _build_one(out / name, PLATFORMS[name], name, found)
         manifest = {
             "platform": name,
             "sources": source_hashes(),
@@ -155,43 +171,36 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
         if pages:
             wasm.pack(out / name / wasm.FILE, pages)
         size = library.stat().st_size / 1e3
-        say(f"{name}: {len(lowered)} entries, {size:.0f} kB, {time.perf_counter() - begin:.1f} s", flush=True)
-    say(f"built in {time.perf_counter() - start:.1f} s", flush=True)
+        say(f"{name}: {len(kernels)} entries, {size:.0f} kB, {time.perf_counter() - start:.1f} s", flush=True)
 
 
-def _wasm_objects(kernels: dict[str, Kernel], lowered: dict[str, lower.Lowered], say) -> dict[str, bytes]:
-    """Objects for pages, libm among them, by the names under which a wheel has them."""
-    begin = time.perf_counter()
-    objects = {
-        wasm.member(code.text, kernels[symbol].short_loops): lower.emit(code, symbol, wasm.WASM)
-        for symbol, code in lowered.items()
-    }
-    say(f"wasm32: {len(objects)} entries, {time.perf_counter() - begin:.1f} s", flush=True)
-    return {**objects, wasm.LIBM_FILE: wasm.make_libm()}
+def _started(pool: ProcessPoolExecutor, code: lower.Lowered, symbol: str, name: str) -> Objects:
+    """The objects of an entry for a platform, or for pages, by the names under which they are kept; in the making."""
+    if name == wasm.FILE:
+        made = pool.submit(store.code_of_text, code.text, symbol, code.short_loops, wasm.WASM)
+        return {wasm.member(code.text, code.short_loops): made}
+    found = {}
+    for level, cpu in PLATFORMS[name].levels.items():
+        target, title = Target(PLATFORMS[name].triple, level, cpu), f"{symbol}_{level}"
+        found[title] = pool.submit(store.code_of_text, code.text, symbol, code.short_loops, target, title)
+    return found
 
 
-def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[str, lower.Lowered]) -> pathlib.Path:
+def _build_one(folder: pathlib.Path, target: Platform, name: str, made: Objects) -> pathlib.Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    objects: list[str] = []
-
-    def keep(title: str, code: bytes) -> None:
-        path = folder / f"{title}.o"
-        path.write_bytes(code)
-        objects.append(str(path))
-
-    for level, cpu in target.levels.items():
-        machine = Target(target.triple, level, cpu)
-        for symbol, code in lowered.items():
-            keep(f"{symbol}_{level}", lower.emit(code, symbol, machine, rename=f"{symbol}_{level}"))
+    codes = {title: future.result() for title, future in made.items()}
     if "x86_64" in target.triple:
-        keep("cpu_level", builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64")))
+        codes["cpu_level"] = builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64"))
     for title, text in (("call", builtin.CODE), ("instance", instances.CODE)):
-        keep(title, builtin.assemble(text, Target(target.triple, 1, target.levels[1])))
+        codes[title] = builtin.assemble(text, Target(target.triple, 1, target.levels[1]))
+    objects = [folder / f"{title}.o" for title in codes]
+    for path, code in zip(objects, codes.values()):
+        path.write_bytes(code)
     library = folder / f"kernels{target.ending}"
-    _link(library, target, name, objects)
+    _link(library, target, name, [str(path) for path in objects])
     for path in objects:
-        os.unlink(path)
+        path.unlink()
     return library
 
 

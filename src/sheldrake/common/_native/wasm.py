@@ -53,8 +53,16 @@ def libm() -> bytes:
         RuntimeError: zig failed; the message has its words.
     """
     found = _brought().get(LIBM_FILE)
-    if found is not None:
-        return found
+    return made_libm() if found is None else found
+
+
+def made_libm() -> bytes:
+    """What `libm` gives, by the zig that is installed; it is kept in the user's cache.
+
+    Raises:
+        ModuleNotFoundError: ziglang is not installed.
+        RuntimeError: zig failed; the message has its words.
+    """
     if importlib.util.find_spec("ziglang") is None:
         raise ModuleNotFoundError(f"libm: {NO_COMPILER}", name="ziglang")
     digest = hashlib.sha256(f"{_USES}{importlib.metadata.version('ziglang')}".encode()).hexdigest()[:20]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.geometry._kernels.model import CELLS, HULL, FaceLoop, Geometry, HullFace, HullVertex
+from sheldrake.geometry._kernels.model import CELLS, DIVIDED, HULL, FaceLoop, Geometry, HullFace, HullVertex
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
 _LEVEL = 1e-9  # of the extent of a hull: vertices that are lower by no more are as low
@@ -70,31 +70,73 @@ def cell_corners() -> np.ndarray:
     return corners.reshape(6, n + 1, n + 1, 3)
 
 
-def lowest_in_cells(vertices: np.ndarray) -> list[np.ndarray]:
-    """Of each cell, in the order of `cell_of`, the vertices that may be lowest along some direction through it.
+_CORNERS = cell_corners()
+
+
+def part_corners(side: int, row: int, column: int) -> np.ndarray:
+    """Corners of the parts of a cell, as many along each edge as there are cells, shape (CELLS + 1, CELLS + 1, 3)."""
+    corners = _CORNERS[side]
+    a, b, c = corners[row, column], corners[row + 1, column], corners[row, column + 1]
+    part = np.arange(CELLS + 1)[:, None] / CELLS
+    return a + part[:, None] * (b - a) + part * (c - a)
+
+
+def _lowest_in_grid(corners: np.ndarray, vertices: np.ndarray, slack: float) -> np.ndarray:
+    """Which vertices may be lowest along some direction through each cell of a grid, shape (cells, vertices).
 
     A vertex is none of them if another is lower along all four corners of the cell, and so along all between them. The
     others tried are those that are lowest along the corners and the middle.
     """
-    found = []
-    for side in cell_corners():
-        height = side @ vertices.T
-        height = np.stack([height[:-1, :-1], height[1:, :-1], height[:-1, 1:], height[1:, 1:]])
-        height = height.reshape(4, -1, len(vertices))
-        slack = _LEVEL * np.ptp(height)
-        may = np.ones(height.shape[1:], bool)
-        for rivals in (*height, height.sum(axis=0)):
-            lowest = rivals.argmin(axis=1)
-            may &= np.any(height <= height[:, np.arange(len(lowest)), lowest][..., None] + slack, axis=0)
-        found += [np.flatnonzero(row) for row in may]
-    return found
+    height = corners @ vertices.T
+    height = np.stack([height[:-1, :-1], height[1:, :-1], height[:-1, 1:], height[1:, 1:]])
+    height = height.reshape(4, -1, len(vertices))
+    may = np.ones(height.shape[1:], bool)
+    for rivals in (*height, height.sum(axis=0)):
+        lowest = rivals.argmin(axis=1)
+        may &= np.any(height <= height[:, np.arange(len(lowest)), lowest][..., None] + slack, axis=0)
+    return may
+
+
+def _slack(vertices: np.ndarray) -> float:
+    return _LEVEL * float(np.ptp(vertices, axis=0).sum())
+
+
+def lowest_in_cells(vertices: np.ndarray) -> np.ndarray:
+    """Which vertices may be lowest along some direction through each cell, in the order of `cell_of`."""
+    slack = _slack(vertices)
+    return np.concatenate([_lowest_in_grid(corners, vertices, slack) for corners in _CORNERS])
+
+
+def lowest_in_parts(vertices: np.ndarray, cell: int, slack: float) -> np.ndarray:
+    """Which of the vertices that may be lowest in a cell may be in each of its parts."""
+    side, place = divmod(cell, CELLS * CELLS)
+    return _lowest_in_grid(part_corners(side, *divmod(place, CELLS)), vertices, slack)
 
 
 def _cells(v0: int, at: int, vertices: np.ndarray) -> np.ndarray:
-    """Where in `topology` the vertices of each cell start, and they; for index `at` on."""
-    lists = lowest_in_cells(vertices)
-    starts = at + len(lists) + 1 + np.append(0, np.cumsum([len(a) for a in lists]))
-    return np.concatenate([starts, v0 + np.concatenate(lists)])
+    """Where in `topology` the vertices of each cell start, and they; for index `at` on.
+
+    Of a cell in which `DIVIDED` or more may be lowest there is one number instead: less than zero, where the same
+    begins for its parts.
+    """
+    may = lowest_in_cells(vertices)
+    divided = np.flatnonzero(may.sum(axis=1) >= DIVIDED)
+    those = [np.flatnonzero(may[cell]) for cell in divided]
+    may[divided, 1:], may[divided, 0] = False, True
+    tables = [_table(v0, at, may, np.arange(len(vertices)))]
+    end = at + len(tables[0])
+    slack = _slack(vertices)
+    for cell, few in zip(divided, those):
+        tables[0][tables[0][cell] - at] = -end
+        tables.append(_table(v0, end, lowest_in_parts(vertices[few], int(cell), slack), few))
+        end += len(tables[-1])
+    return np.concatenate(tables)
+
+
+def _table(v0: int, at: int, may: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Where the lists of rows start, and where the last one ends, then which may be; for index `at` on."""
+    starts = at + len(may) + 1 + np.concatenate([[0], np.cumsum(may.sum(axis=1))])
+    return np.concatenate([starts, v0 + which[np.nonzero(may)[1]]])
 
 
 def _planes(mesh: PolygonSurfaceMesh) -> np.ndarray:

@@ -6,9 +6,33 @@ from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .half_space import cylinder_on_plane_multi
-from .model import CANDIDATE, CYLINDER, MAX_POINTS, POLYGON_A, POLYGON_B, POLYGON_C, Z_AXIS
+from .memory import own_slot, remembers
+from .model import (
+    CANDIDATE,
+    CYLINDER,
+    FACE_AND_VERTEX,
+    FACE_ON_MORE,
+    HULL,
+    MAX_POINTS,
+    MORE_ON_FACE,
+    POLYGON_A,
+    POLYGON_B,
+    POLYGON_C,
+    TWO_EDGES,
+    VERTEX_AND_FACE,
+    Z_AXIS,
+)
 from .separation import separation_of_pair
-from .support import best_face, has_faces, shown_face, shown_feature, side_of_face, within_face
+from .support import (
+    best_face,
+    face_around,
+    has_faces,
+    normal_of_face,
+    shown_face,
+    shown_feature,
+    side_of_face,
+    within_face,
+)
 from .table import MIN_DEPTH, absolute, column, emit, least_depth, several_points
 
 # 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
@@ -28,7 +52,7 @@ def convex_contacts(model, table, i, j, k):
     phi, nhat_ji, p_WCi, p_WCj = separation_of_pair(model, table, i, j, MIN_DEPTH - least, k)
     if -phi <= least:
         return
-    if several_points(model, i, j) and touching_features(model, table, i, j, nhat_ji, -phi) > 0:
+    if several_points(model, i, j) and touching_features(model, table, i, j, nhat_ji, -phi, slot_at(table, k)) > 0:
         return
     emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, -phi)
 
@@ -41,16 +65,39 @@ def emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, depth):
     emit(model, table, i, j, sub3(middle, half), add3(middle, half), nhat_ji, depth)
 
 
+@kernel
+def slot_at(table, k):
+    """The slot that tells what meets of pair k, just sought; -1 if there is none."""
+    return own_slot(table, k) if remembers(table, k) else -1
+
+
 @kernel(outline=True)
-def touching_features(model, table, i, j, nhat_ji, depth):
-    """Contacts of a face with what lies on it, or of two edges side by side; how many."""
+def face_along(model, table, g, side, n_W, s):
+    """`best_face` of the first (side 0) or second shape of a pair: what meets, in slot s, tells where to look."""
+    if s >= 0 and model[g].kind == HULL:
+        slot = table.slots[s]
+        what, who = slot.feature, slot.who
+        of_first = what == FACE_AND_VERTEX or what == FACE_ON_MORE
+        if of_first or what == VERTEX_AND_FACE or what == MORE_ON_FACE:
+            if of_first == (side == 0):
+                return slot.face, normal_of_face(model, table, g, slot.face)
+            if what == FACE_AND_VERTEX or what == VERTEX_AND_FACE:
+                return face_around(model, table, g, who[0], n_W)
+        if what == TWO_EDGES:
+            return face_around(model, table, g, who[0] if side == 0 else who[2], n_W)
+    return best_face(model, table, g, n_W)
+
+
+@kernel(outline=True)
+def touching_features(model, table, i, j, nhat_ji, depth, s):
+    """Contacts of a face with what lies on it, or of two edges side by side; how many. Slot s tells what meets."""
     face_i, out_i, along_i = -1, nhat_ji, 0.0
     face_j, out_j, along_j = -1, nhat_ji, 0.0
     if has_faces(model, i):
-        face_i, out_i = best_face(model, table, i, scale3(nhat_ji, -1.0))
+        face_i, out_i = face_along(model, table, i, 0, scale3(nhat_ji, -1.0), s)
         along_i = -dot3(out_i, nhat_ji)
     if has_faces(model, j):
-        face_j, out_j = best_face(model, table, j, nhat_ji)
+        face_j, out_j = face_along(model, table, j, 1, nhat_ji, s)
         along_j = dot3(out_j, nhat_ji)
     flat_i = along_i >= 1.0 - FLAT
     flat_j = along_j >= 1.0 - FLAT

@@ -15,7 +15,7 @@ from .gjk import add_vertex
 from .model import FACE, MAX_EDGES, MAX_FACES, MAX_VERTICES, SIMPLEX
 from .table import absolute
 
-_EPA_STEPS = 120
+EPA_STEPS = 120
 _LEVEL = 1e-15  # relative to the size: a vertex so little in front of a face is in its plane
 NO_AREA = 1e-14  # relative to the squares of its edges: a face with less has none
 _FLAT = 1e-8  # relative to the size: least extent of the tetrahedron to begin with
@@ -218,8 +218,10 @@ def nearest_face(table, faces):
 
 
 @kernel(outline=True)
-def epa(model, table, i, j, size, gap, faces, vertices):
+def epa(model, table, i, j, size, gap, polytope, steps):
     """From a polytope that holds the origin: corners, normal and support of the nearest face of the difference.
+
+    `polytope` is how many faces and vertices it has.
 
     Of all directions tried it gives the one with the least support, which is the depth along it, until depth and
     distance of the nearest face differ by less than `gap`.
@@ -227,10 +229,11 @@ def epa(model, table, i, j, size, gap, faces, vertices):
     Returns:
         (corners, normal, support, whether the gap was reached, faces, vertices), the last two of the polytope then.
     """
+    faces, vertices = polytope
     corners = (0, 1, 2)
     n = (1.0, 0.0, 0.0)
     depth = 1e300
-    for _ in range(_EPA_STEPS):
+    for _ in range(steps):
         best = nearest_face(table, faces)
         if best < 0:
             break

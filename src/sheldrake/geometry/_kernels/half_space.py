@@ -238,17 +238,35 @@ def hull_on_plane(model, table, i, j, nhat, height, multi):
         return
     if stands_on_feet(model, table, i, j, low, n_G, nhat, height):
         return
-    first = model[i].first_vertex
-    last = first + model[i].num_vertices
-    below = 0
-    for v in range(first, last):
-        if depth_of(model, v, n_G, height) > least:
-            below += 1
+    below = list_below(model, table, i, n_G, height, least)
     if below > 4:
-        four_vertices_below(model, table, i, j, low, n_G, nhat, height)
+        four_vertices_below(model, table, i, j, low, n_G, nhat, height, below)
         return
-    for v in range(first, last):
-        emit_vertex(model, table, i, j, v, n_G, nhat, height)
+    for n in range(below):
+        emit_vertex(model, table, i, j, table.stack[n], n_G, nhat, height)
+
+
+@kernel(outline=True)
+def list_below(model, table, i, n_G, height, least):
+    """How many vertices of a hull are below the plane by more than `least`; they go to `stack` if it has room."""
+    first = model[i].first_vertex
+    below = 0
+    for v in range(first, first + model[i].num_vertices):
+        if depth_of(model, v, n_G, height) > least:
+            if below < len(table.stack):
+                table.stack[below] = v
+            below += 1
+    return below
+
+
+@kernel
+def below_plane(model, table, i, n_G, height, least, below):
+    """The vertices of a hull below the plane, ascending; so many are in `stack`, unless it has no room."""
+    listed = below <= len(table.stack)
+    for n in range(below if listed else model[i].num_vertices):
+        v = table.stack[n] if listed else model[i].first_vertex + n
+        if listed or depth_of(model, v, n_G, height) > least:
+            yield v
 
 
 @kernel(outline=True)
@@ -270,29 +288,25 @@ def stands_on_feet(model, table, i, j, low, n_G, nhat, height):
 
 
 @kernel(outline=True)
-def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
+def four_vertices_below(model, table, i, j, low, n_G, nhat, height, below):
     """Four of many vertices below the plane: the lowest, the one farthest from it, and the farthest on either side."""
     least = least_depth(model, i, j)
-    first = model[i].first_vertex
-    last = first + model[i].num_vertices
     p_low = model.vertices[low].p_GV
     far = low
     farthest = 0.0
-    for v in range(first, last):
-        p = model.vertices[v].p_GV
-        r = sub3(p, p_low)
-        if dot3(r, r) > farthest and depth_of(model, v, n_G, height) > least:
+    for v in below_plane(model, table, i, n_G, height, least, below):
+        r = sub3(model.vertices[v].p_GV, p_low)
+        if dot3(r, r) > farthest:
             far, farthest = v, dot3(r, r)
     line = cross3(n_G, sub3(model.vertices[far].p_GV, p_low))
     left, most_left = low, 0.0
     right, most_right = low, 0.0
-    for v in range(first, last):
-        if depth_of(model, v, n_G, height) > least:
-            side = dot3(line, sub3(model.vertices[v].p_GV, p_low))
-            if side > most_left:
-                left, most_left = v, side
-            if side < most_right:
-                right, most_right = v, side
-    for v in range(first, last):
+    for v in below_plane(model, table, i, n_G, height, least, below):
+        side = dot3(line, sub3(model.vertices[v].p_GV, p_low))
+        if side > most_left:
+            left, most_left = v, side
+        if side < most_right:
+            right, most_right = v, side
+    for v in below_plane(model, table, i, n_G, height, least, below):
         if v == low or v == far or v == left or v == right:
             emit_vertex(model, table, i, j, v, n_G, nhat, height)

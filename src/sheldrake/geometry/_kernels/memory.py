@@ -10,6 +10,7 @@ then gives.
 
 from __future__ import annotations
 
+from sheldrake.common._kernels.generic import whole
 from sheldrake.common._kernels.vec import add3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
@@ -25,6 +26,7 @@ _CERTAIN = 1e-9  # relative to the size: shapes that seem so far apart are apart
 _EPA_GAP = 1e-13  # relative to the size: EPA stops when the depth of polytopes is known this well
 _EPA_GAP_SMOOTH = 1e-6  # and that of curved shapes, whose answer is then refined
 _NO_SHIFT = (0.0, 0.0, 0.0)
+_FEW_STEPS = 4  # of EPA from what is remembered: one that takes more grows a polytope larger than a new one
 SEPARATED = -1
 TOUCHING = -2
 
@@ -145,22 +147,58 @@ def in_world(table, g, p_G):
 
 
 @kernel
+def number_faces(table, faces):
+    """Numbers the faces of the polytope of EPA that exist, from 1 on, in `exists`; how many they are."""
+    count = 0
+    for f in range(faces):
+        face = table.polytope[FACE + f]
+        if face.exists > 0.0:
+            count += 1
+            face.exists = float(count)
+    return count
+
+
+@kernel
+def number_vertices(table, faces, vertices):
+    """Numbers the vertices of the polytope of EPA that faces have, from 1 on, in `stack`; how many they are."""
+    for v in range(vertices):
+        table.stack[v] = 0
+    for f in range(faces):
+        if table.polytope[FACE + f].exists > 0.0:
+            for k in range(3):
+                table.stack[table.links[f].corner[k]] = 1
+    count = 0
+    for v in range(vertices):
+        if table.stack[v] > 0:
+            count += 1
+            table.stack[v] = count
+    return count
+
+
+@kernel(outline=True)
 def keep_polytope(model, table, i, j, s, faces, vertices):
     """Keeps the polytope of EPA in slot s if it is small, else none."""
     slot = table.slots[s]
     slot.num_vertices, slot.num_faces = 0, 0
-    if vertices > SLOT_VERTICES or faces > SLOT_FACES or faces != 2 * vertices - 4:
+    num_faces, num_vertices = number_faces(table, faces), number_vertices(table, faces, vertices)
+    if num_vertices > SLOT_VERTICES or num_faces > SLOT_FACES or num_faces != 2 * num_vertices - 4:
         return
-    slot.num_vertices, slot.num_faces = vertices, faces
+    slot.num_vertices, slot.num_faces = num_vertices, num_faces
     for v in range(vertices):
-        kept = table.kept_vertices[s * SLOT_VERTICES + v]
-        kept.a, kept.b = number_of(table, v, 0), number_of(table, v, 1)
-        points = table.kept_points[s * SLOT_VERTICES + v]
-        points.p_AP = in_frame(model, table, i, kept.a, table.vertices[SIMPLEX + v].a)
-        points.p_BP = in_frame(model, table, j, kept.b, table.vertices[SIMPLEX + v].b)
+        at = s * SLOT_VERTICES + table.stack[v] - 1
+        if table.stack[v] > 0:
+            kept = table.kept_vertices[at]
+            kept.a, kept.b = number_of(table, v, 0), number_of(table, v, 1)
+            points = table.kept_points[at]
+            points.p_AP = in_frame(model, table, i, kept.a, table.vertices[SIMPLEX + v].a)
+            points.p_BP = in_frame(model, table, j, kept.b, table.vertices[SIMPLEX + v].b)
     for f in range(faces):
-        link, kept_link = table.links[f], table.kept_links[s * SLOT_FACES + f]
-        kept_link.corners, kept_link.neighbours = link.corners, link.neighbours
+        face = table.polytope[FACE + f]
+        if face.exists > 0.0:
+            link, kept_link = table.links[f], table.kept_links[s * SLOT_FACES + whole(face.exists) - 1]
+            for k in range(3):
+                kept_link.corner[k] = table.stack[link.corner[k]] - 1
+                kept_link.across[k] = whole(table.polytope[FACE + link.across[k]].exists) - 1
 
 
 @kernel(outline=True)
@@ -222,7 +260,8 @@ def follow(model, table, i, j, size, far, k):
         return False, out, 0.0, out, out
     before = table.slots[s].num_vertices
     gap = epa_gap(model, i, j, size)
-    corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, table.slots[s].num_faces, before)
+    begin = table.slots[s].num_faces, before
+    corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, begin, _FEW_STEPS)
     curved = is_curved(model, i) or is_curved(model, j)
     alike = ALIKE if curved else PARALLEL
     if not proven or not is_nearest_by_far(table, faces, out, depth + gap + _CERTAIN * size, alike):

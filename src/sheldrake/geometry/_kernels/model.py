@@ -26,8 +26,10 @@ HALF_SPACES, SPHERES, BOXES, CONVEX = range(4)
 CAPACITY_EXCEEDED = 1
 
 # Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; few
-# vertices are lowest along any direction through a cell.
+# vertices are lowest along any direction through a cell. A cell in which DIVIDED or more are, as opposite to a flat
+# side of many vertices, is divided into as many parts along each edge.
 CELLS = 8
+DIVIDED = 16
 
 MAX_POINTS = 6  # contact points of one pair (of a cap; four of other faces)
 
@@ -150,7 +152,7 @@ class GeometryModel(NamedTuple):
             cells.
         topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
             `topology[v + 1]` where they end; the same for the faces around v (rows of `face`) from num_vertices + 1 on;
-            then neighbours, faces, face corners, feet, and of each hull where the vertices of its cells start and they.
+            then neighbours, faces, face corners, feet, and of each hull what `lowest_vertex` reads.
         partner: with cells, `partner[partner[a]:partner[a + 1]]` are the geometries b > a on other bodies that a must
             not touch.
     """
@@ -235,7 +237,7 @@ class PolytopeFace(Record):
 
     normal = numbers(3, "outward unit normal")
     offset = number("distance from the origin", "m")
-    exists = number("1.0 while it does")
+    exists = number("more than 0 while it does: 1, or its number among those that are kept")
 
 
 class ShownEdge(Record):
@@ -304,6 +306,8 @@ class NearPairs(Record):
     near_boxes = integer("begin of the family of boxes")
     near_convex = integer("begin of all others")
     end_of_near = integer("number of near pairs")
+    near_held = integer("for how many searches the list has held")
+    near_doublings = integer("how often the skin is doubled")
 
 
 class Seen(Record):
@@ -316,7 +320,7 @@ class Seen(Record):
 # shapes the direction alone is known
 NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES, FACE_ON_MORE, MORE_ON_FACE, BY_DIRECTION = range(7)
 
-NEAR_FACES = 8  # of a polytope, that are looked at each time
+NEAR_FACES = 24  # of a polytope, that are looked at each time
 
 
 class Slot(Record):

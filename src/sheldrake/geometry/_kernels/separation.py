@@ -6,7 +6,7 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .epa import epa, make_faces, make_tetrahedron, some_normal
+from .epa import EPA_STEPS, epa, make_faces, make_tetrahedron, some_normal
 from .feature import what_meets
 from .gjk import add_vertex, combine3, gjk, triangle_weights
 from .memory import (
@@ -104,7 +104,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
         return 0.0, flat_normal(table, n), p_i, p_j
     make_faces(table)
     gap = epa_gap(model, i, j, size)
-    corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, 4, 4)
+    corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, (4, 4), EPA_STEPS)
     what, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
     known = what != NO_FEATURE
     if remembers(table, k):

@@ -138,6 +138,13 @@ def best_face(model, table, g, n_W):
     return best, normal_of_face(model, table, g, best)
 
 
+@kernel
+def face_around(model, table, g, vertex, n_W):
+    """`best_face` of a hull of which a vertex is known that is farthest along n_W."""
+    face = steepest_face(model, model[g].first_vertex + vertex, rotate_back(table.poses[g].R_WG, n_W))
+    return face, normal_of_face(model, table, g, face)
+
+
 @kernel(outline=True)
 def box_face(model, table, g, face, row):
     """Corners of a face of a box into `table.corners`, counter-clockwise seen from outside; their number."""
@@ -276,26 +283,28 @@ def part_within_face(model, table, g, n_W, x, edge):
 # ---- hulls: searches among their vertices and faces
 
 ALL_TRIED = 8  # of hulls with at most so many vertices each is tried
-_LAST = CELLS - 1
+_LAST = CELLS * CELLS - 1
 
 
 @kernel
-def cell_along(x):
-    """Which of the cells along an edge of a cube; x goes from -1 to 1."""
-    k = whole(0.5 * CELLS * (x + 1.0))
+def part_along(x):
+    """Which of the parts of cells along an edge of a cube, all of them counted; x goes from -1 to 1."""
+    k = whole(0.5 * CELLS * CELLS * (x + 1.0))
     return 0 if k < 0 else (_LAST if k > _LAST else k)
 
 
 @kernel
 def cell_of(n):
-    """The cell of a cube around the origin that n goes through; see CELLS."""
+    """The cell of a cube around the origin that n goes through, and the part of the cell; see CELLS."""
     axis, a = longest(n)
     if a == 0.0:
-        return 0
+        return 0, 0
     b, c = n[(axis + 1) % 3], n[(axis + 2) % 3]
     r = 1.0 / absolute(a)
     side = 2 * axis + (1 if a > 0.0 else 0)
-    return (side * CELLS + cell_along(b * r)) * CELLS + cell_along(c * r)
+    row, place = part_along(b * r), part_along(c * r)
+    cell = (side * CELLS + row // CELLS) * CELLS + place // CELLS
+    return cell, (row % CELLS) * CELLS + place % CELLS
 
 
 @kernel(outline=True)
@@ -311,9 +320,14 @@ def lowest_vertex(model, g, n_G):
             if z < least:
                 least, k = z, v
         return k
-    at = model[g].first_cell + cell_of(n_G)
+    cell, part = cell_of(n_G)
+    at = model[g].first_cell + cell
     start = model.topology[at]
     k = model.topology[start]
+    if k < 0:
+        at = part - k
+        start = model.topology[at]
+        k = model.topology[start]
     least = dot3(model.vertices[k].p_GV, n_G)
     for e in range(start + 1, model.topology[at + 1]):
         v = model.topology[e]

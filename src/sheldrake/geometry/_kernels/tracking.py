@@ -81,13 +81,14 @@ def least_besides(table, faces, out):
 
 @kernel(outline=True)
 def sort_out_near(table, s, faces):
-    """The nearest faces of the polytope into slot s, in order; the least distance of the others [m]."""
+    """The nearest faces of the polytope, as it is kept, into slot s, in order; the least distance of the others [m]."""
     slot, tracked = table.slots[s], table.tracks[s]
     beyond = 1e300
-    count = 0
+    count = number = 0
     for f in range(faces):
         face = table.polytope[FACE + f]
         if face.exists > 0.0:
+            number += 1
             offset = distance_of(face)
             at = count
             if count < NEAR_FACES:
@@ -102,7 +103,7 @@ def sort_out_near(table, s, faces):
                 slot.near[at] = slot.near[at - 1]
                 at -= 1
             tracked.near_offset[at] = offset
-            slot.near[at] = f
+            slot.near[at] = number - 1
     slot.num_near = count
     return beyond
 
@@ -140,13 +141,16 @@ def has_vertex(model, g, number):
 
 @kernel
 def moved_by(model, tracked, R, p, j):
-    """How far a point of the second shape has moved in the frame of the first, at most [m]."""
+    """How far a point of the second shape has moved in the frame of the first, at most [m].
+
+    The difference of two rotations has two singular values that are equal, and none else.
+    """
     turn2 = 0.0
     for k in range(9):
         turn = R[k] - tracked.R_AB[k]
         turn2 += turn * turn
     step = sub3(centre_from(model, j, R, p), tracked.p_AB)
-    return sqrt(turn2) * model[j].bound + sqrt(dot3(step, step))
+    return sqrt(0.5 * turn2) * model[j].bound + sqrt(dot3(step, step))
 
 
 @kernel
@@ -162,7 +166,7 @@ def kept_corner(table, s, v, R, p):
     return sub3(points.p_AP, add3(p, rotate(R, points.p_BP)))
 
 
-@kernel(outline=True)
+@kernel
 def face_is_beyond(table, s, f, R, p, out_A, depth, slack, alike, sagitta):
     """Whether face f of the polytope in slot s is farther than `depth` by more than `slack`, or looks along `out`.
 
@@ -183,6 +187,18 @@ def face_is_beyond(table, s, f, R, p, out_A, depth, slack, alike, sagitta):
     if dot3(n, u) > (depth + slack) * area:
         return True
     return dot3(n, out_A) >= (1.0 - alike) * area and dot3(n, u) >= (depth - sagitta) * area
+
+
+@kernel(outline=True)
+def others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta):
+    """`face_is_beyond` of all near faces that may have come as near as `depth` since they were."""
+    slot, tracked = table.slots[s], table.tracks[s]
+    for m in range(min(slot.num_near, NEAR_FACES)):
+        if tracked.near_offset[m] - moved > depth:
+            return True
+        if not face_is_beyond(table, s, slot.near[m], R, p, out_A, depth, slack, alike, sagitta):
+            return False
+    return True
 
 
 @kernel(outline=True)
@@ -223,11 +239,8 @@ def still_meets(model, table, i, j, size, s):
         return False, out, depth, p_i, p_j
     out_A = rotate_back(R_WA, out)
     alike, sagitta = (ALIKE, _SAGITTA * size) if what == BY_DIRECTION else (PARALLEL, slack)
-    for m in range(min(slot.num_near, NEAR_FACES)):
-        if tracked.near_offset[m] - moved > depth:
-            break
-        if not face_is_beyond(table, s, slot.near[m], R, p, out_A, depth, slack, alike, sagitta):
-            return False, out, depth, p_i, p_j
+    if not others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta):
+        return False, out, depth, p_i, p_j
     if what == BY_DIRECTION:
         tracked.turn_A = sub3(out_A, tracked.out_A)
         tracked.out_A = out_A

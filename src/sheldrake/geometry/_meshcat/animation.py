@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import collections
 import enum
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +41,8 @@ class MeshcatAnimation:
         kLoopRepeat = 2201
         kLoopPingPong = 2202
 
+        __str__ = enum.Enum.__str__
+
     def __init__(self, frames_per_second: float = 64.0):
         if not frames_per_second > 0:
             raise ValueError(f"MeshcatAnimation(): frames_per_second must be positive, got {frames_per_second}.")
@@ -51,7 +53,9 @@ class MeshcatAnimation:
         self._autoplay = True
         self._clamp_when_finished = True
         # path -> {frame: pose, shape (3, 4)}
-        self._poses: dict[str, dict[int, np.ndarray]] = {}
+        self._poses_of_paths: dict[str, dict[int, np.ndarray]] = {}
+        # frame, paths and their poses, not yet among the former: who records does not wait until they are sorted
+        self._recorded: collections.deque[tuple[int, list[str], list[np.ndarray]]] = collections.deque()
         # path -> property -> (kind of track, {frame: value})
         self._tracks: dict[str, dict[str, tuple[str, dict[int, Any]]]] = {}
 
@@ -179,14 +183,18 @@ class MeshcatAnimation:
             track = self._poses[path] = {}
         track[frame] = pose
 
-    def _set_poses(self, frame: int, paths: list[str], poses: Iterable[np.ndarray]) -> None:
-        """Keeps poses, shape (3, 4) each, which nobody changes any more, under full paths."""
-        tracks = self._poses
-        for path, pose in zip(paths, poses):
-            track = tracks.get(path)
-            if track is None:
-                track = tracks[path] = {}
-            track[frame] = pose
+    def _set_poses(self, frame: int, paths: list[str], poses: list[np.ndarray]) -> None:
+        """Keeps poses, shape (3, 4) each, under full paths; nobody changes either list any more."""
+        self._recorded.append((frame, paths, poses))
+
+    @property
+    def _poses(self) -> dict[str, dict[int, np.ndarray]]:
+        """Poses by path and frame, with all that was recorded until now."""
+        while self._recorded:
+            frame, paths, poses = self._recorded.popleft()
+            for path, pose in zip(paths, poses):
+                self._poses_of_paths.setdefault(path, {})[frame] = pose
+        return self._poses_of_paths
 
     def _set_values(self, frame: int, paths: list[str], name: str, values: list[Any]) -> None:
         """Keeps one property of many full paths; values of the kind that the tracks have, if there are any."""

@@ -30,6 +30,8 @@ class SideOfFaceToRender(enum.IntEnum):
     kBackSide = 1
     kDoubleSide = 2
 
+    __str__ = enum.Enum.__str__
+
 
 _SIDES: dict[SideOfFaceToRender, Side] = {
     SideOfFaceToRender.kFrontSide: "front",

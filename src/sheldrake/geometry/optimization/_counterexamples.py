@@ -8,7 +8,8 @@ import numpy as np
 
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
-from sheldrake.solvers import Constraint, MathematicalProgram, Solve
+from sheldrake.solvers import Constraint, MathematicalProgram
+from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
@@ -168,17 +169,16 @@ def _step(
     radius: float,
 ) -> np.ndarray | None:
     """The best point of a region within a radius of x if the collision were linear."""
-    prog = MathematicalProgram()
-    q, slack = prog.NewContinuousVariables(x.size, "q"), prog.NewContinuousVariables(1, "slack")
-    prog.AddQuadraticErrorCost(0.5 * metric, center, q)
-    prog.AddLinearCost(np.array([_PENALTY]), 0.0, slack)
-    prog.AddBoundingBoxConstraint(0.0, np.inf, slack)
-    prog.AddBoundingBoxConstraint(x - radius, x + radius, q)
-    prog.AddLinearConstraint(region.A(), np.full(region.b().size, -np.inf), region.b(), q)
-    row = np.append(slope, -1.0).reshape(1, -1)
-    prog.AddLinearConstraint(row, [-np.inf], [slope @ x - missed], np.concatenate((q, slack)))
-    result = Solve(prog)
-    return result.GetSolution(q) if result.is_success() else None
+    n, each = x.size, np.eye(x.size + 1)
+    A = np.vstack(
+        (each, np.hstack((region.A(), np.zeros((region.b().size, 1)))), np.append(slope, -1.0))
+    )  # q and slack
+    lower = np.concatenate((x - radius, [0.0], np.full(region.b().size + 1, -np.inf)))
+    upper = np.concatenate((x + radius, [np.inf], region.b(), [slope @ x - missed]))
+    Q = np.zeros((n + 1, n + 1))
+    Q[:n, :n] = metric
+    found = solve_quadratic_program(Q, np.append(-metric @ center, _PENALTY), A, lower, upper)
+    return None if found is None else found[:n]
 
 
 def _by_solver(

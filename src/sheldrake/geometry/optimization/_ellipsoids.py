@@ -317,7 +317,7 @@ class Hyperellipsoid(ConvexSet):
         return False
 
     def _bounded(self) -> bool:
-        return self._A.shape[0] >= self._A.shape[1] and np.linalg.matrix_rank(self._A) == self._A.shape[1]
+        return bool(np.linalg.matrix_rank(self._A) == self._A.shape[1])
 
     def _point(self) -> None:
         return None

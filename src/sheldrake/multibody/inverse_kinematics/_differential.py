@@ -14,6 +14,7 @@ from sheldrake.math import RigidTransform
 from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
+from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._kinds import matrix, vector
 
 if TYPE_CHECKING:
@@ -219,29 +220,56 @@ def _from_jacobian(
     for name, (found, expected) in sizes.items():
         if found != expected:
             raise RuntimeError(f"DoDifferentialInverseKinematics(): {name} has size {found}, expected {expected}.")
+    P = nullspace_rows(J)
+    if len(P) and Nplus is None and nq != nv:
+        raise RuntimeError("DoDifferentialInverseKinematics(): Nplus is needed where positions are no velocities.")
+    pull = parameters._gain @ (parameters._nominal - q)
+    wanted = P @ (pull if Nplus is None else np.asarray(Nplus, dtype=float) @ pull) if len(P) else np.zeros(0)
+    limits = _limits(q, v, parameters, N)
+    solve = _solve_at_once if len(P) and not parameters._options.options else _solve_program
+    x = solve(J, V, P, wanted, limits, parameters._options)
+    Status = DifferentialInverseKinematicsStatus
+    if x is None:
+        return DifferentialInverseKinematicsResult(None, Status.kNoSolutionFound)
+    stuck = V.size > 0 and x[-1] <= parameters._stuck
+    return DifferentialInverseKinematicsResult(x[:-1], Status.kStuck if stuck else Status.kSolutionFound)
+
+
+Rows = list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+"""Matrices of v_next, each with lower and upper bounds."""
+
+
+def _solve_at_once(
+    J: np.ndarray, V: np.ndarray, P: np.ndarray, wanted: np.ndarray, limits: Rows, options: SolverOptions
+) -> np.ndarray | None:
+    """Values of v_next and alpha, or None: a controller asks for them a thousand times a second."""
+    nv = J.shape[1]
+    Q, A = np.zeros((nv + 1, nv + 1)), np.zeros((V.size + 1 + sum(len(low) for _, low, _ in limits), nv + 1))
+    Q[:nv, :nv] = 2.0 * P.T @ P
+    A[: V.size, :nv], A[: V.size, nv], A[V.size, nv] = J, -V, 1.0
+    A[V.size + 1 :, :nv] = np.concatenate([rows for rows, _, _ in limits]) if limits else 0.0
+    lower = np.concatenate((np.zeros(V.size + 1), *(low for _, low, _ in limits)))
+    upper = np.concatenate((np.zeros(V.size), [1.0], *(high for _, _, high in limits)))
+    return solve_quadratic_program(Q, np.append(-2.0 * P.T @ wanted, -100.0), A, lower, upper)
+
+
+def _solve_program(
+    J: np.ndarray, V: np.ndarray, P: np.ndarray, wanted: np.ndarray, limits: Rows, options: SolverOptions
+) -> np.ndarray | None:
+    """The same by the solver that suits it best."""
     prog = MathematicalProgram()
-    v_next = prog.NewContinuousVariables(nv, "v_next")
+    v_next = prog.NewContinuousVariables(J.shape[1], "v_next")
     alpha = prog.NewContinuousVariables(1, "alpha")
     prog.AddLinearCost(np.array([-100.0]), 0.0, alpha)
     prog.AddBoundingBoxConstraint(0.0, 1.0, alpha)
     both = np.concatenate((v_next, alpha))
     prog.AddLinearEqualityConstraint(np.hstack((J, -V.reshape(-1, 1))), np.zeros(V.size), both)
-    P = nullspace_rows(J)
     if len(P):
-        if Nplus is None and nq != nv:
-            raise RuntimeError("DoDifferentialInverseKinematics(): Nplus is needed where positions are no velocities.")
-        pull = parameters._gain @ (parameters._nominal - q)
-        wanted = pull if Nplus is None else np.asarray(Nplus, dtype=float) @ pull
-        prog.Add2NormSquaredCost(P, P @ wanted, v_next)
-    _add_limits(prog, v_next, q, v, parameters, N)
-    result = Solve(prog, None, parameters._options)
-    Status = DifferentialInverseKinematicsStatus
-    if not result.is_success():
-        return DifferentialInverseKinematicsResult(None, Status.kNoSolutionFound)
-    stuck = V.size > 0 and result.GetSolution(alpha[0]) <= parameters._stuck
-    return DifferentialInverseKinematicsResult(
-        result.GetSolution(v_next), Status.kStuck if stuck else Status.kSolutionFound
-    )
+        prog.Add2NormSquaredCost(P, wanted, v_next)
+    for rows, low, high in limits:
+        prog.AddLinearConstraint(rows, low, high, v_next)
+    result = Solve(prog, None, options)
+    return result.GetSolution(both) if result.is_success() else None
 
 
 def nullspace_rows(J: np.ndarray) -> np.ndarray:
@@ -249,20 +277,29 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
 
     Gauss elimination with complete pivoting, as in Drake; this fixes how much the pull to the nominal positions weighs.
     """
-    U, n = J.copy(), J.shape[1]
-    order, rank = np.arange(n), 0
-    tolerance = max(J.shape) * np.finfo(float).eps * np.abs(J).max(initial=0.0)
-    while rank < min(U.shape):
-        rest = np.abs(U[rank:, rank:])
-        i, j = np.unravel_index(int(rest.argmax()), rest.shape)
-        if rest[i, j] <= tolerance:
+    rows_of_U, (m, n) = (
+        J.tolist(),
+        J.shape,
+    )  # plain numbers: NumPy takes longer to be called than to compute with six rows
+    order, rank = list(range(n)), 0
+    tolerance = max(m, n) * np.finfo(float).eps * np.abs(J).max(initial=0.0)
+    while rank < min(m, n):
+        largest = [max(map(abs, row[rank:])) for row in rows_of_U[rank:]]
+        size = max(largest)
+        if size <= tolerance:
             break
-        U[[rank, rank + i]] = U[[rank + i, rank]]
-        U[:, [rank, rank + j]] = U[:, [rank + j, rank]]
-        order[[rank, rank + j]] = order[[rank + j, rank]]
-        factors = U[rank + 1 :, rank] / U[rank, rank]
-        U[rank + 1 :, rank:] -= np.outer(factors, U[rank, rank:])
+        i = rank + largest.index(size)
+        j = rank + [abs(x) for x in rows_of_U[i][rank:]].index(size)
+        rows_of_U[rank], rows_of_U[i] = rows_of_U[i], rows_of_U[rank]
+        for row in rows_of_U:
+            row[rank], row[j] = row[j], row[rank]
+        order[rank], order[j] = order[j], order[rank]
+        pivot = rows_of_U[rank]
+        for row in rows_of_U[rank + 1 :]:
+            factor = row[rank] / pivot[rank]
+            row[rank:] = [x - factor * y for x, y in zip(row[rank:], pivot[rank:])]
         rank += 1
+    U = np.array(rows_of_U).reshape(m, n)
     rows = np.zeros((n - rank, n))
     rows[:, order[rank:]] = np.eye(n - rank)
     if rank:
@@ -270,28 +307,22 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
     return rows
 
 
-def _add_limits(
-    prog: MathematicalProgram,
-    v_next: np.ndarray,
-    q: np.ndarray,
-    v: np.ndarray,
-    parameters: DifferentialInverseKinematicsParameters,
-    N: ArrayLike | None,
-) -> None:
-    dt = parameters.get_time_step()
+def _limits(
+    q: np.ndarray, v: np.ndarray, parameters: DifferentialInverseKinematicsParameters, N: ArrayLike | None
+) -> Rows:
+    dt, each = parameters.get_time_step(), np.eye(v.size)
     positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
+    limits = []
     if positions is not None:
-        low, high = (positions.lower - q) / dt, (positions.upper - q) / dt
-        if N is not None:
-            prog.AddLinearConstraint(np.asarray(N, dtype=float), low, high, v_next)
-        elif q.size != v.size:
+        if N is None and q.size != v.size:
             raise RuntimeError("DoDifferentialInverseKinematics(): N is needed where positions are no velocities.")
-        else:
-            prog.AddBoundingBoxConstraint(low, high, v_next)
+        rows = each if N is None else np.asarray(N, dtype=float)
+        limits.append((rows, (positions.lower - q) / dt, (positions.upper - q) / dt))
     if velocities is not None:
-        prog.AddBoundingBoxConstraint(velocities.lower, velocities.upper, v_next)
+        limits.append((each, velocities.lower, velocities.upper))
     if accelerations is not None:
-        prog.AddBoundingBoxConstraint(v + dt * accelerations.lower, v + dt * accelerations.upper, v_next)
+        limits.append((each, v + dt * accelerations.lower, v + dt * accelerations.upper))
+    return limits
 
 
 def _from_velocity(

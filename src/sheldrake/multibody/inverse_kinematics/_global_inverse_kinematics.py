@@ -217,6 +217,9 @@ class GlobalInverseKinematics:
         def __init__(self, A: ArrayLike, b: ArrayLike):
             self.A, self.b = np.array(A, dtype=float).reshape(-1, 3), np.array(b, dtype=float).ravel()
 
+        def __repr__(self) -> str:
+            return f"GlobalInverseKinematics.Polytope3D(A={self.A}, b={self.b})"
+
     def __init__(self, plant: MultibodyPlant, options: Options | None = None):
         if not plant.is_finalized():
             raise RuntimeError("GlobalInverseKinematics(): the plant is not finalized.")

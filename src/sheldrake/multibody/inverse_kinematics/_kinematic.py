@@ -10,6 +10,7 @@ from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._kinds import called, instance_of
 from sheldrake.common._overloads import incompatible
 from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
@@ -97,6 +98,9 @@ class KinematicFunction:
 
     def _point(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """p_AQ, shape (3,)."""
+        if self._is_float:
+            X_AB = parts_of(self._plant).kinematics.relative_pose(self._context, frame_A, frame_B)
+            return X_AB[:9].reshape(3, 3) @ p_BQ + X_AB[9:]
         return self._plant.CalcPointsPositions(self._context, frame_B, p_BQ.reshape(3, 1), frame_A)[:, 0]
 
     def _point_slope(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:

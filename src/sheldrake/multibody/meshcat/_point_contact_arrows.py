@@ -46,6 +46,7 @@ class _PointContactVisualizer:
     def _forget(self) -> None:
         self._last: tuple[list[str], np.ndarray] = ([], np.zeros((0, 6)))
         self._visible: tuple[list[str], np.ndarray] = ([], np.zeros(0, bool))
+        self._parts: tuple[list[str], list[str], list[str]] = ([], [], [])
 
     def Delete(self) -> None:
         """Removes everything below the prefix."""
@@ -83,7 +84,8 @@ class _PointContactVisualizer:
             return
         moved = visible & self._has_changed(paths, np.hstack([forces, points]))
         if moved.any():
-            self._draw([path for path, m in zip(paths, moved) if m], forces[moved], points[moved], sizes[moved], time)
+            drawn = paths if moved.all() else [path for path, m in zip(paths, moved) if m]
+            self._draw(drawn, forces[moved], points[moved], sizes[moved], time)
 
     def paths(self, names: Iterable[tuple[str, str]]) -> list[str]:
         """Returns where each contact is drawn, by the names of both sides."""
@@ -120,8 +122,15 @@ class _PointContactVisualizer:
             -lengths - HEAD * self._params.radius,
             lengths + HEAD * self._params.radius,
         )
-        heads, tails = [f"{path}/head" for path in paths], [f"{path}/tail" for path in paths]
-        self._meshcat._set_poses([*paths, *heads, *tails], poses, time)
+        placed, cylinders = self._parts_of(paths)
+        self._meshcat._set_poses(placed, poses, time)
         scales = np.ones((n, 3))
         scales[:, 2] = lengths
-        self._meshcat._set_scales([f"{path}/cylinder" for path in paths], scales, time)
+        self._meshcat._set_scales(cylinders, scales, time)
+
+    def _parts_of(self, paths: list[str]) -> tuple[list[str], list[str]]:
+        """What is placed of arrows, themselves, heads and tails, and what is scaled; kept for the same list."""
+        if self._parts[0] is not paths:
+            heads, tails = [f"{path}/head" for path in paths], [f"{path}/tail" for path in paths]
+            self._parts = paths, [*paths, *heads, *tails], [f"{path}/cylinder" for path in paths]
+        return self._parts[1:]

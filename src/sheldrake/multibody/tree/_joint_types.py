@@ -130,6 +130,7 @@ _ROWS = (
         positions=("qx", "qy", "qz"),
         velocities=("wx", "wy", "wz"),
         rotates=True,
+        angles=(0, 1, 2),
         v_is_qdot=False,
         urdf=("ball",),
         urdf_custom=True,

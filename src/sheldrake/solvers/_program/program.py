@@ -204,7 +204,7 @@ class MathematicalProgram:
         return self.Clone()
 
     def __str__(self) -> str:
-        out = ""
+        out = "" if self.num_vars() else "No decision variables.\n"
         for title, vars in (
             ("Decision variables:", self.decision_variables()),
             ("Indeterminates:", self.indeterminates()),

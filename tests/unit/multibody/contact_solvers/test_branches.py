@@ -5,6 +5,7 @@ import pytest
 from test_factor import direct
 
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work, widest
+from sheldrake.multibody.contact_solvers._kernels.cost import are_runs, branches_of
 
 
 def path(parents, k):
@@ -127,6 +128,20 @@ def test_the_ground_limits_and_the_torso_fill_nothing_and_crossed_legs_make_one_
     tree = Tree(HUMANOID, [(8, 11)])
     tree.solve()
     assert tree.size() == packed + 9  # the three dofs of one leg are on the paths of the other's
+
+
+def test_columns_down_two_branches_are_runs_of_entries_unless_other_dofs_come_between():
+    def branches(contacts):
+        tree = Tree(HUMANOID, contacts)
+        tree.solve()
+        contact = tree.work[1][0]
+        low, high = branches_of(tree.model, contact)
+        return low, high, are_runs(tree.factor, contact, low, high)
+
+    assert branches([(8, 11)]) == ((0, 3), (3, 3), True)
+    assert branches([(11, 8)]) == ((3, 3), (0, 3), True)
+    assert branches([(8, 19)]) == ((0, 3), (3, 5), True)
+    assert branches([(8, 19), (16, 19)]) == ((0, 3), (3, 5), False)  # the other arm comes between
 
 
 def test_the_comparison_sees_one_wrong_entry():

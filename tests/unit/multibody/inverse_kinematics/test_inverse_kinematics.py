@@ -25,7 +25,7 @@ from sheldrake.multibody.inverse_kinematics import (
 )
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
 from sheldrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInertia
-from sheldrake.solvers import MathematicalProgram, Solve
+from sheldrake.solvers import ClarabelSolver, MathematicalProgram, Solve
 from sheldrake.systems.framework import DiagramBuilder
 
 
@@ -181,3 +181,22 @@ def test_constraints_take_their_place_in_any_program(arm):
     prog.AddQuadraticCost(q.dot(q))
     result = Solve(prog, np.full(6, 0.1))
     assert result.is_success() and prog.CheckSatisfied(prog.generic_constraints(), result.get_x_val(), 1e-5)
+
+
+@pytest.mark.parametrize("locked", [False, True])
+def test_differential_ik_is_that_of_its_program(locked):
+    rng = np.random.default_rng(2)
+    J, V = rng.normal(size=(3, 7)), rng.normal(size=3)
+    parameters = DifferentialInverseKinematicsParameters(7, 7)
+    parameters.set_nominal_joint_position(np.full(7, 0.3))
+    parameters.set_joint_centering_gain(np.eye(7))
+    highest = np.array([0.4, np.inf, 1.0, 1.0, 1.0, 0.0 if locked else 1.0, 1.0])
+    parameters.set_joint_velocity_limits((-highest, highest))
+    parameters.set_joint_position_limits((np.full(7, -np.inf), np.full(7, 0.01)))
+    arguments = np.zeros(7), np.zeros(7), V, J, parameters
+    at_once = DoDifferentialInverseKinematics(*arguments)
+    parameters.get_mutable_solver_options().SetOption(ClarabelSolver.id(), "max_iter", 99)  # so a program is made
+    by_program = DoDifferentialInverseKinematics(*arguments)
+    assert at_once.status == by_program.status == DifferentialInverseKinematicsStatus.kSolutionFound
+    # Both stop at a relative error of 1e-8, at velocities of about one.
+    np.testing.assert_allclose(at_once.joint_velocities, by_program.joint_velocities, rtol=0, atol=1e-6)

@@ -142,6 +142,12 @@ def advance(model, problem, contacts, rows, alpha):
 
 
 @kernel
+def resists(contact):
+    """Whether the impulse of a contact depends on its velocity: whether it has one, and a term."""
+    return contact.G[0] > 0.0 or contact.G[5] > 0.0
+
+
+@kernel
 def apply_contact_impulses(model, problem, contacts):
     """Impulses and G at the present vc; adds J^T gamma to `problem.j_gamma`.
 
@@ -150,7 +156,8 @@ def apply_contact_impulses(model, problem, contacts):
     for contact in contacts_of_island(problem, contacts):
         contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
     for contact in contacts_of_island(problem, contacts):
-        add_generalized_impulse(problem.j_gamma, contact, contact.gamma)
+        if resists(contact):
+            add_generalized_impulse(problem.j_gamma, contact, contact.gamma)
 
 
 @kernel
@@ -230,12 +237,6 @@ def times_G(G, u):
     return mul_symmetric((G[0], G[2], G[5], G[1], G[3], G[4]), u)
 
 
-@kernel
-def resists(contact):
-    """Whether the impulse of a contact depends on its velocity: whether it has a term."""
-    return contact.G[0] > 0.0 or contact.G[5] > 0.0
-
-
 @kernel(outline=True)
 def add_contact(contact, L, where, address):
     """H += J^T G J of a contact of any two bodies."""
@@ -290,18 +291,86 @@ def add_one_path(contact, L, factor, top):
             L[row + j] += dot3(Gu, column3(contact.J, 0, j))
 
 
+@kernel
+def branches_of(model, contact):
+    """Of columns that go down two branches the first one of the lower and of the higher branch, and how many each has.
+
+    They go down one branch and then down the other, from the same depth on.
+    """
+    width = contact.width
+    n = model.dofs[contact.dofs[width - 1]].depth - model.dofs[contact.dofs[0]].depth + 1
+    one, other = (0, width - n), (width - n, n)
+    return (one, other) if contact.dofs[0] < contact.dofs[width - n] else (other, one)
+
+
+@kernel
+def is_run(factor, contact, begin, n):
+    """Whether the entries of n columns follow each other in every row: no dofs of others came between."""
+    return factor.dofs[contact.dofs[begin + n - 1]].depth - factor.dofs[contact.dofs[begin]].depth == n - 1
+
+
+@kernel
+def are_runs(factor, contact, low, high):
+    """Whether both branches are runs, the lower one before the higher one."""
+    before = contact.dofs[low[0] + low[1] - 1] < contact.dofs[high[0]]
+    return before and is_run(factor, contact, low[0], low[1]) and is_run(factor, contact, high[0], high[1])
+
+
+@kernel
+def add_run(L, to, G_u, J, column, n):
+    """L[to ..] += u^T G J of n columns from `column` on, the last ones four at a time."""
+    x, y, z = G_u
+    a = 0
+    while (n - a) % 4 != 0:
+        c = column + a
+        L[to + a] += x * J[0, c] + y * J[1, c] + z * J[2, c]
+        a += 1
+    while a < n:
+        c = column + a
+        t = to + a
+        p = L[t] + x * J[0, c], L[t + 1] + x * J[0, c + 1], L[t + 2] + x * J[0, c + 2], L[t + 3] + x * J[0, c + 3]
+        q = y * J[1, c], y * J[1, c + 1], y * J[1, c + 2], y * J[1, c + 3]
+        r = z * J[2, c], z * J[2, c + 1], z * J[2, c + 2], z * J[2, c + 3]
+        L[t], L[t + 1], L[t + 2], L[t + 3] = (
+            p[0] + q[0] + r[0],
+            p[1] + q[1] + r[1],
+            p[2] + q[2] + r[2],
+            p[3] + q[3] + r[3],
+        )
+        a += 4
+
+
+@kernel(outline=True)
+def add_runs(contact, L, factor, low, high):
+    """`add_contact` of a contact whose branches are runs."""
+    G, J, dofs = contact.G, contact.J, contact.dofs
+    for side in range(2):
+        begin, n = high if side == 1 else low
+        for i in range(begin, begin + n):
+            row = factor.dofs[dofs[i]].row_start
+            G_u = times_G(G, column3(J, 0, i))
+            add_run(L, row + factor.dofs[dofs[begin]].depth, G_u, J, begin, i + 1 - begin)
+            if side == 1:
+                add_run(L, row + factor.dofs[dofs[low[0]]].depth, G_u, J, low[0], low[1])
+
+
 @kernel(outline=True)
 def assemble_branches(model, problem, contacts, rows, factor):
     """H = A + J^T G J."""
     put_momentum_of_branches(model, problem, factor)
     for contact in contacts_of_island(problem, contacts):
-        if resists(contact):
-            top = factor.dofs[contact.dofs[0]].depth
-            length = factor.dofs[contact.dofs[contact.width - 1]].depth - top + 1
-            if is_one_path(model, contact) and length == contact.width:  # no dofs of others came between
-                add_one_path(contact, factor.L, factor, top)
-            else:
-                add_contact(contact, factor.L, factor, in_branches)
+        if not resists(contact):
+            continue
+        if is_one_path(model, contact):
+            if is_run(factor, contact, 0, contact.width):
+                add_one_path(contact, factor.L, factor, factor.dofs[contact.dofs[0]].depth)
+                continue
+        else:
+            low, high = branches_of(model, contact)
+            if are_runs(factor, contact, low, high):
+                add_runs(contact, factor.L, factor, low, high)
+                continue
+        add_contact(contact, factor.L, factor, in_branches)
     for row in rows_of_island(problem, rows):
         if row.G > 0.0:
             add_row(row, factor.L, factor, in_branches)

@@ -35,6 +35,7 @@ from sheldrake.multibody.contact_solvers._kernels.delassus import (
 )
 from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import (
+    LAGGED,
     closing_speed,
     friction_load,
     glide,
@@ -169,10 +170,18 @@ def put_dual(model, contact, wx, wy):
     )
 
 
+@kernel
+def may_rub(model, contact):
+    """Whether friction can act in this solve: under kLagged only where the contact presses at v0."""
+    return model.law != LAGGED or contact.n0 > 0.0
+
+
 @kernel(outline=True)
 def initial_duals(model, problem, contacts, share):
     """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
     for contact in contacts_of_island(problem, contacts):
+        if not may_rub(model, contact):
+            continue
         x, y, _ = contact.vc
         soft = share * inverse_soft_norm(contact, x, y)
         put_dual(model, contact, x * soft, y * soft)
@@ -182,6 +191,8 @@ def initial_duals(model, problem, contacts, share):
 def update_duals(model, problem, contacts, alpha):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
     for contact in contacts_of_island(problem, contacts):
+        if not may_rub(model, contact):
+            continue
         x, y, _ = contact.vc
         dx, dy, _ = contact.dvc
         x -= alpha * dx  # where the step began

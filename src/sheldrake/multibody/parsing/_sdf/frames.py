@@ -63,7 +63,8 @@ class SdfScope:
         if place.name in ROOT_NAMES or "::" in place.name:
             self.reading.fail(place.where, f"The {place.kind} name '{place.name}' is reserved.")
         self.places[place.name] = place
-        self.known_poses.clear(), self.known_bodies.clear()
+        self.known_poses.clear()
+        self.known_bodies.clear()
 
     def find(self, name: str, where: Location) -> tuple[SdfScope, Place]:
         """The place a possibly scoped name stands for, and the scope that owns it.

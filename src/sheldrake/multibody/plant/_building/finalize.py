@@ -72,12 +72,13 @@ def freeze(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) ->
 def _span(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) -> list[Step]:
     """The forest; bodies that no joint holds float."""
     floating: list[Joint] = []
+    taken = {(int(j.model_instance()), j.name()) for j in elements.joints}
 
     def float_body(body: RigidBody) -> Joint:
-        taken = {j.name() for j in (*elements.joints, *floating) if j.model_instance() == body.model_instance()}
-        name = body.name()
-        while name in taken:
+        instance, name = int(body.model_instance()), body.name()
+        while (instance, name) in taken:
             name = f"_{name}"
+        taken.add((instance, name))
         joint = base_joint(name, body)
         joint._ephemeral = True
         floating.append(joint)

@@ -61,8 +61,8 @@ class View:
         self.nq, self.nv, self.nb = frozen.nq, frozen.nv, frozen.num_bodies
         x = store.S[state]
         self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
-        self.results: tuple[int, Any] | None = None
-        """The scratch of a step from a state, or of derivatives, and the stamp of that state."""
+        self.results: tuple[int, Any, int] | None = None
+        """The stamp of a state, the scratch of a step from it or of its derivatives, and the status they ended with."""
         self.contact_room: Any = None
         """What point contacts are put together in, once they were asked for."""
         self.reactions: Any = None

@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.kernel import Kernel
+from sheldrake.multibody.contact_solvers._kernels.problem import MASS_NOT_POSITIVE
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -111,18 +112,27 @@ class Advance:
             for target, values in zip(getattr(new, name), getattr(old, name)):
                 target[...] = values
 
-    def results(self, context: Context) -> Any:
-        """Scratch of the last step; of the present state when ports are not sampled."""
-        return context._store.scratch(context._node) if self._settings.sampled else self.present_work(context)
+    def results(self, context: Context, motion: bool = True) -> Any:
+        """Scratch of the last step; of the present state when ports are not sampled.
 
-    def present_work(self, context: Context) -> StepWork:
-        """Scratch of a step from the present state, or of its derivatives; made once a state."""
+        Args:
+            context: Where.
+            motion: Whether accelerations are asked for; in continuous time, forces of contact are known without them.
+        """
+        return context._store.scratch(context._node) if self._settings.sampled else self.present_work(context, motion)
+
+    def present_work(self, context: Context, motion: bool = True) -> StepWork:
+        """Scratch of a step from the present state, or of its derivatives; made once a state. See `results`."""
         view = self._contexts.view(context)
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
             work = view.copy_of(self.prototype(self._models.geometry_of(context)))
-            self.run(context, work, view.zeros(len(view.x)))
-            view.results = stamp, work
+            status = self._run(context, work, view.zeros(len(view.x)))
+            if status and (status != MASS_NOT_POSITIVE or self._settings.is_discrete()):
+                raise self._failures.explain(status, context)
+            view.results = stamp, work, status
+        if motion and view.results[2]:
+            raise self._failures.explain(view.results[2], context)
         return view.results[1]
 
     def vdot(self, context: Context, sampled: bool = False) -> np.ndarray:
@@ -139,12 +149,8 @@ class Advance:
 
     # --- in Python
 
-    def run(self, context: Context, work: StepWork, out: np.ndarray) -> None:
-        """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.
-
-        Raises:
-            RuntimeError: the kernel says why.
-        """
+    def _run(self, context: Context, work: StepWork, out: np.ndarray) -> int:
+        """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside."""
         view, discrete = self._contexts.view(context), self._settings.is_discrete()
         self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
         getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
@@ -156,9 +162,7 @@ class Advance:
             raise self._failures.explain(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
         models = self._models.of(connected, self._models.geometry_of(context))
         kernels = self.equations.stages(models)
-        status = view.run_chain(kernels, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
-        if status:
-            raise self._failures.explain(status, context)
+        return view.run_chain(kernels, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
 
 
 # A plant's declarations serve its copies on other scalars: so these ask the plant that they are called for.

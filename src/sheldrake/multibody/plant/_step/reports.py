@@ -32,16 +32,16 @@ class Reports:
 
     def generalized_contact_forces(self, context: Context) -> np.ndarray:
         """J^T f over all contacts [N or N m], shape (nv,)."""
-        return self._advance.equations.generalized_contact_forces(self._advance.results(context))
+        return self._advance.equations.generalized_contact_forces(self._advance.results(context, motion=False))
 
     def net_actuation(self, context: Context) -> np.ndarray:
         """Efforts that actuators exert [N m or N], shape (nu,)."""
-        return self._advance.equations.net_actuation(self._advance.results(context))
+        return self._advance.equations.net_actuation(self._advance.results(context, motion=False))
 
     def contact_results(self, context: Context) -> ContactResults:
         """All contacts."""
         results = ContactResults()
         results._plant = self._plant
-        geometry, work = self._models.geometry_of(context), self._advance.results(context)
+        geometry, work = self._models.geometry_of(context), self._advance.results(context, motion=False)
         self._advance.equations.report_contacts(self._contexts.view(context), work, geometry, results)
         return results
