@@ -99,7 +99,7 @@ def test(rest: list[str]) -> int:
     # A worker that dies is a failure and the end: pytest-xdist 3.8 would wait for ever for the files it was given.
     # Files stay in their order: the browser's, few tests that take long, would be the last, and one worker idle.
     workers = ["-m", "pytest", "-q", "-n", "2", "--dist", "loadfile"]
-    workers += ["--max-worker-restart=0", "--no-loadscope-reorder"]
+    workers += ["--max-worker-restart=0", "--no-loadscope-reorder", "--durations=25"]
     failed += run(*workers, "--ignore", "tests/crosscheck") != 0
     say("tests against pydrake, which is not safe among threads: in processes of their own")
     failed += run(*workers, "tests/crosscheck") != 0
