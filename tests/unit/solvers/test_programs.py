@@ -10,14 +10,17 @@ from sheldrake.solvers import (
     Constraint,
     Cost,
     ExponentialConeConstraint,
+    IpoptSolver,
     LinearConstraint,
     LinearCost,
     LorentzConeConstraint,
     MathematicalProgram,
+    NloptSolver,
     PyFunctionConstraint,
     QuadraticCost,
     RotatedLorentzConeConstraint,
     ScsSolver,
+    SnoptSolver,
     SolutionResult,
     Solve,
     SolverId,
@@ -64,6 +67,44 @@ def test_formulas_become_the_most_special_constraint(prog):
         prog.AddConstraint(x[0] < 1)
     with pytest.raises(RuntimeError, match="always false"):
         prog.AddConstraint(Formula.False_())
+    with pytest.raises(RuntimeError, match=r"formulas\(1, 0\) being always false"):
+        prog.AddConstraint([x[0] <= 1, Formula.False_()])
+
+
+def test_rows_without_variables_are_kept_where_they_hold(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    zero = Expression(0.0)
+    kept = [
+        prog.AddLinearConstraint(Expression(1.0), 0.0, 2.0),
+        prog.AddLinearConstraint(np.array([x[0], zero]), [0.0, -1.0], [1.0, 1.0]),
+        prog.AddConstraint(zero, 0.0, 0.0),
+    ]
+    kinds = [(type(b.evaluator()).__name__, b.evaluator().num_constraints(), len(b.variables())) for b in kept]
+    assert kinds == [("LinearConstraint", 1, 0), ("LinearConstraint", 2, 1), ("LinearEqualityConstraint", 1, 0)]
+    with pytest.raises(RuntimeError, match="unsatisfiable"):
+        prog.AddLinearConstraint(np.array([x[0], Expression(5.0)]), [0.0, -1.0], [1.0, 1.0])
+
+
+def test_constraints_without_rows_are_not_kept(prog):
+    x, none = prog.NewContinuousVariables(2, "x"), np.zeros(0)
+    prog.AddConstraint(0.0 * x[0] <= 1.0)
+    prog.AddLinearConstraint(np.zeros((0, 2)), none, none, x)
+    prog.AddBoundingBoxConstraint(0.0, 1.0, x[:0])
+    assert prog.GetAllConstraints() == []
+
+
+@pytest.mark.parametrize("solver", [ClarabelSolver, IpoptSolver, NloptSolver, SnoptSolver])
+def test_rows_without_variables_trouble_no_solver(prog, solver):
+    if not solver().available():
+        pytest.skip("its package is not installed")
+    x, zero = prog.NewContinuousVariables(2, "x"), Expression(0.0)
+    prog.AddLinearConstraint(zero, 0.0, 0.0)
+    prog.AddLinearEqualityConstraint(np.array([x[0] - x[1], zero, zero]), [0.5, 0.0, 0.0])
+    prog.AddLinearConstraint(np.array([x[0] + x[1], zero]), [1.0, -1.0], [2.0, 1.0])
+    prog.AddQuadraticCost(x @ x)
+    result = solver().Solve(prog)
+    assert result.is_success()
+    np.testing.assert_allclose(result.GetSolution(x), [0.75, 0.25], atol=1e-6)
 
 
 def test_gradients_of_expressions_are_those_of_differences(prog):

@@ -208,7 +208,7 @@ class NloptSolver(NonlinearSolver):
         try:
             y = problem.optimize(start)
             status = problem.last_optimize_result()
-        except (RuntimeError, nlopt.RoundoffLimited) as error:
+        except Exception as error:  # NLopt's own: rounding stops it, or there are more equations than variables.
             if "nlopt" not in f"{type(error).__module__} {error}".lower():
                 raise  # a user's function raised it
             y, status = seen[0], _FAILURE

@@ -81,8 +81,9 @@ class NonlinearForm:
                 end = at + c.num_constraints()
                 self.rows.append(Rows(b, slice(at, end)))
                 found.append((c, bindings.places(b), np.arange(at, end)))
-                lower.append(c._lower)
-                upper.append(c._upper)
+                free = _always_hold(c)
+                lower.append(np.where(free, -np.inf, c._lower))
+                upper.append(np.where(free, np.inf, c._upper))
                 at = end
         for b in prog.linear_complementarity_constraints():
             n = len(b._variables)
@@ -215,6 +216,14 @@ class NonlinearForm:
         box = np.zeros(self.num_vars)
         box[fixed] = found[len(rows) :] / self.scale[fixed]
         return dual, np.maximum(box, 0.0), np.minimum(box, 0.0)
+
+
+def _always_hold(constraint: Constraint) -> np.ndarray | bool:
+    """Which rows of a constraint have no coefficient and hold anyway: bounds of those only confuse solvers."""
+    if not isinstance(constraint, LinearConstraint):
+        return False
+    idle = np.asarray(abs(constraint._A).sum(axis=1)).ravel() == 0.0
+    return idle & (constraint._lower <= 0.0) & (constraint._upper >= 0.0)
 
 
 def _joined(arrays: list[np.ndarray], kind: type = int) -> np.ndarray:

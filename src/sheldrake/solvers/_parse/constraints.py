@@ -37,31 +37,23 @@ def _move_constants(lower: np.ndarray, upper: np.ndarray, c: np.ndarray) -> tupl
     return lower - c, upper - c
 
 
-def _without_trivial(
+def _check_constant_rows(
     rows: list[Coefficients], expressions: Sequence[Expression], lower: np.ndarray, upper: np.ndarray
-) -> tuple[list[Coefficients], np.ndarray, np.ndarray]:
-    """Leaves out rows without variables.
-
-    Raises:
-        RuntimeError: such a row is never satisfied.
-    """
-    keep = []
+) -> None:
+    """Raises a RuntimeError where a row without variables is never satisfied."""
     for i, r in enumerate(rows):
-        if r.b.any():
-            keep.append(i)
-        elif not lower[i] <= r.c <= upper[i]:
+        if not r.b.any() and not lower[i] <= r.c <= upper[i]:
             raise RuntimeError(
                 f"Constraint {lower[i]:g} <= {expressions[i]} <= {upper[i]:g} is unsatisfiable but called with "
                 "ParseConstraint."
             )
-    return [rows[i] for i in keep], lower[keep], upper[keep]
 
 
 def _linear(
     expressions: Sequence[Expression], rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray
 ) -> BindingBase[LinearConstraint]:
     """Equality, bounding box or other linear constraint."""
-    rows, lower, upper = _without_trivial(rows, expressions, lower, upper)
+    _check_constant_rows(rows, expressions, lower, upper)
     a = Affine(rows)
     if not rows:
         return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.zeros(0), np.zeros(0)), a.vars)

@@ -127,6 +127,9 @@ def formulas_constraint(formulas: list[Formula], linear: bool = False) -> Bindin
     Raises:
         RuntimeError: one of them is no conjunction of ==, <=, >=, or never holds.
     """
+    never = next((i for i, f in enumerate(formulas) if f.get_kind() is FormulaKind.False_), None)
+    if never is not None:
+        raise RuntimeError(f"ParseConstraint is called with formulas({never}, 0) being always false")
     parts = [p for f in formulas for p in _relations(f, "ParseConstraint", _RELATIONS, _ANY_RELATION)]
     return _parsed(parts, False, linear)
 

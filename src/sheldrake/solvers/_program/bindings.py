@@ -87,13 +87,16 @@ class ProgramBindings:
     def add(self, binding: BindingBase[Kind]) -> BindingBase[Kind]:
         """Keeps a cost, constraint or callback in the list of its kind; returns it as a binding of that kind.
 
+        A constraint without rows says nothing, and is not kept.
+
         Raises:
             RuntimeError: one of its variables is no decision variable.
         """
         self._variables.check_decisions(binding._variables)
         kind = _kind_of(type(binding._evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
-        self._lists[kind].append(out)
+        if not isinstance(binding._evaluator, Constraint) or binding._evaluator.num_constraints():
+            self._lists[kind].append(out)
         return cast("BindingBase[Kind]", out)
 
     def of(self, kind: type[Kind]) -> list[BindingBase[Kind]]:
