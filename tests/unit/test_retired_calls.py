@@ -228,7 +228,80 @@ def pose_in_parent():
     return inspector.GetPoseInParent(inspector.GetAllGeometryIds()[0]).IsExactlyEqualTo(m.RigidTransform())
 
 
+def options_by_type_of_solver():
+    program, options = m.MathematicalProgram(), m.SolverOptions()
+    program.SetSolverOption(m.SolverType.kIpopt, "tol", 1e-3)
+    options.SetOption(m.SolverType.kIpopt, "tol", 1e-4)
+    options.SetOption(solver_id=m.SolverType.kSnopt, solver_option="Timing level", option_value=3)
+    given = [options.GetOptions(m.SolverType.kIpopt), options.GetOptions(m.SnoptSolver.id())]
+    found = program.GetSolverOptions(m.SolverType.kIpopt) == {"tol": 1e-3}
+    return found and given == [{"tol": 1e-4}, {"Timing level": 3}] and m.CsdpSolver(method=2).available()
+
+
+def options_of_all_solvers():
+    options = m.SolverOptions()
+    unset = (options.get_print_to_console(), options.get_print_file_name(), options.get_max_threads())
+    options.SetOption(m.CommonSolverOption.kPrintToConsole, 1)
+    options.SetOption(m.CommonSolverOption.kPrintFileName, "log.txt")
+    options.SetOption(m.CommonSolverOption.kMaxThreads, 2)
+    now = (options.get_print_to_console(), options.get_print_file_name(), options.get_max_threads())
+    common = options.common_solver_options()[m.CommonSolverOption.kPrintFileName] == "log.txt"
+    return unset == (False, "", None) and now == (True, "log.txt", 2) and common
+
+
+def settings_in_a_file_of_2022():
+    text = "{time_step: 0.01, discrete_contact_solver: sap, contact_model: point}"
+    config = m.yaml_load_typed(schema=m.MultibodyPlantConfig, data=text)
+    with pytest.raises(RuntimeError, match="discrete_contact_colour"):
+        m.yaml_load_typed(schema=m.MultibodyPlantConfig, data=text.replace("solver", "colour"))
+    plant, _ = m.AddMultibodyPlant(config, m.DiagramBuilder())
+    return plant.get_discrete_contact_approximation() is m.DiscreteContactApproximation.kSap
+
+
+def projected_points():
+    line = m.AffineSubspace([[1.0], [1.0]], [0.0, 2.0])
+    both = line.Project(np.eye(2))
+    return np.allclose(line.Project([2.0, 0.0]), [0.0, 2.0]) and np.allclose(both, [[-0.5, -0.5], [1.5, 1.5]])
+
+
+def arm_in_parts():
+    def plant_of_an_arm(builder=None):
+        plant = m.MultibodyPlant(0.01)
+        link = plant.AddRigidBody("link", m.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        joint = plant.AddJoint(m.RevoluteJoint("hinge", plant.world_frame(), link.body_frame(), [0, 0, 1]))
+        plant.AddJointActuator("motor", joint)
+        plant.Finalize()
+        return plant
+
+    def driver_and_ports(call):
+        builder, arm = m.DiagramBuilder(), m.default_model_instance()
+        driver = call(builder, builder.AddSystem(plant_of_an_arm()), arm, plant_of_an_arm())
+        found = driver or next(s for s in builder.GetSystems() if isinstance(s, m.SimIiwaDriver))
+        return [found.get_input_port(i).get_name() for i in range(found.num_input_ports())]
+
+    mode, lcm = m.IiwaControlMode.kPositionOnly, m.DrakeLcm("memq://null")
+    calls = [
+        lambda b, plant, arm, known: m.SimIiwaDriver.AddToBuilder(b, plant, arm, known, 0.02, [100.0], mode),
+        lambda b, plant, arm, known: m.SimIiwaDriver(mode, known, 0.02, [100.0]),
+        lambda b, plant, arm, known: m.BuildIiwaControl(
+            plant, arm, known, lcm, b, desired_iiwa_kp_gains=[100.0], control_mode=mode
+        ),
+    ]
+    return all(driver_and_ports(c) == ["state", "generalized_contact_forces", "position"] for c in calls)
+
+
+def unconstrained_limit():
+    m.DifferentialInverseKinematicsParameters(7, 7).set_unconstrained_degrees_of_freedom_velocity_limit(0.1)
+    return True
+
+
 CALLS = {
+    "type of solver": options_by_type_of_solver,
+    "all solvers": options_of_all_solvers,
+    "file of settings": settings_in_a_file_of_2022,
+    "projection": projected_points,
+    "arm": arm_in_parts,
+    "unconstrained": unconstrained_limit,
     "field": params_by_an_old_name,
     "time step": scene_without_a_time_step,
     "contacts": contacts_without_the_scene,

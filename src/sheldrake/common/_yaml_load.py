@@ -15,6 +15,7 @@ import numpy as np
 import yaml
 
 from sheldrake.common._files import regular_bytes
+from sheldrake.common._options import Options
 from sheldrake.common._yaml_schema import (
     MAPPINGS,
     SCALARS,
@@ -135,17 +136,27 @@ def _load_fields(values: Mapping[str, Any], schema: Any, target: object, options
     if not isinstance(values, collections.abc.Mapping):
         raise RuntimeError(f"Expected a mapping for {schema} but instead got yaml data of type {type(values)}")
     fields = fields_of(schema)
-    unknown = [name for name in values if name not in fields]
+    former = [name for name in values if name not in fields and _is_former_name(schema, name)]
+    unknown = [name for name in values if name not in fields and name not in former]
     missing = [name for name, kind in fields.items() if name not in values and optional_of(kind) is None]
     if unknown and not options.allow_yaml_with_no_schema:
         raise RuntimeError(f"The fields {unknown} were unknown to the schema {schema}; it has {list(fields)}")
     if missing and not options.allow_schema_with_no_yaml:
         raise RuntimeError(f"The fields {missing} were missing in the yaml data for {schema}")
+    for name in former:
+        setattr(target, name, values[name])
     for name, kind in fields.items():
         if name in values:
             set_field(target, name, _load(values[name], kind, get_field(target, name), options, name))
         elif optional_of(kind) is not None and not options.allow_schema_with_no_yaml:
             set_field(target, name, None)  # a document that must give everything says None by leaving it out
+
+
+def _is_former_name(schema: Any, name: str) -> bool:
+    """Whether settings have a field by a name that it had before: a property that sets it."""
+    return (
+        isinstance(schema, type) and issubclass(schema, Options) and isinstance(getattr(schema, name, None), property)
+    )
 
 
 def _load(value: Any, schema: Any, default: object, options: _Options, name: str) -> Any:

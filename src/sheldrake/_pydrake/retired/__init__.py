@@ -52,7 +52,7 @@ def install(module: ModuleType) -> dict[str, Any]:
 def _extend(owner: Any, name: str, by: str, wrap: Callable) -> None:
     """Puts in the place of a function one that also takes retired ways to call it; once for each kind of ways.
 
-    A class method keeps that it is one, and of a class that exists for several scalars all get it.
+    Class methods and static ones stay what they are, and of a class that exists for several scalars all get it.
     """
     owner = home_of(owner, name) if isinstance(owner, type) else owner
     found = inspect.getattr_static(owner, name)
@@ -64,5 +64,6 @@ def _extend(owner: Any, name: str, by: str, wrap: Callable) -> None:
     extended._takes_retired = (*done, by)  # type: ignore[attr-defined]
     family = vars(owner).get("_template")
     owners = [family[T] for T in family.param_list] if isinstance(family, ScalarTemplate) else [owner]
+    kind = type(found) if isinstance(found, classmethod | staticmethod) else lambda function: function
     for each in owners:
-        setattr(each, name, classmethod(extended) if isinstance(found, classmethod) else extended)
+        setattr(each, name, kind(extended))

@@ -224,6 +224,67 @@ def _lcm(function: Callable) -> Callable:
     return make
 
 
+def _set_option(function: Callable) -> Callable:
+    """SolverOptions.SetOption() with a SolverType in the place of the solver's id."""
+
+    def set_option(self: Any, *args: Any, **kwargs: Any) -> None:
+        from sheldrake.solvers import SolverType
+        from sheldrake.solvers._ids import id_of_type
+
+        def solver_id(value: Any) -> Any:
+            if not isinstance(value, SolverType):
+                return value
+            hint("SolverOptions.SetOption(): SolverType is retired: give the solver's id(), as IpoptSolver.id().")
+            return id_of_type(value)
+
+        kwargs = {"solver_id" if name == "solver_type" else name: solver_id(v) for name, v in kwargs.items()}
+        function(self, *map(solver_id, args), **kwargs)
+
+    return set_option
+
+
+def _csdp(function: Callable) -> Callable:
+    """CsdpSolver() with how it removes free variables, which no solver here needs to."""
+
+    def make(self: Any, *args: Any, **kwargs: Any) -> None:
+        if args or "method" in kwargs:
+            hint("CsdpSolver(): method is retired, and of no effect.")
+            args, kwargs = (), {name: value for name, value in kwargs.items() if name != "method"}
+        function(self, *args, **kwargs)
+
+    return make
+
+
+def _arm_in_parts(*names: str) -> Callable:
+    """Makes of a function that takes an IiwaDriver one that takes three of its settings, as until 2024.
+
+    Args:
+        names: Those of all arguments of then, in order.
+    """
+
+    def wrap(function: Callable) -> Callable:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            from sheldrake.manipulation import IiwaControlMode, IiwaDriver
+
+            if any(isinstance(value, IiwaDriver) for value in (*args, *kwargs.values())):
+                return function(*args, **kwargs)
+            hint("Settings of an arm are those of an IiwaDriver now: give driver_config.")
+            named = dict(zip(names, args), **kwargs)
+            gains = named.pop("kp_gains", None)
+            mode = named.pop("control_mode", IiwaControlMode.kPositionAndTorque)
+            config = IiwaDriver(
+                ext_joint_filter_tau=named.pop("ext_joint_filter_tau", 0.01),
+                desired_kp_gains=named.pop("desired_iiwa_kp_gains", gains),
+                control_mode={0: "position_only", 1: "torque_only"}.get(int(mode), "position_and_torque"),
+            )
+            return function(**named, driver_config=config)
+
+        return call
+
+    return wrap
+
+
+_ARM = ("ext_joint_filter_tau", "desired_iiwa_kp_gains", "control_mode")
 _CYLINDER = {"r": "radius", "L": "length", "b_E": "unit_vector"}
 _WELD = {
     **dict.fromkeys(("A", "frame_on_parent_P", "parent_frame_P"), "frame_on_parent_F"),
@@ -306,13 +367,26 @@ CALLS: dict[str, dict[str, dict[str, Callable]]] = {
     "sheldrake.multibody.math": {
         "UnitInertia": dict.fromkeys(("SolidCapsule", "SolidCylinder", "SolidCylinderAboutEnd"), _about_z(2)),
     },
-    "sheldrake.solvers": {"SolverInterface": {"Solve": _solve}},
+    "sheldrake.manipulation": {
+        "SimIiwaDriver": {
+            "AddToBuilder": _arm_in_parts("builder", "plant", "iiwa_instance", "controller_plant", *_ARM),
+            "__init__": _arm_in_parts("self", "control_mode", "controller_plant", "ext_joint_filter_tau", "kp_gains"),
+        },
+    },
+    "sheldrake.solvers": {
+        "CsdpSolver": {"__init__": _csdp},
+        "SolverInterface": {"Solve": _solve},
+        "SolverOptions": {"SetOption": _set_option},
+    },
     "sheldrake.systems.sensors": {"RgbdSensor": {"__init__": _camera_poses}},
 }
 """Retired ways to call methods: module, class, method, what makes of today's one that takes the old way too."""
 
 FUNCTION_CALLS: dict[str, dict[str, Callable]] = {
     "sheldrake.geometry": {"AddContactMaterial": _contact_material},
+    "sheldrake.manipulation": {
+        "BuildIiwaControl": _arm_in_parts("plant", "iiwa_instance", "controller_plant", "lcm", "builder", *_ARM),
+    },
     "sheldrake.multibody.plant": {
         "AddMultibodyPlantSceneGraph": _plant_and_scene_graph,
         "ConnectContactResultsToDrakeVisualizer": _contacts_to_lcm,

@@ -12,9 +12,11 @@ from .hints import hint
 
 if TYPE_CHECKING:
     from sheldrake.geometry._shapes import Mesh
+    from sheldrake.geometry.optimization import AffineSubspace
     from sheldrake.multibody.inverse_kinematics._inverse_kinematics import InverseKinematics
     from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
     from sheldrake.planning._robot_diagram import RobotDiagramBuilder
+    from sheldrake.solvers import SolverOptions
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._leaf_system import LeafSystem
 
@@ -80,9 +82,49 @@ def _mutable_state(what: str) -> Callable:
 
 def _options_of_solver(self: Any, solver_id: Any) -> dict[str, Any]:
     """Retired: use `SolverOptions.options`. What is set for one solver, by name."""
+    from sheldrake.solvers import SolverType
+    from sheldrake.solvers._ids import id_of_type
+
     hint("GetSolverOptions() and GetOptions() are retired: use SolverOptions.options.")
     options = self.solver_options() if hasattr(self, "solver_options") else self
+    solver_id = id_of_type(solver_id) if isinstance(solver_id, SolverType) else solver_id
     return dict(options.options.get(solver_id.name(), {}))
+
+
+def _common_solver_options(self: SolverOptions) -> dict[Any, Any]:
+    """Retired: use `options["Drake"]`. What is set for all solvers, by option."""
+    from sheldrake.solvers import CommonSolverOption
+
+    hint('SolverOptions.common_solver_options() is retired: use options["Drake"].')
+    return {CommonSolverOption[name]: value for name, value in self.options.get("Drake", {}).items()}
+
+
+def _common_option(call: str, option: str, kind: type | None) -> Callable:
+    """A method of SolverOptions that gives one of them, of a type; None where it is not set if there is no type."""
+
+    def get(self: SolverOptions) -> Any:
+        hint(f'SolverOptions.{call}() is retired: use options["Drake"].')
+        value = self.options.get("Drake", {}).get(option)
+        return value if kind is None else kind() if value is None else kind(value)
+
+    get.__doc__ = f'Retired: use `options["Drake"]`. What `{option}` is.'
+    return get
+
+
+def _projected(self: AffineSubspace, x: Any) -> np.ndarray:
+    """Retired: use `Projection`. The nearest points of the subspace, in the shape of `x`."""
+    hint("AffineSubspace.Project() is retired: use Projection(), which gives distances too.")
+    found = self.Projection(x)
+    assert found is not None
+    return found[1].reshape(np.shape(x))
+
+
+def _no_limit_of_unconstrained(self: Any, limit: float) -> None:
+    """Retired: of no effect, as in Drake since 2022."""
+    hint(
+        "DifferentialInverseKinematicsParameters.set_unconstrained_degrees_of_freedom_velocity_limit() is retired and "
+        "of no effect: use set_joint_centering_gain()."
+    )
 
 
 def _sensor_pose(kind: str) -> Callable:
@@ -225,6 +267,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         "AcrobotPlant": _renamed_of("AcrobotPlant", {"SetMITAcrobotParameters": "SetMitAcrobotParameters"}),
     },
     "sheldrake.geometry.optimization": {
+        "AffineSubspace": {"Project": _projected},
         "GraphOfConvexSetsOptions": {
             "rounding_solver_options": _field(
                 "restriction_solver_options", "GraphOfConvexSetsOptions.rounding_solver_options"
@@ -249,7 +292,16 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
                 },
             ),
         },
-        "SolverOptions": {"GetOptions": _options_of_solver},
+        "SolverOptions": {
+            "GetOptions": _options_of_solver,
+            "common_solver_options": _common_solver_options,
+            "get_max_threads": _common_option("get_max_threads", "kMaxThreads", None),
+            "get_print_file_name": _common_option("get_print_file_name", "kPrintFileName", str),
+            "get_print_to_console": _common_option("get_print_to_console", "kPrintToConsole", bool),
+            "get_standalone_reproduction_file_name": _common_option(
+                "get_standalone_reproduction_file_name", "kStandaloneReproductionFileName", str
+            ),
+        },
     },
     "sheldrake.systems.controllers": {
         "JointStiffnessController": _renamed_of(
@@ -358,6 +410,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         "InverseKinematics": {"AddMinimumDistanceConstraint": _add_minimum_distance},
         "DifferentialInverseKinematicsParameters": {
             "get_timestep": renamed("get_time_step", "DifferentialInverseKinematicsParameters.get_timestep"),
+            "set_unconstrained_degrees_of_freedom_velocity_limit": _no_limit_of_unconstrained,
             "set_timestep": renamed("set_time_step", "DifferentialInverseKinematicsParameters.set_timestep"),
             "get_end_effector_velocity_gain": _get_end_effector_velocity_gain,
             "set_end_effector_velocity_gain": _set_end_effector_velocity_gain,
