@@ -77,6 +77,13 @@ MODULES: dict[str, Module] = {
 
 GONE = {
     "pydrake.attic": "RigidBodyTree and what stood on it; use pydrake.multibody.plant",
+    "pydrake.automotive": "cars on roads; nothing took their place",
+    "pydrake.maliput": "roads; see the project of that name",
+    "pydrake.multibody.multibody_tree": "MultibodyTree; use pydrake.multibody.tree, .plant and .parsing",
+    "pydrake.multibody.rigid_body": "RigidBody of RigidBodyTree; use pydrake.multibody.tree",
+    "pydrake.multibody.shapes": "shapes of RigidBodyTree; use pydrake.geometry",
+    "pydrake.systems.trees": "RigidBodyTree; use pydrake.multibody.plant",
+    "pydrake.util": "what pydrake.common has",
     "pydrake.multibody.rigid_body_tree": "RigidBodyTree; use pydrake.multibody.plant",
     "pydrake.examples.manipulation_station": "ManipulationStation; use "
     "pydrake.multibody.parsing.ProcessModelDirectives and the drivers of pydrake.manipulation",

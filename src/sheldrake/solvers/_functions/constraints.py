@@ -50,7 +50,7 @@ class LinearConstraint(Constraint):
 
     def _set_linear(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
         if A.shape[0] != lb.size or A.shape[0] != ub.size:
-            raise RuntimeError(
+            raise ValueError(
                 f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."
             )
         values = A.data if _arrays.is_sparse(A) else A

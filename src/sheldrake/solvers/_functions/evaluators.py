@@ -168,7 +168,11 @@ class Constraint(EvaluatorBase):
     def _set_bounds(self, lower: np.ndarray, upper: np.ndarray) -> None:
         if lower.size != self._num_outputs or upper.size != self._num_outputs:
             which = "Lower" if lower.size != self._num_outputs else "Upper"
-            raise RuntimeError(f"{which} bound has invalid dimension.")
+            error = RuntimeError if hasattr(self, "_lower") else ValueError
+            raise error(
+                f"{which} bound has invalid dimension: {type(self).__name__} expects bounds of size "
+                f"{self._num_outputs}, got a lower bound of size {lower.size} and an upper bound of size {upper.size}."
+            )
         if not ((lower == lower).all() and (upper == upper).all()):
             raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
         self._lower, self._upper = lower.astype(float), upper.astype(float)

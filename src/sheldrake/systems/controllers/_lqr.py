@@ -51,12 +51,23 @@ def _checked(call: str, A: Any, B: Any, Q: ArrayLike, R: ArrayLike, N: ArrayLike
 def _riccati(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, discrete: bool) -> np.ndarray:
     try:
         S = stabilizing_solution(A, B, Q, R, discrete=discrete)
+        _check_stable(A, B, R, S, discrete)
     except (np.linalg.LinAlgError, ValueError) as error:
         raise RuntimeError(
             f"{call}(): the Riccati equation has no stabilizing solution ({error}). Either (A, B) is not stabilizable, "
             "or (Q, A) is not detectable."
         ) from None
     return S
+
+
+def _check_stable(A: np.ndarray, B: np.ndarray, R: np.ndarray, S: np.ndarray, discrete: bool) -> None:
+    """Raises a LinAlgError where a solution leaves a mode that does not decay at all: Q does not see it."""
+    if discrete:
+        modes = 1.0 - abs(np.linalg.eigvals(A - B @ np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A)))
+    else:
+        modes = -np.linalg.eigvals(A - B @ np.linalg.solve(R, B.T @ S)).real
+    if modes.min(initial=np.inf) <= 1e-7 * np.abs(A).max(initial=0.0):  # on the axis they are exact to half the digits
+        raise np.linalg.LinAlgError("a mode of the closed loop does not decay")
 
 
 @overload

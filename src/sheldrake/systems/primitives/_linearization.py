@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, PortDataType, System
 from sheldrake.systems.framework._engine.linear_rows import motion_by_rows, split
 from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
+@checked
 def Linearize(
     system: System,
     context: Context,
@@ -46,6 +48,7 @@ def Linearize(
     return LinearSystem._of(A, B, np.zeros(n), C, D, np.zeros(len(C)), period)
 
 
+@checked
 def FirstOrderTaylorApproximation(
     system: System,
     context: Context,

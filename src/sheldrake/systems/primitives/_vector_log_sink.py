@@ -110,6 +110,7 @@ class VectorLogSink(LeafSystem):
         return self.GetLog(context)
 
 
+@checked
 def LogVectorOutput(
     src: OutputPort,
     builder: DiagramBuilder,

@@ -318,3 +318,15 @@ def test_a_state_that_leaves_all_numbers_within_a_continuous_step():
     simulator.get_mutable_context().SetContinuousState(np.full(4, 1e300))
     with pytest.raises(RuntimeError, match="positions become infinite or NaN within a step of the integrator"):
         simulator.AdvanceTo(0.1)
+
+
+def test_bodies_in_the_place_of_frames_and_numbers_in_that_of_velocities_are_type_errors():
+    plant = plant_with_arm()[0]
+    body, free = plant.GetBodyByName("link"), plant.GetBodyByName("free")
+    context, W = plant.CreateDefaultContext(), plant.world_frame()
+    with pytest.raises(TypeError, match=r"no frame; a body has body_frame\(\)"):
+        plant.CalcRelativeTransform(context, W, body)
+    with pytest.raises(TypeError, match="no frame"):
+        plant.CalcPointsPositions(context, body, [0.0, 0.0, 0.0], W)
+    with pytest.raises(TypeError, match="V_JpJc"):
+        plant.SetFreeBodySpatialVelocity(context, free, np.zeros(6))

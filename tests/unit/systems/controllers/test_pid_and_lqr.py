@@ -135,3 +135,12 @@ def test_lqr_errors():
     ):
         with pytest.raises(RuntimeError, match=words):
             LinearQuadraticRegulator(*wrong)
+
+
+def test_modes_that_no_cost_sees_must_decay_by_themselves():
+    A, B = [[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]]
+    with pytest.raises(RuntimeError, match="no stabilizing solution"):
+        LinearQuadraticRegulator(A, B, np.diag([0.0, 1.0]), np.eye(1))  # no cost knows where it is
+    LinearQuadraticRegulator(A, B, np.diag([1e-9, 0.0]), np.eye(1))
+    with pytest.raises(RuntimeError, match="no stabilizing solution"):
+        DiscreteTimeLinearQuadraticRegulator(np.eye(2), np.eye(2), np.zeros((2, 2)), np.eye(2))

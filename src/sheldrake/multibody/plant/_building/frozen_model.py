@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree import (
     BodyIndex,
     DoorHinge,
@@ -161,8 +162,18 @@ class FrozenModel:
         return self.inboard.get(int(body.index()))
 
     def place_of(self, frame: Frame) -> tuple[int, int]:
-        """Row of the body of a frame, and row of the frame: -1 for the body's own."""
-        return self.rows[frame._body._index._value], self.frame_rows.get(frame._index._value, -1)
+        """Row of the body of a frame, and row of the frame: -1 for the body's own.
+
+        Raises:
+            TypeError: it is no frame.
+        """
+        try:
+            body = frame._body
+        except AttributeError:
+            raise Mismatch(
+                f"incompatible function arguments: {frame!r} is no frame; a body has body_frame()."
+            ) from None
+        return self.rows[body._index._value], self.frame_rows.get(frame._index._value, -1)
 
     def gains_at(self, actuator: JointActuator) -> int:
         """Where in p is what an actuator's gains are multiplied with."""

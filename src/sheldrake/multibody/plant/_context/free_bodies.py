@@ -12,6 +12,7 @@ from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import incompatible, overload, overloaded
 from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.math import RigidTransform
+from sheldrake.multibody.math._spatial_vectors import SpatialVector
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -168,7 +169,7 @@ class FreeBodies:
         self._free_joint("SetFreeBodySpatialVelocity", body).SetSpatialVelocity(context, V_PB)
 
     @overloaded(
-        overload(context=instance_of(Context), body=instance_of(RigidBody), V_JpJc=anything),
+        overload(context=instance_of(Context), body=instance_of(RigidBody), V_JpJc=instance_of(SpatialVector)),
         overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_PB=anything, context=anything),
         overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_WB=anything, context=anything),
     )
