@@ -295,7 +295,22 @@ def unconstrained_limit():
     return True
 
 
+def label_of_unlabelled():
+    params = m.RenderEngineVtkParams(default_label=m.RenderLabel.kDontCare)
+    return params.default_label == m.RenderLabel.kDontCare
+
+
+def pairs_that_meet():
+    boxes = [m.HPolyhedron.MakeBox([low], [low + 1.0]) for low in (0.0, 0.5, 3.0)]
+    return [(i, j, offset.tolist()) for i, j, offset in m.CalcPairwiseIntersections(boxes, [])] == [
+        (0, 1, [0.0]),
+        (1, 0, [0.0]),
+    ]
+
+
 CALLS = {
+    "label": label_of_unlabelled,
+    "pairs": pairs_that_meet,
     "type of solver": options_by_type_of_solver,
     "all solvers": options_of_all_solvers,
     "file of settings": settings_in_a_file_of_2022,

@@ -196,9 +196,18 @@ def _lcm() -> dict[str, Any]:
 
 
 def _sets() -> dict[str, Any]:
-    from sheldrake.geometry.optimization import IrisNp
+    from sheldrake.geometry.optimization import ComputePairwiseIntersections, IrisNp
 
-    return {"IrisInConfigurationSpace": forwarded(IrisNp, "IrisInConfigurationSpace", "IrisNp()")}
+    def CalcPairwiseIntersections(*args: Any, **kwargs: Any) -> list[tuple[int, int, np.ndarray]]:
+        """Retired: use `ComputePairwiseIntersections`. Pairs that meet, each with its offset."""
+        hint("CalcPairwiseIntersections() is retired: use ComputePairwiseIntersections().")
+        pairs, offsets = ComputePairwiseIntersections(*args, **kwargs)
+        return [(*pair, offset) for pair, offset in zip(pairs, offsets)]
+
+    return {
+        "CalcPairwiseIntersections": CalcPairwiseIntersections,
+        "IrisInConfigurationSpace": forwarded(IrisNp, "IrisInConfigurationSpace", "IrisNp()"),
+    }
 
 
 def _plant() -> dict[str, Any]:

@@ -239,6 +239,21 @@ def _field(today: str, call: str) -> property:
     return property(get, set_, doc=f"Retired: use `{today}`.")
 
 
+def _no_default_label(params: str) -> property:
+    """The label of geometry without one, which parameters of renderers had: geometry says its own now."""
+
+    def get(self: Any) -> Any:
+        from sheldrake.geometry import RenderLabel
+
+        hint(f"{params}.default_label is retired: geometry without a label is kDontCare.")
+        return RenderLabel.kDontCare
+
+    def set_(self: Any, value: Any) -> None:
+        hint(f"{params}.default_label is retired and of no effect: give geometry its ('label', 'id').")
+
+    return property(get, set_, doc="Retired: give geometry its label.")
+
+
 _DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint", "PlanarJoint")
 _FLOATING = {
     "SetFromRotationMatrix": "SetOrientation",
@@ -397,6 +412,10 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         },
         "QueryObject": {"X_WG": renamed("GetPoseInWorld", "QueryObject.X_WG")},
         **{name: {"filename": _filename} for name in ("Mesh", "Convex")},
+        **{
+            name: {"default_label": _no_default_label(name)}
+            for name in ("RenderEngineGlParams", "RenderEngineGltfClientParams", "RenderEngineVtkParams")
+        },
         "SceneGraphInspector": {
             "all_frame_ids": renamed("GetAllFrameIds", "SceneGraphInspector.all_frame_ids"),
             "GetPoseInParent": renamed("GetPoseInFrame", "SceneGraphInspector.GetPoseInParent"),
