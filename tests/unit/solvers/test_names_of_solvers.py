@@ -61,6 +61,23 @@ def test_of_csdp_the_answer_is_told_in_its_words():
     assert CsdpSolver().Solve(never).get_solver_details().return_code == 1
 
 
+def test_clp_solves_quadratic_costs_that_are_convex():
+    pytest.importorskip("clarabel")
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    cost = prog.AddQuadraticCost([[1.0, 0.0], [0.0, 2.0]], [1.0, -1.0], x)
+    row = prog.AddLinearConstraint([[1.0, 1.0]], [0.5], [np.inf], x)
+    result = ClpSolver().Solve(prog)
+    np.testing.assert_allclose(result.GetSolution(x), [-1.0 / 3.0, 5.0 / 6.0], atol=1e-6)
+    np.testing.assert_allclose(result.GetDualSolution(row), [2.0 / 3.0], atol=1e-6)
+    assert result.get_solver_details().status == 0 and result.get_solver_id() == ClarabelSolver.id()
+    prog.AddLinearConstraint([[1.0, 1.0]], [-np.inf], [0.0], x)
+    assert ClpSolver().Solve(prog).get_solver_details().status == 1
+    cost.evaluator().UpdateCoefficients([[1.0, 0.0], [0.0, -2.0]], [1.0, -1.0])
+    with pytest.raises(ValueError, match=r"ClpSolver is unable .* non-convex"):
+        ClpSolver().Solve(prog)
+
+
 @pytest.mark.parametrize(
     ("solver", "make", "ran"),
     [

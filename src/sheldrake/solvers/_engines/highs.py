@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
@@ -81,26 +82,37 @@ def set_box_duals(
 
 
 class ClpSolverDetails(NamedTuple):
-    """What the solver of linear programs tells of a solve: 0 optimal, 1 infeasible, 2 unbounded, 3 iterations spent."""
+    """What the solver tells of a solve: 0 optimal, 1 infeasible, 2 unbounded, 3 iterations spent."""
 
     status: int
 
 
 _CLP_STATUS = {0: 0, 1: 3, 2: 1, 3: 2}
+_CLP_CODES = {result: _CLP_STATUS[status] for status, result in _RESULTS.items()} | {SolutionResult.kDualInfeasible: 2}
 
 
 class ClpSolver(SolverInterface):
-    """Solves linear programs. In sheldrake HiGHS does it, by way of SciPy, and results say so."""
+    """Solves linear programs, and such with convex quadratic costs.
+
+    In sheldrake HiGHS solves the former, by way of SciPy, and Clarabel the latter; results say so.
+    """
 
     _name = "Clp"
     _method = "HiGHS"
-    _attributes = LINEAR
+    _attributes = LINEAR | {A.kQuadraticCost}
+
+    def _restriction(self, prog: MathematicalProgram) -> str:
+        return ClarabelSolver().ExplainUnsatisfiedProgramAttributes(prog).replace("ClarabelSolver", "ClpSolver")
 
     def _do_solve(
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         from scipy.optimize import linprog
 
+        if prog.quadratic_costs():
+            ClarabelSolver().Solve(prog, guess, options, result)
+            result._details = ClpSolverDetails(_CLP_CODES.get(result.get_solution_result(), 4))
+            return
         _, c, constant = quadratic_objective(prog)
         M, low, high, places = linear_rows(prog)
         bounds = variable_bounds(prog)
