@@ -27,7 +27,8 @@ class PyPlotVisualizer(LeafSystem):
         facecolor: Color of the figure.
         figsize: Size of the figure [inch].
         ax: Axes to draw into, instead of a figure of its own.
-        show: Whether to show the figure; by default if matplotlib's backend can.
+        show: Whether to draw what is published, and to show the figure where matplotlib's backend can. By default,
+            unless the backend is "template". Without it, recordings and `draw()` make the pictures.
     """
 
     def __init__(
@@ -56,16 +57,17 @@ class PyPlotVisualizer(LeafSystem):
         self.ax.axis("equal")
         self.ax.axis("off")
         if show is None:
-            show = matplotlib.get_backend().lower() not in ("agg", "template")
-        self._show = show
+            show = matplotlib.get_backend().lower() != "template"
+        self._show, self._has_window = show, show and matplotlib.get_backend().lower() != "agg"
         if not show:
             plt.close(self.fig)
         self._is_recording = False
         self._recorded_contexts: list[Any] = []
 
     def _on_initialization(self, context: Context, event: Any) -> None:
-        if self._show:
+        if self._has_window:
             self.fig.show()
+        self._on_publish(context)
 
     def _on_publish(self, context: Context) -> None:
         if self._is_recording:
@@ -73,9 +75,9 @@ class PyPlotVisualizer(LeafSystem):
             snapshot.SetTimeStateAndParametersFrom(context)
             self.FixInputPortsFrom(self, context, snapshot)
             self._recorded_contexts.append(snapshot)
-            return
-        self.draw(context)
         if self._show:
+            self.draw(context)
+        if self._has_window:
             self.fig.canvas.draw()
             self.fig.canvas.flush_events()
 
@@ -86,11 +88,11 @@ class PyPlotVisualizer(LeafSystem):
     # Recording and animation.
 
     def start_recording(self) -> None:
-        """Keeps what is published from now on, instead of drawing it."""
+        """Keeps what is published from now on."""
         self._is_recording = True
 
     def stop_recording(self) -> None:
-        """Draws again."""
+        """Keeps no more."""
         self._is_recording = False
 
     def reset_recording(self) -> None:

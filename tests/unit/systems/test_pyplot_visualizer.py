@@ -26,28 +26,42 @@ class Dot(PyPlotVisualizer):
         self.drawn.append(value.tolist())
 
 
-def scene():
+def scene(**kwargs):
     builder = DiagramBuilder()
-    wave, dot = builder.AddSystem(Sine(1.0, 2.0, 0.0, 2)), builder.AddSystem(Dot(draw_period=0.1))
+    wave, dot = builder.AddSystem(Sine(1.0, 2.0, 0.0, 2)), builder.AddSystem(Dot(draw_period=0.1, **kwargs))
     builder.Connect(wave.get_output_port(0), dot.get_input_port())
     sink = LogVectorOutput(wave.get_output_port(0), builder)
     return Simulator(builder.Build()), dot, sink
 
 
-def test_draws_with_its_period():
+def test_draws_at_the_start_and_with_its_period():
     simulator, dot, _ = scene()
     simulator.AdvanceTo(0.35)
-    np.testing.assert_allclose(np.array(dot.drawn)[:, 0], np.sin(2.0 * np.arange(4) * 0.1), rtol=1e-12)
+    times = np.append(0.0, np.arange(4) * 0.1)  # initialization publishes too, as in Drake
+    np.testing.assert_allclose(np.array(dot.drawn)[:, 0], np.sin(2.0 * times), rtol=1e-12)
+
+
+def test_draws_while_it_records():
+    simulator, dot, _ = scene()
+    dot.start_recording()
+    simulator.AdvanceTo(0.25)
+    assert len(dot.drawn) == len(dot._recorded_contexts) == 4
+
+
+def test_does_not_draw_what_nobody_is_shown():
+    simulator, dot, _ = scene(show=False)
+    simulator.AdvanceTo(0.35)
+    assert dot.drawn == []
 
 
 def test_records_and_animates():
-    simulator, dot, sink = scene()
+    simulator, dot, sink = scene(show=False)
     dot.start_recording()
     simulator.AdvanceTo(0.5)
     dot.stop_recording()
     assert dot.drawn == []
     film = dot.get_recording_as_animation(repeat=False)
-    film._draw_frame(3)
+    film._draw_frame(4)
     assert dot.drawn[-1][0] == pytest.approx(np.sin(0.6))
     film._draw_was_started = True  # silences matplotlib: nobody renders it
     film = dot.animate(sink.FindLog(simulator.get_context()), repeat=False)
