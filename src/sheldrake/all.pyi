@@ -1149,6 +1149,7 @@ AddResourceSearchPath: Any
 AddSoftHydroelasticProperties: Any
 AddSoftHydroelasticPropertiesForHalfSpace: Any
 BodyFrame_: Any
+CalcPairwiseIntersections: Any
 CameraProperties: Any
 ConnectDrakeVisualizer: Any
 DepthCameraProperties: Any

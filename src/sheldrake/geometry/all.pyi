@@ -174,6 +174,7 @@ from sheldrake.geometry.optimization import (
 
 AddSoftHydroelasticProperties: Any
 AddSoftHydroelasticPropertiesForHalfSpace: Any
+CalcPairwiseIntersections: Any
 CameraProperties: Any
 ConnectDrakeVisualizer: Any
 DepthCameraProperties: Any
