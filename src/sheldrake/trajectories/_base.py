@@ -47,7 +47,7 @@ class Trajectory:
             return value
         return self._matrix("value", value)
 
-    def vector_values(self, t: Scalar) -> np.ndarray:
+    def vector_values(self, t: Scalars) -> np.ndarray:
         """Returns the vectors at many times [s], shape `(rows, n)` for columns and `(n, cols)` for rows.
 
         Raises:
@@ -180,6 +180,8 @@ class Trajectory:
             t = t.ravel()
         if isinstance(t, (str, bytes)) or not hasattr(t, "__len__") or (isinstance(t, np.ndarray) and t.ndim != 1):
             raise cls._mismatch(call, f"a list of {cls._T.__name__}", t)
+        if cls._T is float and isinstance(t, np.ndarray) and t.dtype is _FLOAT64:
+            return t.tolist()
         return [cls._scalar(call, x) for x in t]
 
     @classmethod

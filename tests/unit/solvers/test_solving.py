@@ -25,6 +25,7 @@ from sheldrake.solvers import (
     SolverId,
     SolverOptions,
 )
+from sheldrake.solvers._engines import quadratic
 from sheldrake.solvers._engines.clarabel import ClarabelSolver as _Clarabel
 from sheldrake.solvers._engines.conic import _compressed
 from sheldrake.solvers._engines.lemke import solve_lcp
@@ -267,6 +268,52 @@ def test_triplets_are_compressed_as_scipy_does():
         ours, scipys = _compressed(rows, cols, values, (5, 4)), csc_matrix((values, (rows, cols)), shape=(5, 4))
         assert (ours.indptr == scipys.indptr).all() and (ours.indices == scipys.indices).all()
         assert ours.data == pytest.approx(scipys.data, abs=1e-15)
+
+
+def small_programs(count):
+    """Costs with and without curvature, rows that hold, bounds that meet; every tenth cannot be met."""
+    rng = np.random.default_rng(3)
+    for i in range(count):
+        n = rng.integers(2, 12)
+        P = rng.normal(size=(rng.integers(0, n + 1), n))
+        A = np.vstack((rng.normal(size=(rng.integers(n, 3 * n), n)), np.eye(n)))
+        inside = A @ rng.normal(size=n)
+        room = rng.uniform(0.0, 2.0, size=inside.size)
+        lower = np.where(rng.integers(0, 3, size=room.size) > 0, inside - room, -np.inf)
+        upper = inside + rng.uniform(0.0, 2.0, size=room.size)
+        lower[-n:], upper[-n:] = inside[-n:] - 3.0, inside[-n:] + 3.0
+        equal = rng.integers(0, max(1, n // 2))
+        lower[:equal] = upper[:equal] = inside[:equal]
+        if i % 10 == 9:
+            lower[-1] = upper[-1] = inside[-1] + 4.0
+            A[-2], lower[-2], upper[-2] = A[-1], inside[-1], inside[-1] + 3.0
+        yield P.T @ P, rng.normal(size=n), A, lower, upper
+
+
+def test_small_quadratic_programs_take_no_solver(monkeypatch):
+    """The same as Clarabel's but to rounding; it may be asked only where nothing was found, thus of what has no x."""
+    answers, original = [], quadratic._at_once
+
+    def answer(*arrays):
+        answers.append(original(*arrays))
+        return answers[-1]
+
+    missed = 0
+    for arrays in small_programs(300):
+        Q, q, A, lower, upper = arrays
+        monkeypatch.setattr(quadratic, "_at_once", lambda *arrays: None)
+        expected = solve_quadratic_program(*arrays)
+        monkeypatch.setattr(quadratic, "_at_once", answer)
+        found = solve_quadratic_program(*arrays)
+        assert (found is None) == (expected is None)
+        if answers[-1] is None:
+            missed += found is not None
+            continue
+        cost, theirs = (0.5 * x @ Q @ x + q @ x for x in (found, expected))
+        assert cost == pytest.approx(theirs, rel=2e-8, abs=2e-8)
+        within = 2e-9 * (1.0 + np.abs(found).max())
+        assert np.all(A @ found >= lower - within) and np.all(A @ found <= upper + within)
+    assert missed <= 6
 
 
 def test_quadratic_programs_as_arrays(monkeypatch):

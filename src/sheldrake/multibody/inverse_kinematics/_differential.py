@@ -7,14 +7,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import anything, called, instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
+from sheldrake.common._rotations import matrix_to_canonical_quaternion, quaternion_to_angle_axis
+from sheldrake.common.kernel import Bound
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
-from sheldrake.solvers._engines.quadratic import solve_quadratic_program
+from sheldrake.solvers._engines.quadratic import solve_rows
+from sheldrake.solvers._kernels.nullspace import nullspace
 from sheldrake.solvers._kinds import matrix, vector
 
 if TYPE_CHECKING:
@@ -226,8 +230,9 @@ def _from_jacobian(
     pull = parameters._gain @ (parameters._nominal - q)
     wanted = P @ (pull if Nplus is None else np.asarray(Nplus, dtype=float) @ pull) if len(P) else np.zeros(0)
     limits = _limits(q, v, parameters, N)
-    solve = _solve_at_once if len(P) and not parameters._options.options else _solve_program
-    x = solve(J, V, P, wanted, limits, parameters._options)
+    solve = _solve_program if parameters._options.options else _solve_at_once
+    possible = all((low <= high).all() for _, low, high in limits)
+    x = solve(J, V, P, wanted, limits, parameters._options) if possible else None
     Status = DifferentialInverseKinematicsStatus
     if x is None:
         return DifferentialInverseKinematicsResult(None, Status.kNoSolutionFound)
@@ -243,14 +248,17 @@ def _solve_at_once(
     J: np.ndarray, V: np.ndarray, P: np.ndarray, wanted: np.ndarray, limits: Rows, options: SolverOptions
 ) -> np.ndarray | None:
     """Values of v_next and alpha, or None: a controller asks for them a thousand times a second."""
-    nv = J.shape[1]
-    Q, A = np.zeros((nv + 1, nv + 1)), np.zeros((V.size + 1 + sum(len(low) for _, low, _ in limits), nv + 1))
+    (m, nv), k = J.shape, sum(len(low) for _, low, _ in limits)
+    Q, A, b = np.zeros((nv + 1, nv + 1)), np.zeros((m + 2 + 2 * k, nv + 1)), np.zeros(m + 2 + 2 * k)
     Q[:nv, :nv] = 2.0 * P.T @ P
-    A[: V.size, :nv], A[: V.size, nv], A[V.size, nv] = J, -V, 1.0
-    A[V.size + 1 :, :nv] = np.concatenate([rows for rows, _, _ in limits]) if limits else 0.0
-    lower = np.concatenate((np.zeros(V.size + 1), *(low for _, low, _ in limits)))
-    upper = np.concatenate((np.zeros(V.size), [1.0], *(high for _, _, high in limits)))
-    return solve_quadratic_program(Q, np.append(-2.0 * P.T @ wanted, -100.0), A, lower, upper)
+    A[:m, :nv], A[:m, nv], A[m, nv], A[m + 1, nv], b[m] = J, -V, 1.0, -1.0, 1.0
+    at = m + 2
+    for rows, low, high in limits:
+        above, below, at = slice(at, at + len(low)), slice(at + len(low), at + 2 * len(low)), at + 2 * len(low)
+        A[above, :nv], A[below, :nv], b[above], b[below] = rows, -rows, high, -low
+    q = np.empty(nv + 1)
+    q[:nv], q[nv] = -2.0 * P.T @ wanted, -100.0
+    return solve_rows(Q, q, A, b, m)
 
 
 def _solve_program(
@@ -277,51 +285,43 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
 
     Gauss elimination with complete pivoting, as in Drake; this fixes how much the pull to the nominal positions weighs.
     """
-    rows_of_U, (m, n) = (
-        J.tolist(),
-        J.shape,
-    )  # plain numbers: NumPy takes longer to be called than to compute with six rows
-    order, rank = list(range(n)), 0
-    tolerance = max(m, n) * np.finfo(float).eps * np.abs(J).max(initial=0.0)
-    while rank < min(m, n):
-        largest = [max(map(abs, row[rank:])) for row in rows_of_U[rank:]]
-        size = max(largest)
-        if size <= tolerance:
-            break
-        i = rank + largest.index(size)
-        j = rank + [abs(x) for x in rows_of_U[i][rank:]].index(size)
-        rows_of_U[rank], rows_of_U[i] = rows_of_U[i], rows_of_U[rank]
-        for row in rows_of_U:
-            row[rank], row[j] = row[j], row[rank]
-        order[rank], order[j] = order[j], order[rank]
-        pivot = rows_of_U[rank]
-        for row in rows_of_U[rank + 1 :]:
-            factor = row[rank] / pivot[rank]
-            row[rank:] = [x - factor * y for x, y in zip(row[rank:], pivot[rank:])]
-        rank += 1
-    U = np.array(rows_of_U).reshape(m, n)
-    rows = np.zeros((n - rank, n))
-    rows[:, order[rank:]] = np.eye(n - rank)
-    if rank:
-        rows[:, order[:rank]] = -np.linalg.solve(U[:rank, :rank], U[:rank, rank:]).T
-    return rows
+    n = J.shape[1]
+    call, U, P = _nullspaces.of(*J.shape)
+    U[:] = J
+    return P[: n - call()].copy()
+
+
+def _bound_nullspace(m: int, n: int) -> tuple[Bound, np.ndarray, np.ndarray]:
+    U, P = np.zeros((m, n)), np.zeros((n, n))
+    return nullspace.bind(U, np.zeros(n, dtype=np.int64), P), U, P
+
+
+_nullspaces = BoundCalls(_bound_nullspace)
 
 
 def _limits(
     q: np.ndarray, v: np.ndarray, parameters: DifferentialInverseKinematicsParameters, N: ArrayLike | None
 ) -> Rows:
-    dt, each = parameters.get_time_step(), np.eye(v.size)
+    dt = parameters.get_time_step()
     positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
-    limits = []
+    limits, boxes = [], []
     if positions is not None:
         if N is None and q.size != v.size:
             raise RuntimeError("DoDifferentialInverseKinematics(): N is needed where positions are no velocities.")
-        rows = each if N is None else np.asarray(N, dtype=float)
-        limits.append((rows, (positions.lower - q) / dt, (positions.upper - q) / dt))
+        low, high = (positions.lower - q) / dt, (positions.upper - q) / dt
+        if N is None:
+            boxes.append((low, high))
+        else:
+            limits.append((np.asarray(N, dtype=float), low, high))
     if velocities is not None:
-        limits.append((each, velocities.lower, velocities.upper))
+        boxes.append(velocities)
     if accelerations is not None:
-        limits.append((each, v + dt * accelerations.lower, v + dt * accelerations.upper))
+        boxes.append((v + dt * accelerations.lower, v + dt * accelerations.upper))
+    if boxes:
+        low, high = boxes[0]
+        for lower, upper in boxes[1:]:
+            low, high = np.maximum(low, lower), np.minimum(high, upper)
+        limits.append((np.eye(v.size), low, high))
     return limits
 
 
@@ -348,8 +348,9 @@ def _from_velocity(
 
 def pose_difference(X: RigidTransform, X_desired: RigidTransform) -> np.ndarray:
     """Rotation vector and translation from one pose to another, in the frame of both, shape (6,)."""
-    turn = (X_desired.rotation() @ X.rotation().inverse()).ToAngleAxis()
-    return np.concatenate((turn.angle() * turn.axis(), X_desired.translation() - X.translation()))
+    turn = X_desired.rotation().matrix() @ X.rotation().matrix().T
+    angle, *axis = quaternion_to_angle_axis(matrix_to_canonical_quaternion(turn))
+    return np.concatenate(([angle * x for x in axis], X_desired.translation() - X.translation()))
 
 
 def _from_pose(

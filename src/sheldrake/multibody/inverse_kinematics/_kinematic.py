@@ -111,6 +111,8 @@ class KinematicFunction:
 
     def _rotation(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """R_AB, shape (3, 3)."""
+        if self._is_float:
+            return parts_of(self._plant).kinematics.relative_pose(self._context, frame_A, frame_B)[:9].reshape(3, 3)
         return self._plant.CalcRelativeTransform(self._context, frame_A, frame_B).rotation().matrix()
 
     def _rotation_slope(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:

@@ -38,7 +38,8 @@ class _Turn(KinematicFunction):
         return self._R_AAbar @ self._rotation(self._Abar, self._Bbar) @ self._R_BbarB
 
     def _trace(self) -> Any:
-        return np.trace(self._R())
+        R = self._R()
+        return R[0, 0] + R[1, 1] + R[2, 2]
 
     def _trace_slope(self) -> np.ndarray:
         """tr([w] R) is w' a with a from the antisymmetric part of R."""

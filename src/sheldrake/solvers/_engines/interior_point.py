@@ -186,7 +186,7 @@ class Restoration:
 
 
 class Factors:
-    """Solves [[W + diagonal, J'], [J, -gamma]] x = b by sparse factors; everything is laid out once.
+    """What kernels need to solve [[W + diagonal, J'], [J, -gamma]] x = b by sparse factors, laid out once.
 
     The factors are those of a matrix with a little more on its diagonal, which makes it quasidefinite wherever the
     inertia is right (R. J. Vanderbei, 1995), so that any order of elimination will do; solutions are improved until
@@ -220,16 +220,6 @@ class Factors:
         parts += [flag, flag.copy(), flag.copy(), np.zeros(size)]
         parts += [order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)]
         self.system = System._make(parts)
-        self._m = m
-
-    def factor(self, W: np.ndarray, diagonal: np.ndarray, J: np.ndarray, gamma: float) -> bool:
-        """Factors; tells whether the matrix has as many negative eigenvalues as J has rows."""
-        return bool(barrier.factor_system.native(self.system, W, diagonal, J, gamma) == self._m)
-
-    def solve(self, b: np.ndarray) -> np.ndarray | None:
-        """The solution; None if it is not exact."""
-        found = np.zeros(len(b))
-        return None if barrier.solve_system.native(self.system, b, found) else found
 
 
 _SMALL = 40  # Up to this size full factors take less time than looking for an order does.
@@ -277,7 +267,7 @@ class InteriorPoint:
         self._bound = barrier.interior_point_step.bind(self._factors.system, it, self._numbers, barrier.LOOK)
         it.z[:] = self._inside(it.z)
         self._evaluate()
-        it.lam[:] = self._least_multipliers()
+        self._do(barrier.LEAST_MULTIPLIERS)
         self._filter: list[tuple[float, float]] = []
         theta = float(np.abs(it.c).sum())
         self._theta_max, self._theta_min = 1e4 * max(1.0, theta), 1e-4 * max(1.0, theta)
@@ -302,17 +292,6 @@ class InteriorPoint:
     def _evaluate(self) -> None:
         it = self._at
         self._now.f, it.g[:], it.c[:], it.J[:] = self._program.slopes(it.z)
-
-    def _least_multipliers(self) -> np.ndarray:
-        """Multipliers that leave least of the gradient, eq. (36); none if they are very large."""
-        p, it = self._program, self._at
-        if not p.m:
-            return np.zeros(0)
-        self._factors.factor(np.zeros(len(p.H_rows)), np.ones(p.n), it.J, 1e-10)
-        found = self._factors.solve(np.concatenate((-(it.g - it.zL + it.zU), np.zeros(p.m))))
-        if found is None or np.abs(found[p.n :]).max(initial=0.0) > 1e3:
-            return np.zeros(p.m)
-        return found[p.n :]
 
     def _gaps(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far it is to the bounds; 1 where there are none."""
@@ -458,7 +437,7 @@ class InteriorPoint:
         low, high = self._gaps(it.z)
         it.zL[:] = np.where(self._has_lower, np.minimum(self._now.mu / low, 1e3), 0.0)
         it.zU[:] = np.where(self._has_upper, np.minimum(self._now.mu / high, 1e3), 0.0)
-        it.lam[:] = self._least_multipliers()
+        self._do(barrier.LEAST_MULTIPLIERS)
         return None
 
 

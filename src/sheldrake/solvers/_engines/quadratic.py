@@ -6,9 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls
+from sheldrake.common.kernel import Bound
 from sheldrake.solvers._engines.choose import Solve
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
+from sheldrake.solvers._kernels.active_set import solve_dense_program
 from sheldrake.solvers._program.program import MathematicalProgram
+
+_SMALL = 120  # rows and variables up to which dense steps take less time
 
 
 class Columns(NamedTuple):
@@ -38,27 +43,56 @@ def solve_quadratic_program(
     Returns:
         x, or None if there is none, or none was found.
     """
+    equal = lower == upper
+    below, above = ~equal & (upper < np.inf), ~equal & (lower > -np.inf)
+    rows = np.concatenate((A[equal], A[below], -A[above]))
+    b = np.concatenate((upper[equal], upper[below], -lower[above]))
+    return solve_rows(Q, q, rows, b, int(np.count_nonzero(equal)))
+
+
+def solve_rows(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
+    """The same with A x <= b, where the first rows are equations and b may be infinite."""
+    x = _at_once(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
+    if x is not None:
+        return x
     if not ClarabelSolver._is_available():
-        return _by_program(Q, q, A, lower, upper)
+        return _by_program(Q, q, A, b, equal)
     import clarabel
 
-    equal = lower == upper
-    below, above = ~equal & np.isfinite(upper), ~equal & np.isfinite(lower)
-    rows = np.vstack((A[equal], A[below], -A[above]))
-    b = np.concatenate((upper[equal], upper[below], -lower[above]))
-    first = int(np.count_nonzero(equal))
-    cones = [clarabel.ZeroConeT(first), clarabel.NonnegativeConeT(len(b) - first)]
+    finite = b < np.inf
+    A, b = A[finite], b[finite]
+    cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(b) - equal)]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    found = clarabel.DefaultSolver(Columns.of(np.triu(Q)), q, Columns.of(rows), b, cones, settings).solve()
+    found = clarabel.DefaultSolver(Columns.of(np.triu(Q)), q, Columns.of(A), b, cones, settings).solve()
     return np.array(found.x) if str(found.status) in ("Solved", "AlmostSolved") else None
 
 
-def _by_program(Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray | None:
+def _bound(rows: int, n: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A bound call, and its Q, q, A, b and x."""
+    Q, q, A, b, x = np.zeros((n, n)), np.zeros(n), np.zeros((rows, n)), np.zeros(rows), np.zeros(n)
+    scratch = np.zeros((n, n)), np.zeros((n, n)), np.zeros((rows, n)), np.zeros(rows), np.zeros(n), np.zeros(n)
+    more = np.zeros(n), np.zeros(n), np.zeros(n + 1), np.zeros((2 * n, 2 * n + 1)), np.zeros(n + 1, dtype=np.int64)
+    return solve_dense_program.bind(Q, q, A, b, 0, x, *scratch, *more), Q, q, A, b, x
+
+
+_calls = BoundCalls(_bound)
+
+
+def _at_once(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
+    """The solution of a small program, to rounding; None if none was found."""
+    call, *given, x = _calls.of(*A.shape)
+    for place, value in zip(given, (Q, q, A, b)):
+        place[...] = value
+    call.set("equal", equal)
+    return None if call() else x.copy()
+
+
+def _by_program(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
     """The same by whatever solver is there."""
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(q.size, "x")
     prog.AddQuadraticCost(Q, q, x, is_convex=True)
-    prog.AddLinearConstraint(A, lower, upper, x)
+    prog.AddLinearConstraint(A, np.where(np.arange(b.size) < equal, b, -np.inf), b, x)
     result = Solve(prog)
     return result.GetSolution(x) if result.is_success() else None

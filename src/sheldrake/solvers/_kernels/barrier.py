@@ -128,19 +128,6 @@ class Progress(Record):
     phi_trial = number("barrier function at the trial point")
 
 
-@kernel(top=True)
-def factor_system(system: System, W: Vector, diagonal: Vector, J: Vector, gamma: float) -> int:
-    """Factors; gives the number of negative eigenvalues, or -1."""
-    return factored(system, W, diagonal, 0.0, J, gamma)
-
-
-@kernel(top=True)
-def solve_system(system: System, right: Vector, found: Vector) -> int:
-    """The solution; 1 if it is not exact."""
-    solved(system, right, found)
-    return 0 if system.info[0] < EXACT else 1
-
-
 @kernel(outline=True)
 def factored(system, W, diagonal, delta, J, gamma):
     """Factors the matrix with more on its diagonal."""
@@ -276,6 +263,27 @@ def newton_step(system, it, progress):
 
 
 @kernel(outline=True)
+def least_multipliers(system, it):
+    """Multipliers that leave least of the gradient, eq. (36); none if they are very large."""
+    n, m = len(it.z), len(it.lam)
+    for k in range(len(it.W)):
+        it.W[k] = 0.0
+    for i in range(n):
+        it.sigma[i], it.right[i] = 1.0, -(it.g[i] - it.zL[i] + it.zU[i])
+    for j in range(m):
+        it.right[n + j], it.lam[j] = 0.0, 0.0
+    factored(system, it.W, it.sigma, 0.0, it.J, 1e-10)
+    solved(system, it.right, it.found)
+    largest = 0.0
+    for j in range(m):
+        largest = max(largest, abs(it.found[n + j]))
+    if system.info[0] < EXACT and largest <= 1e3:
+        for j in range(m):
+            it.lam[j] = it.found[n + j]
+    return 0
+
+
+@kernel(outline=True)
 def measure_step(it, progress):
     """What the line search has to know of a step."""
     progress.theta = sum_of_sizes(it.c)
@@ -387,7 +395,7 @@ def accept(it, progress):
             it.zU[i] = max(mu / high / FAR, min(it.zU[i] + share * it.step_U[i], mu / high * FAR))
 
 
-LOOK, NEWTON_STEP, GO, JUDGE, CORRECT, ACCEPT = range(6)
+LOOK, NEWTON_STEP, GO, JUDGE, CORRECT, ACCEPT, LEAST_MULTIPLIERS = range(7)
 
 
 @kernel(top=True)
@@ -399,6 +407,8 @@ def interior_point_step(system: System, it: Iterate, progress: Progress, what: i
         return newton_step(system, it, progress)
     if what == CORRECT:
         return correct(system, it, progress)
+    if what == LEAST_MULTIPLIERS:
+        return least_multipliers(system, it)
     if what == GO:
         go(it, progress)
     elif what == JUDGE:

@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, SupportsIndex
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
 
 from sheldrake.common._options import Options
 from sheldrake.systems.analysis import SimulatorConfig
 from sheldrake.systems.controllers._lqr import _square
+from sheldrake.systems.controllers._riccati_flow import hamiltonian, maps_of
 from sheldrake.systems.framework import InputPortSelection, LeafSystem, OutputPortSelection, System
-from sheldrake.systems.primitives import FirstOrderTaylorApproximation
+from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
+from sheldrake.systems.primitives import AffineSystem
+from sheldrake.systems.primitives._linearization import motion_and_slopes
 from sheldrake.trajectories import PiecewisePolynomial, Trajectory
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._vector import BasicVector
 
-_SAMPLES = 201
-"""At how many times the solution is sampled for the trajectories returned."""
+_FEWEST, _MOST = 48, 10000
+"""How many pairs of steps the solution is made of at least, and how many come to those before at most."""
+_ACCURACY = 1e-6
+"""Relative one of S, sx and s0."""
+_PROBES = 5
+"""At how many times a system is looked at to tell whether it depends on time."""
 
 
 class FiniteHorizonLinearQuadraticRegulatorOptions(Options):
@@ -34,8 +43,8 @@ class FiniteHorizonLinearQuadraticRegulatorOptions(Options):
         xd: The desired state, a trajectory; x0 if None.
         ud: The desired input, a trajectory; u0 if None.
         input_port_index: Which input is controlled.
-        use_square_root_method: Accepted; the equation is solved in its ordinary form with tight tolerances.
-        simulator_config: Its `accuracy` is the largest relative error, unless that is coarser than 1e-8.
+        use_square_root_method: Accepted; the solution here is positive semidefinite without it.
+        simulator_config: Its `accuracy` is the largest relative error, unless that is coarser than 1e-6.
     """
 
     Qf: np.ndarray | None = None
@@ -103,65 +112,165 @@ class _Problem:
         self.Q, self.R = _square(call, "Q", Q, n), _square(call, "R", R, m)
         if np.linalg.eigvalsh(self.R).min() <= 0.0:
             raise RuntimeError(f"{call}(): R must be positive definite")
-        self.R_inverse = np.linalg.inv(self.R)
         self.Qf = np.zeros((n, n)) if options.Qf is None else _square(call, "Qf", options.Qf, n)
         self.N = np.zeros((n, m)) if options.N is None else np.array(options.N, dtype=float).reshape(n, m)
-        self.n, self.call = n, call
-        self._constant: tuple | None = None
-        self.varies = options.x0 is not None or options.u0 is not None
+        self.n, self.m, self.call, self.t0, self.tf = n, m, call, t0, tf
+        self._is_autonomous = self._looks_autonomous()
+        self._constant = self._is_autonomous and options.x0 is None and options.u0 is None
+        self._motion = None if self._constant else self._find_motion()
 
-    def linearization(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A, B and c: deviations from x0, u0 obey x' = A x + B u + c."""
-        if self._constant is not None:
-            return self._constant
-        x0, u0 = self.x0.value(t)[:, 0], self.u0.value(t)[:, 0]
+    def _looks_autonomous(self) -> bool:
+        """Whether the system is one that does not depend on time, or its motion is the same at several times."""
+        if isinstance(self.system, AffineSystem):
+            return True
+        times = self.t0 + (self.tf - self.t0) * np.modf(np.arange(_PROBES) * 0.6180339887498949)[0]
+        found = [np.column_stack(self._at(t, self.t0)) for t in times]
+        return all(np.array_equal(each, found[0]) for each in found)
+
+    def _find_motion(self) -> Callable[..., Any] | None:
+        """Derivatives of the state and their slopes by machine code, if there is such."""
+        self._at(self.t0, self.t0)  # all inputs have values
+        rows = rows_of_motion(self.system, self.context, self.n, int(self.port.get_index()), None, 0.0)
+        kernels = None if rows is None else rows[0]
+        if rows is None or not isinstance(kernels, ByComplexSteps):
+            return None
+        return (kernels.function_of_points if self._is_autonomous else kernels.function)(*rows[1:])
+
+    def _at(self, t: float, nominal: float) -> tuple[np.ndarray, np.ndarray]:
+        """x' and its slopes by x and u at time t, and x0 and u0 of the time `nominal`."""
         self.context.SetTime(t)
-        self.context.SetContinuousState(x0)
-        self.port.FixValue(self.context, u0)
+        self.context.SetContinuousState(self.x0.value(nominal)[:, 0])
+        self.port.FixValue(self.context, self.u0.value(nominal)[:, 0])
         index = self.port.get_index()
-        affine = FirstOrderTaylorApproximation(self.system, self.context, index, OutputPortSelection.kNoOutput)
-        x0_dot = self.x0.EvalDerivative(t)[:, 0] if self.x0.has_derivative() else np.zeros(self.n)
-        A, B = affine.A(), affine.B()
-        out = A, B, affine.f0() + A @ x0 + B @ u0 - x0_dot
-        if not self.varies:
-            self._constant = out
-        return out
+        return motion_and_slopes(self.system, self.context, index, OutputPortSelection.kNoOutput)[:2]
 
-    def final(self, tf: float) -> np.ndarray:
-        """S, sx and s0 at the end, flat."""
-        e = self.xd.value(tf)[:, 0] - self.x0.value(tf)[:, 0]
-        return np.concatenate([self.Qf.ravel(), -self.Qf @ e, [e @ self.Qf @ e]])
+    def linearization(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x' at x0, u0, shape (times, n), and its slopes by x and u."""
+        found: Any = None
+        if self._constant:
+            found = [part[None] for part in self._at(self.t0, self.t0)]
+        elif self._motion is not None:
+            points = np.vstack((self.x0.vector_values(times), self.u0.vector_values(times))).T
+            if self._is_autonomous:
+                found = self._motion(points, True)
+            else:
+                each = [self._motion(t, point, True) for t, point in zip(times, points)]
+                found = None if any(one is None for one in each) else tuple(map(np.array, zip(*each)))
+        return found or tuple(map(np.array, zip(*(self._at(t, t) for t in times))))
 
-    def split(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """S, sx and s0 from the flat vector."""
-        n = self.n
-        S = y[: n * n].reshape(n, n)
-        return (S + S.T) / 2.0, y[n * n : n * n + n], float(y[-1])
+    def equation(self, times: np.ndarray) -> tuple[np.ndarray, ...]:
+        """A, B, Q and N, one of each for each time, for the state (x - x0, 1): what is affine in x is linear in it."""
+        n, m, k = self.n, self.m, times.size
+        motion, slopes = self.linearization(times)
+        A, Q = np.zeros((2, k, n + 1, n + 1))
+        B, N = np.zeros((2, k, n + 1, m))
+        A[:, :n, :n], B[:, :n], A[:, :n, n] = slopes[:, :, :n], slopes[:, :, n:], motion - _velocities(self.x0, times).T
+        e, d = _difference(self.xd, self.x0, times), _difference(self.ud, self.u0, times)
+        Q[:, :n, :n], N[:, :n], N[:, n] = self.Q, self.N, -e @ self.N - d @ self.R
+        Q[:, :n, n] = Q[:, n, :n] = -e @ self.Q - d @ self.N.T
+        Q[:, n, n] = -np.sum(e * Q[:, :n, n], axis=1) - np.sum(d * N[:, n], axis=1)
+        return A, B, Q, N
 
-    def gains(self, t: float, S: np.ndarray, sx: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """K and k0."""
-        _, B, _ = self.linearization(t)
-        return self.R_inverse @ (self.N + S @ B).T, self.R_inverse @ (self.input_error(t) + B.T @ sx)
+    def final(self) -> np.ndarray:
+        """S, sx and s0 at the end, as one matrix."""
+        e = _difference(self.xd, self.x0, np.array([self.tf]))[0]
+        offset = np.hstack((np.eye(self.n), -e[:, None]))
+        return offset.T @ self.Qf @ offset
 
-    def input_error(self, t: float) -> np.ndarray:
-        """Gradient of the cost by the input, at x0 and u0; half of it."""
-        return -self.R @ self._deviation(self.ud, self.u0, t) - self.N.T @ self._deviation(self.xd, self.x0, t)
+    def stretches(self) -> np.ndarray:
+        """Starts of pairs of steps, between jumps that a trajectory may have at its breaks; and the end."""
+        trajectories = (self.x0, self.u0, self.xd, self.ud)
+        known = {b for each in trajectories if hasattr(each, "get_segment_times") for b in each.get_segment_times()}
+        breaks = np.array([self.t0, *sorted(b for b in known if self.t0 < b < self.tf), self.tf])
+        return _divided(breaks, np.ceil(np.diff(breaks) * (_FEWEST / (self.tf - self.t0))).astype(int))
 
-    @staticmethod
-    def _deviation(desired: Trajectory, nominal: Trajectory, t: float) -> np.ndarray:
-        return desired.value(t)[:, 0] - nominal.value(t)[:, 0]
 
-    def rates(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Time derivatives of S, sx and s0, flat."""
-        S, sx, _ = self.split(y)
-        A, B, c = self.linearization(t)
-        e, d = self._deviation(self.xd, self.x0, t), self._deviation(self.ud, self.u0, t)
-        NSB, r = self.N + S @ B, self.input_error(t) + B.T @ sx
-        S_dot = -(self.Q - NSB @ self.R_inverse @ NSB.T + S @ A + A.T @ S)
-        sx_dot = -(-self.Q @ e - self.N @ d - NSB @ self.R_inverse @ r + A.T @ sx + S @ c)
-        cost = e @ self.Q @ e + d @ self.R @ d + 2.0 * e @ self.N @ d
-        s0_dot = -(cost - r @ self.R_inverse @ r + 2.0 * sx @ c)
-        return np.concatenate([S_dot.ravel(), sx_dot, [s0_dot]])
+def _divided(times: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """The times with what is between divided into so many parts."""
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    share = (np.arange(first.size) - first) / np.repeat(parts, parts)
+    return np.append(np.repeat(times[:-1], parts) + share * np.repeat(np.diff(times), parts), times[-1])
+
+
+def _difference(desired: Trajectory, nominal: Trajectory, times: np.ndarray) -> np.ndarray:
+    if desired is nominal:
+        return np.zeros((times.size, nominal.rows()))
+    return (desired.vector_values(times) - nominal.vector_values(times)).T
+
+
+def _velocities(trajectory: Trajectory, times: np.ndarray) -> np.ndarray:
+    if isinstance(trajectory, PiecewisePolynomial):
+        return trajectory.derivative().vector_values(times)
+    if not trajectory.has_derivative():
+        return np.zeros((trajectory.rows(), times.size))
+    return np.stack([trajectory.EvalDerivative(t)[:, 0] for t in times], axis=1)
+
+
+class _Solution(NamedTuple):
+    """Times, and at the start and the end of each step between them the solution and the gains, with slopes."""
+
+    times: np.ndarray
+    S: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    K: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    errors: np.ndarray
+    """Relative ones of pairs of steps."""
+
+    def trajectory(self, samples: tuple[np.ndarray, ...], rows: slice, columns: slice) -> PiecewisePolynomial:
+        """Cubics through a part of the samples."""
+        h = np.diff(self.times)[:, None, None]
+        y0, y1, m0, m1 = (part[:, rows, columns] for part in samples)
+        d = (y1 - y0) / h
+        c = np.stack((y0, m0, (3.0 * d - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * d) / (h * h)), axis=-1)
+        return PiecewisePolynomial._of(list(c), self.times.tolist())
+
+
+def _solve(problem: _Problem, pairs: np.ndarray) -> _Solution:
+    """The solution with steps in pairs; one step for each pair tells its errors."""
+    times = _divided(pairs, np.full(pairs.size - 1, 2))
+    a, b = times[:-1], times[1:]
+    # A step ends before a jump at its end.
+    at = np.concatenate((a, 0.5 * (a + b), np.nextafter(b, a)))
+    A, B, Q, N = problem.equation(at)
+    R_inverse = np.linalg.inv(problem.R)
+    gain = R_inverse @ np.swapaxes(N, -1, -2)
+    A1, Q1 = A - B @ gain, Q - N @ gain  # completing the square in u takes N away
+    G = B @ R_inverse @ np.swapaxes(B, -1, -2)
+    H = hamiltonian(A1, G, Q1).reshape(3, a.size, 2 * A.shape[-1], -1)
+    final, h = problem.final(), b - a
+    S = np.concatenate((maps_of(H[0], H[1], H[2], h).to_the_end()(final), final[None]))
+
+    def ends(parts: np.ndarray) -> np.ndarray:
+        return parts.reshape(3, a.size, *parts.shape[1:])[::2]
+
+    S_ends = np.stack((S[:-1], S[1:]))
+    SA = S_ends @ ends(A1)
+    S_dot = -(ends(Q1) + SA + np.swapaxes(SA, -1, -2) - S_ends @ ends(G) @ S_ends)
+    # Of cubics between the times of pairs: 16 times that of those between all where steps are short, less elsewhere.
+    middle = 0.5 * (S[:-1:2] + S[2::2]) + np.diff(pairs)[:, None, None] / 8.0 * (S_dot[0, ::2] - S_dot[1, 1::2])
+    scale = _scale(np.abs(S).max(axis=0))
+    errors = (np.abs(S[1::2] - middle) / scale).max(axis=(1, 2)) / 8.0
+    if not (H == H[0, 0]).all():  # or else the steps are exact
+        single = maps_of(H[0, ::2], H[0, 1::2], H[2, 1::2], np.diff(pairs))(S[2::2])
+        errors = np.maximum(
+            errors, (np.abs(S[:-1:2] - single) / scale).max(axis=(1, 2)) / 15.0 * errors.size
+        )  # they add up
+    K = R_inverse @ np.swapaxes(ends(N) + S_ends @ ends(B), -1, -2)
+    N_dot, B_dot = _slopes_at_ends(N, h), _slopes_at_ends(B, h)
+    K_dot = R_inverse @ np.swapaxes(N_dot + S_ends @ B_dot + S_dot @ ends(B), -1, -2)
+    return _Solution(times, (*S_ends, *S_dot), (*K, *K_dot), errors)
+
+
+def _scale(largest: np.ndarray) -> np.ndarray:
+    """What errors of S, sx and s0 are relative to, from the largest of each number: sx is below (S s0)^1/2."""
+    S = max(1e-300, largest[:-1, :-1].max())
+    root = np.sqrt(np.append(np.full(len(largest) - 1, S), max(1e-8 * S, largest[-1, -1])))
+    return np.outer(root, root)
+
+
+def _slopes_at_ends(parts: np.ndarray, h: np.ndarray) -> np.ndarray:
+    """Slopes at start and end of parabolas through three samples, shape (2, steps, ...)."""
+    start, middle, end = parts.reshape(3, h.size, *parts.shape[1:])
+    return np.stack((4.0 * middle - 3.0 * start - end, 3.0 * end - 4.0 * middle + start)) / h[:, None, None]
 
 
 def FiniteHorizonLinearQuadraticRegulator(
@@ -189,38 +298,31 @@ def FiniteHorizonLinearQuadraticRegulator(
     Raises:
         RuntimeError: sizes do not fit, R is not positive definite, the state is not continuous, or no input is given.
     """
-    from scipy.integrate import solve_ivp
-
     options = options or FiniteHorizonLinearQuadraticRegulatorOptions()
     problem = _Problem(system, context, float(t0), float(tf), Q, R, options)
-    times = np.linspace(float(t0), float(tf), _SAMPLES)
-    accuracy = min(1e-8, float(options.simulator_config.accuracy))
-    solution = solve_ivp(
-        problem.rates,
-        (tf, t0),
-        problem.final(tf),
-        method="DOP853",
-        t_eval=times[::-1],
-        rtol=accuracy,
-        atol=1e-3 * accuracy,
-    )
-    if not solution.success:
-        raise RuntimeError(f"{problem.call}(): the Riccati equation could not be solved: {solution.message}")
-    parts = [problem.split(y) for y in solution.y.T[::-1]]
-    rates = [problem.split(problem.rates(t, y)) for t, y in zip(times, solution.y.T[::-1])]
-    gains = [problem.gains(t, S, sx) for t, (S, sx, _) in zip(times, parts)]
-
-    def hermite(i: int, shape: tuple[int, int]) -> Trajectory:
-        values, slopes = ([np.reshape(p[i], shape) for p in sequence] for sequence in (parts, rates))
-        return PiecewisePolynomial.CubicHermite(times, values, slopes)
-
-    def smooth(i: int, cols: int) -> Trajectory:
-        values = [np.reshape(g[i], (-1, cols)) for g in gains]
-        return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(times, values)
-
-    n = problem.n
+    accuracy = min(_ACCURACY, float(options.simulator_config.accuracy))
+    pairs = problem.stretches()
+    solution = _solve(problem, pairs)
+    while not solution.errors.max() <= accuracy:
+        # Errors are of fourth order in the steps.
+        parts = np.ceil(np.clip(1.1 * np.nan_to_num(solution.errors / accuracy) ** 0.25, 1.0, 16.0)).astype(int)
+        if not 0 < parts.sum() - parts.size < _MOST:
+            raise RuntimeError(
+                f"{problem.call}(): the Riccati equation could not be solved: with {2 * parts.size} steps its "
+                f"relative error is {solution.errors.max():.1e}, to be {accuracy:.1e}."
+            )
+        pairs = _divided(pairs, parts)
+        solution = _solve(problem, pairs)
+    n, S, K = problem.n, solution.S, solution.K
+    each, first, last = slice(None), slice(n), slice(n, None)
     return FiniteHorizonLinearQuadraticRegulatorResult(
-        problem.x0, problem.u0, smooth(0, n), hermite(0, (n, n)), smooth(1, 1), hermite(1, (n, 1)), hermite(2, (1, 1))
+        problem.x0,
+        problem.u0,
+        solution.trajectory(K, each, first),
+        solution.trajectory(S, first, first),
+        solution.trajectory(K, each, last),
+        solution.trajectory(S, first, last),
+        solution.trajectory(S, last, last),
     )
 
 

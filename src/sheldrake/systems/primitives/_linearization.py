@@ -36,7 +36,7 @@ def Linearize(
     Raises:
         RuntimeError: `context` is no equilibrium, or the system does not convert.
     """
-    values, slopes, x0, _, period = _taylor(system, context, input_port_index, output_port_index)
+    values, slopes, x0, _, period = motion_and_slopes(system, context, input_port_index, output_port_index)
     n = len(x0)
     f = values[:n] - x0 if period else values[:n]
     if n and np.abs(f).max() > equilibrium_check_tolerance:
@@ -56,7 +56,7 @@ def FirstOrderTaylorApproximation(
     output_port_index: OutputPortSelection | SupportsIndex = OutputPortSelection.kUseFirstOutputIfItExists,
 ) -> AffineSystem:
     """The affine system that agrees with a system to first order; arguments as of `Linearize`."""
-    values, slopes, x0, u0, period = _taylor(system, context, input_port_index, output_port_index)
+    values, slopes, x0, u0, period = motion_and_slopes(system, context, input_port_index, output_port_index)
     n = len(x0)
     A, B, C, D = slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
     return AffineSystem._of(A, B, values[:n] - A @ x0 - B @ u0, C, D, values[n:] - C @ x0 - D @ u0, period)
@@ -76,7 +76,7 @@ def _chosen(
     return operator.index(selection)
 
 
-def _taylor(
+def motion_and_slopes(
     system: System,
     context: Context,
     input_index: InputPortSelection | SupportsIndex,

@@ -163,12 +163,16 @@ def test_differential_inverse_kinematics_moves_along_the_velocity_within_limits(
         result = DoDifferentialInverseKinematics(plant, context, V, tip, parameters)
         assert result.status is DifferentialInverseKinematicsStatus[status]
         v = result.joint_velocities
-        assert np.abs(v).max() <= limit + 1e-8
+        assert np.abs(v).max() <= limit * (1 + 1e-14)
         plant.SetVelocities(context, v)
         moved = plant.EvalBodySpatialVelocityInWorld(context, plant.GetBodyByName("link5")).get_coeffs()
         alpha = moved @ V / (V @ V)
-        np.testing.assert_allclose(moved, alpha * V, atol=1e-6)
-        assert limit < 1 or alpha == pytest.approx(1, abs=1e-6)
+        np.testing.assert_allclose(moved, alpha * V, atol=1e-13)
+        assert (alpha if limit > 1 else np.abs(v).max() / limit) == pytest.approx(1, abs=1e-13)
+    parameters.set_joint_acceleration_limits((np.ones(6), 2.0 * np.ones(6)))  # faster than the velocities' limits
+    plant.SetVelocities(context, np.zeros(6))
+    result = DoDifferentialInverseKinematics(plant, context, V, tip, parameters)
+    assert result.status is DifferentialInverseKinematicsStatus.kNoSolutionFound and result.joint_velocities is None
 
 
 def test_constraints_take_their_place_in_any_program(arm):

@@ -2,15 +2,18 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sheldrake.systems.analysis import Simulator
+from sheldrake.examples import PendulumPlant
+from sheldrake.symbolic import Variable, sin
+from sheldrake.systems.analysis import Simulator, SimulatorConfig
 from sheldrake.systems.controllers import (
     FiniteHorizonLinearQuadraticRegulator,
     FiniteHorizonLinearQuadraticRegulatorOptions,
     LinearQuadraticRegulator,
     MakeFiniteHorizonLinearQuadraticRegulator,
+    _finite_horizon,
 )
 from sheldrake.systems.framework import DiagramBuilder
-from sheldrake.systems.primitives import LinearSystem
+from sheldrake.systems.primitives import LinearSystem, SymbolicVectorSystem
 from sheldrake.trajectories import PiecewisePolynomial
 
 A, B = np.array([[0.0, 1.0], [-1.0, -0.2]]), np.array([[0.0], [1.0]])
@@ -55,6 +58,87 @@ def test_its_cost_is_what_the_closed_loop_costs():
     S, sx, s0 = (trajectory.value(0.0) for trajectory in (result.S, result.sx, result.s0))
     promised = start @ S @ start + 2 * start @ sx[:, 0] + s0[0, 0]
     assert y[2] + e @ options.Qf @ e == pytest.approx(promised, rel=1e-6)
+
+
+def swing(kind):
+    """A pendulum with v' = u / inertia - damping v - stiffness(t) sin(q); and these."""
+    if kind == "kernels":
+        return PendulumPlant(), 0.25, 0.4, lambda t: 9.81 / 0.5
+    t, q, v, u = (Variable(name) for name in "tqvu")
+    stiffness = 1.0 + (0.3 * sin(3.0 * t) if kind == "changes" else 0.0)
+    system = SymbolicVectorSystem(t, [q, v], [u], dynamics=[v, u - 0.1 * v - stiffness * sin(q)])
+    return system, 1.0, 0.1, lambda time: 1.0 + (0.3 * np.sin(3.0 * time) if kind == "changes" else 0.0)
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
+@pytest.mark.parametrize("kind", ["kernels", "stays", "changes"])
+def test_it_solves_the_equation_along_a_trajectory(kind, accuracy):
+    """Against an ordinary solver, piece by piece: states turn, inputs jump, control is cheap, so that S rises fast."""
+    times = np.array([0.0, 0.4, 1.0, 1.5])
+    options = FiniteHorizonLinearQuadraticRegulatorOptions()
+    options.x0 = PiecewisePolynomial.CubicWithContinuousSecondDerivatives(
+        times, [[0.0, 0.7, 1.9, 2.0], [0.1, 1.2, 1.0, -0.7]]
+    )
+    options.u0 = PiecewisePolynomial.ZeroOrderHold(times, [[0.3, -0.6, 0.9, 0.0]])
+    options.ud = PiecewisePolynomial.FirstOrderHold([0.0, 0.8, 1.5], [[0.1, 0.4, -0.2]])
+    options.Qf, options.N = np.diag([30.0, 40.0]), np.array([[0.1], [0.02]])
+    options.simulator_config = SimulatorConfig(accuracy=accuracy)
+    atol = 40.0 * accuracy  # relative to the largest S, which is the last
+    cheap = np.array([[0.01]])
+    system, inertia, damping, stiffness = swing(kind)
+    B = np.array([[0.0], [1.0 / inertia]])
+    context = system.CreateDefaultContext()
+    result = FiniteHorizonLinearQuadraticRegulator(system, context, 0.0, 1.5, Q, cheap, options)
+
+    def rates(t, y):
+        S, sx = y[:4].reshape(2, 2), y[4:6]
+        x0, u0 = options.x0.value(t)[:, 0], options.u0.value(t)[:, 0]
+        A_t = np.array([[0.0, 1.0], [-stiffness(t) * np.cos(x0[0]), -damping]])
+        motion = np.array([x0[1], u0[0] / inertia - damping * x0[1] - stiffness(t) * np.sin(x0[0])])
+        c, d = motion - options.x0.EvalDerivative(t)[:, 0], options.ud.value(t)[:, 0] - u0
+        gain, r = options.N + S @ B, B.T @ sx - cheap @ d
+        S_dot = -(Q - gain @ gain.T / cheap + S @ A_t + A_t.T @ S)
+        sx_dot = -(-options.N @ d - gain @ r / cheap[0, 0] + A_t.T @ sx + S @ c)
+        return np.concatenate((S_dot.ravel(), sx_dot, [-(d @ cheap @ d - r @ r / cheap[0, 0] + 2.0 * sx @ c)]))
+
+    y = np.append(options.Qf.ravel(), np.zeros(3))
+    for a, b in ((1.0, 1.5), (0.8, 1.0), (0.4, 0.8), (0.0, 0.4)):
+        piece = solve_ivp(rates, (np.nextafter(b, a), a), y, method="DOP853", rtol=1e-12, atol=1e-12, dense_output=True)
+        for t in np.linspace(a, np.nextafter(b, a), 57):
+            expected = piece.sol(t)
+            S, sx, s0 = (trajectory.value(t) for trajectory in (result.S, result.sx, result.s0))
+            found = np.concatenate((S.ravel(), sx[:, 0], s0[0]))
+            np.testing.assert_allclose(found, expected, atol=atol)
+            gain = (options.N + expected[:4].reshape(2, 2) @ B).T / cheap
+            np.testing.assert_allclose(result.K.value(t), gain, atol=2.0 * atol / inertia / cheap[0, 0])
+            k0 = (options.u0.value(t) - options.ud.value(t)) + B.T @ expected[4:6, None] / cheap
+            np.testing.assert_allclose(result.k0.value(t), k0, atol=2.0 * atol / inertia / cheap[0, 0])
+        y = piece.y[:, -1]
+
+
+def test_a_far_target_takes_no_accuracy_from_feedback():
+    options = FiniteHorizonLinearQuadraticRegulatorOptions()
+    options.xd = PiecewisePolynomial.FirstOrderHold([0.0, 2.0], [[1e4, 2e4], [0.0, 0.0]])
+    far = FiniteHorizonLinearQuadraticRegulator(*plant(), 0.0, 2.0, Q, R, options)
+    near = FiniteHorizonLinearQuadraticRegulator(*plant(), 0.0, 2.0, Q, R)
+    for t in np.linspace(0.0, 2.0, 301):
+        np.testing.assert_allclose(far.S.value(t), near.S.value(t), atol=5e-6)
+        np.testing.assert_allclose(far.K.value(t), near.K.value(t), atol=1e-5)
+
+
+def test_a_plant_is_linearized_for_many_times_at_once(monkeypatch):
+    """Linearizing time by time took 0.98 of the time."""
+    calls = []
+    original = _finite_horizon.motion_and_slopes
+    monkeypatch.setattr(_finite_horizon, "motion_and_slopes", lambda *a: calls.append(a) or original(*a))
+    system = PendulumPlant()
+    options = FiniteHorizonLinearQuadraticRegulatorOptions()
+    options.x0 = PiecewisePolynomial.CubicShapePreserving([0.0, 1.0, 2.0], [[0.0, 2.0, 3.0], [1.0, 2.0, 0.0]])
+    options.u0 = PiecewisePolynomial([[0.1]])
+    context = system.CreateDefaultContext()
+    result = FiniteHorizonLinearQuadraticRegulator(system, context, 0.0, 2.0, Q, R, options)
+    assert result.S.get_number_of_segments() > 90
+    assert len(calls) < 10
 
 
 def test_as_a_system_it_brings_the_state_to_the_target():

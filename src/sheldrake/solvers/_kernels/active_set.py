@@ -1,0 +1,329 @@
+"""Small dense quadratic programs, to rounding.
+
+Which rows hold with equality at the solution is found by the dual method of D. Goldfarb and A. Idnani (Mathematical
+Programming 27, 1983): it starts from the least of all points and takes rows that are violated, one by one. For costs
+that are not strictly convex it needs a little more on the diagonal, about the last point found (the proximal point
+method), which goes again where the solution is computed from its rows.
+"""
+
+from __future__ import annotations
+
+from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
+
+_DEPENDENT = 1e-13  # what is left of a row's square that is a combination of others, relative
+_ROUNDS = 20  # for each row
+_POINTS = 12  # of the proximal point method
+_NOISE = 4e-15
+INFEASIBLE = -1
+REGULARIZATION = 1e-4  # relative to the largest entry of the cost, or 1
+EXACT, CLOSE = 1e-11, 1e-9  # what conditions of optimality may miss, relative to their terms: at once, and in the end
+
+
+@kernel
+def factor(G, n):
+    """Cholesky's factor of the first n rows and columns, in place below the diagonal; whether there is none."""
+    for j in range(n):
+        square = G[j, j]
+        for k in range(j):
+            square -= G[j, k] ** 2
+        if not square > 0.0:
+            return 1
+        pivot = square**0.5
+        G[j, j] = pivot
+        for i in range(j + 1, n):
+            x = G[i, j]
+            for k in range(j):
+                x -= G[i, k] * G[j, k]
+            G[i, j] = x / pivot
+    return 0
+
+
+@kernel
+def forward(L, n, x):
+    """x becomes L^-1 x."""
+    for i in range(n):
+        y = x[i]
+        for k in range(i):
+            y -= L[i, k] * x[k]
+        x[i] = y / L[i, i]
+    return 0
+
+
+@kernel
+def backward(L, n, x):
+    """x becomes L^-T x."""
+    for a in range(n):
+        i = n - 1 - a
+        y = x[i]
+        for k in range(i + 1, n):
+            y -= L[k, i] * x[k]
+        x[i] = y / L[i, i]
+    return 0
+
+
+@kernel
+def product(M, i, j, n):
+    """Product of two rows."""
+    total = 0.0
+    for k in range(n):
+        total += M[i, k] * M[j, k]
+    return total
+
+
+@kernel
+def combination(M, active, count, G, j, n, r):
+    """r becomes what row j is of the active rows, nearest; what is left of its square."""
+    for a in range(count):
+        for b in range(a + 1):
+            G[a, b] = product(M, active[a], active[b], n)
+        r[a] = product(M, active[a], j, n)
+    square = product(M, j, j, n)
+    if factor(G, count) != 0:
+        return -1.0
+    forward(G, count, r)
+    left = square
+    for a in range(count):
+        left -= r[a] ** 2
+    backward(G, count, r)
+    return left if left > _DEPENDENT * square else 0.0
+
+
+@kernel
+def most_violated(M, d, u, equal, rows, n, active, count, noise):
+    """The row furthest beyond its bound, by equations first; -1 if there is none."""
+    found, most = -1, 0.0
+    for j in range(rows):
+        taken = 0
+        for a in range(count):
+            if active[a] == j:
+                taken = 1
+        if taken == 0:
+            s, square = -d[j], 1e-300
+            for k in range(n):
+                s += M[j, k] * u[k]
+                square += M[j, k] ** 2
+            if j < equal:
+                return j
+            s = (s - _NOISE * abs(d[j])) / square**0.5 - noise
+            if s > most:
+                found, most = j, s
+    return found
+
+
+@kernel
+def active_rows(H, f, A, b, equal, G, M, d, u, r, x0, multipliers, active):
+    """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1."""
+    rows, n = A.shape
+    if factor(H, n) != 0:
+        return INFEASIBLE
+    # In u = L'x + L^-1 f the cost is a distance from 0.
+    for k in range(n):
+        u[k] = f[k]
+    forward(H, n, u)
+    noise = 0.0
+    for k in range(n):
+        x0[k] = u[k]
+        noise += u[k] ** 2
+    noise = _NOISE * noise**0.5
+    for j in range(rows):
+        d[j] = b[j]
+        for i in range(n):
+            x = A[j, i]
+            for k in range(i):
+                x -= H[i, k] * M[j, k]
+            M[j, i] = x / H[i, i]
+            d[j] += M[j, i] * u[i]
+    for k in range(n):
+        u[k] = 0.0
+    count, j, own = 0, most_violated(M, d, u, equal, rows, n, active, 0, noise), 0.0
+    for _ in range(_ROUNDS * (rows + 1)):
+        if j < 0:
+            for k in range(n):
+                x0[k] = u[k] - x0[k]
+            backward(H, n, x0)
+            return count
+        left = combination(M, active, count, G, j, n, r)
+        if left < 0.0:
+            return INFEASIBLE
+        s = -d[j]
+        for k in range(n):
+            s += M[j, k] * u[k]
+        sign = 1.0 if s >= 0.0 else -1.0
+        step, leaves = 1e150, -1
+        for a in range(count):
+            slope = sign * r[a]
+            if active[a] >= equal and slope > 0.0 and multipliers[a] < step * slope:
+                step, leaves = multipliers[a] / slope, a
+        if left > 0.0 and abs(s) <= step * left:
+            step, leaves = abs(s) / left, -1
+        elif leaves < 0:
+            return INFEASIBLE
+        # Along the row less what the others take of it.
+        for k in range(n):
+            u[k] -= sign * step * M[j, k]
+        for a in range(count):
+            multipliers[a] -= sign * step * r[a]
+            for k in range(n):
+                u[k] += sign * step * r[a] * M[active[a], k]
+        own += sign * step
+        if leaves < 0:
+            if count == n:
+                return INFEASIBLE
+            active[count] = j
+            multipliers[count] = own
+            count += 1
+            own = 0.0
+            j = most_violated(M, d, u, equal, rows, n, active, count, noise)
+        else:
+            for a in range(leaves, count - 1):
+                active[a] = active[a + 1]
+                multipliers[a] = multipliers[a + 1]
+            count -= 1
+    return INFEASIBLE
+
+
+@kernel
+def eliminate(K, n):
+    """Solves for the last of the n + 1 columns, in place; whether the matrix is singular."""
+    for j in range(n):
+        pivot = j
+        for i in range(j + 1, n):
+            if abs(K[i, j]) > abs(K[pivot, j]):
+                pivot = i
+        if abs(K[pivot, j]) < 1e-200:
+            return 1
+        for k in range(j, n + 1):
+            kept = K[j, k]
+            K[j, k] = K[pivot, k]
+            K[pivot, k] = kept
+        for i in range(j + 1, n):
+            factor = K[i, j] / K[j, j]
+            for k in range(j, n + 1):
+                K[i, k] -= factor * K[j, k]
+    for a in range(n):
+        i = n - 1 - a
+        for k in range(i + 1, n):
+            K[i, n] -= K[i, k] * K[k, n]
+        K[i, n] = K[i, n] / K[i, i]
+    return 0
+
+
+@kernel
+def solve_with_rows(K, Q, q, A, b, active, count, x, multipliers):
+    """x and multipliers where these rows hold with equality; whether there are none."""
+    n = q.shape[0]
+    size = n + count
+    for i in range(size):
+        for k in range(size + 1):
+            K[i, k] = 0.0
+    for i in range(n):
+        for k in range(n):
+            K[i, k] = Q[i, k]
+        K[i, size] = -q[i]
+    for a in range(count):
+        for k in range(n):
+            K[n + a, k] = A[active[a], k]
+            K[k, n + a] = A[active[a], k]
+        K[n + a, size] = b[active[a]]
+    if eliminate(K, size) != 0:
+        return 1
+    for k in range(n):
+        x[k] = K[k, size]
+    for a in range(count):
+        multipliers[a] = K[n + a, size]
+    return 0
+
+
+@kernel
+def is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance):
+    """Whether x and multipliers meet the conditions of optimality."""
+    rows, n = A.shape
+    terms = 1.0
+    for k in range(n):
+        terms = max(terms, abs(q[k]))
+    for a in range(count):
+        terms = max(terms, abs(multipliers[a]))
+    for a in range(count):
+        if active[a] >= equal and not multipliers[a] >= -tolerance * terms:
+            return 0
+    for i in range(n):
+        slope = q[i]
+        for k in range(n):
+            slope += Q[i, k] * x[k]
+        for a in range(count):
+            slope += A[active[a], i] * multipliers[a]
+        if not abs(slope) <= tolerance * terms:
+            return 0
+    for j in range(rows):
+        beyond, size = -b[j], abs(b[j])
+        for k in range(n):
+            beyond += A[j, k] * x[k]
+            size += abs(A[j, k] * x[k])
+        if not beyond <= tolerance * size or (j < equal and beyond < -tolerance * size):
+            return 0
+    return 1
+
+
+@kernel(top=True)
+def solve_dense_program(
+    Q: Matrix,
+    q: Vector,
+    A: Matrix,
+    b: Vector,
+    equal: int,
+    x: Vector,
+    H: Matrix,
+    G: Matrix,
+    M: Matrix,
+    d: Vector,
+    u: Vector,
+    r: Vector,
+    f: Vector,
+    center: Vector,
+    multipliers: Vector,
+    K: Matrix,
+    active: IntVector,
+) -> int:
+    """Finds where 1/2 x'Qx + q'x is least with A x <= b; 0, or -1 if there is no such x or it was not found.
+
+    Args:
+        Q: Positive semidefinite, shape (n, n).
+        q: Shape (n,).
+        A: Shape (rows, n).
+        b: Shape (rows,); infinite where there is no bound.
+        equal: How many of the first rows are equations.
+        x: Filled with the solution, shape (n,).
+        H: Scratch, shape (n, n).
+        G: Scratch, shape (n, n).
+        M: Scratch, shape (rows, n).
+        d: Scratch, shape (rows,).
+        u: Scratch, shape (n,).
+        r: Scratch, shape (n,).
+        f: Scratch, shape (n,).
+        center: Scratch, shape (n,).
+        multipliers: Scratch, shape (n + 1,).
+        K: Scratch, shape (2 n, 2 n + 1).
+        active: Scratch, shape (n + 1,).
+    """
+    n = q.shape[0]
+    largest = 1.0
+    for i in range(n):
+        for k in range(n):
+            largest = max(largest, abs(Q[i, k]))
+    weight = REGULARIZATION * largest
+    for k in range(n):
+        center[k] = 0.0
+    for point in range(_POINTS):
+        for i in range(n):
+            for k in range(n):
+                H[i, k] = Q[i, k]
+            H[i, i] += weight
+            f[i] = q[i] - weight * center[i]
+        count = active_rows(H, f, A, b, equal, G, M, d, u, r, center, multipliers, active)
+        if count < 0:
+            return INFEASIBLE
+        tolerance = EXACT if point < _POINTS - 1 else CLOSE
+        if solve_with_rows(K, Q, q, A, b, active, count, x, multipliers) == 0:
+            if is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance) != 0:
+                return 0
+    return INFEASIBLE
