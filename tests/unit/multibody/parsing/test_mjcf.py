@@ -172,6 +172,13 @@ def test_bad_input_is_explained_and_leaves_the_plant_alone(refused, name):
     refused(text, "xml", message)
 
 
+def test_a_body_outside_the_world_body_is_reported(plant, caplog):
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        add(plant, document("", rest='<body name="lost"><geom size="0.1"/></body>'))
+    assert any("<body> inside <mujoco>" in record.getMessage() for record in caplog.records)
+    assert not plant.HasBodyNamed("lost")
+
+
 def test_ignored_content_is_reported(plant, caplog):
     with caplog.at_level(logging.WARNING, logger="drake"):
         add(plant, document('\n<body><site name="s"/>\n<joint stiffness="3"/>\n<geom size="0.1" condim="4"/></body>'))
