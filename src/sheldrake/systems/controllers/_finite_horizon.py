@@ -28,8 +28,6 @@ _FEWEST, _MOST = 48, 10000
 """How many pairs of steps the solution is made of at least, and how many come to those before at most."""
 _ACCURACY = 1e-6
 """Relative one of S, sx and s0."""
-_PROBES = 5
-"""At how many times a system is looked at to tell whether it depends on time."""
 
 
 class FiniteHorizonLinearQuadraticRegulatorOptions(Options):
@@ -115,26 +113,30 @@ class _Problem:
         self.Qf = np.zeros((n, n)) if options.Qf is None else _square(call, "Qf", options.Qf, n)
         self.N = np.zeros((n, m)) if options.N is None else np.array(options.N, dtype=float).reshape(n, m)
         self.n, self.m, self.call, self.t0, self.tf = n, m, call, t0, tf
-        self._is_autonomous = self._looks_autonomous()
-        self._constant = self._is_autonomous and options.x0 is None and options.u0 is None
-        self._motion = None if self._constant else self._find_motion()
+        self._motion = self._find_motion()
+        self._of_points = self._find_motion(of_points=True) if self._is_autonomous() else None
+        is_autonomous = self._of_points is not None or self._is_affine()
+        self._constant = is_autonomous and options.x0 is None and options.u0 is None
 
-    def _looks_autonomous(self) -> bool:
-        """Whether the system is one that does not depend on time, or its motion is the same at several times."""
-        if isinstance(self.system, AffineSystem):
-            return True
-        times = self.t0 + (self.tf - self.t0) * np.modf(np.arange(_PROBES) * 0.6180339887498949)[0]
-        found = [np.column_stack(self._at(t, self.t0)) for t in times]
-        return all(np.array_equal(each, found[0]) for each in found)
+    def _is_affine(self) -> bool:
+        return isinstance(self.system, AffineSystem)
 
-    def _find_motion(self) -> Callable[..., Any] | None:
-        """Derivatives of the state and their slopes by machine code, if there is such."""
+    def _is_autonomous(self) -> bool:
+        """Whether the motion is the same at all times that are looked at, as many as the first solution has steps."""
+        if self._motion is None or self._is_affine():
+            return self._is_affine()
+        point = np.concatenate((self.x0.value(self.t0)[:, 0], self.u0.value(self.t0)[:, 0]))
+        found = [self._motion(t, point, True) for t in np.linspace(self.t0, self.tf, 2 * _FEWEST + 1)]
+        return all(one is not None and np.array_equal(np.column_stack(one), np.column_stack(found[0])) for one in found)
+
+    def _find_motion(self, of_points: bool = False) -> Callable[..., Any] | None:
+        """Derivatives of the state and their slopes by machine code, if there is such: at a time, or at many points."""
         self._at(self.t0, self.t0)  # all inputs have values
         rows = rows_of_motion(self.system, self.context, self.n, int(self.port.get_index()), None, 0.0)
         kernels = None if rows is None else rows[0]
         if rows is None or not isinstance(kernels, ByComplexSteps):
             return None
-        return (kernels.function_of_points if self._is_autonomous else kernels.function)(*rows[1:])
+        return (kernels.function_of_points if of_points else kernels.function)(*rows[1:])
 
     def _at(self, t: float, nominal: float) -> tuple[np.ndarray, np.ndarray]:
         """x' and its slopes by x and u at time t, and x0 and u0 of the time `nominal`."""
@@ -151,8 +153,8 @@ class _Problem:
             found = [part[None] for part in self._at(self.t0, self.t0)]
         elif self._motion is not None:
             points = np.vstack((self.x0.vector_values(times), self.u0.vector_values(times))).T
-            if self._is_autonomous:
-                found = self._motion(points, True)
+            if self._of_points is not None:
+                found = self._of_points(points, True)
             else:
                 each = [self._motion(t, point, True) for t, point in zip(times, points)]
                 found = None if any(one is None for one in each) else tuple(map(np.array, zip(*each)))

@@ -13,7 +13,7 @@ from sheldrake.systems.controllers import (
     _finite_horizon,
 )
 from sheldrake.systems.framework import DiagramBuilder
-from sheldrake.systems.primitives import LinearSystem, SymbolicVectorSystem
+from sheldrake.systems.primitives import Adder, LinearSystem, SymbolicVectorSystem, TrajectorySource
 from sheldrake.trajectories import PiecewisePolynomial
 
 A, B = np.array([[0.0, 1.0], [-1.0, -0.2]]), np.array([[0.0], [1.0]])
@@ -139,6 +139,23 @@ def test_a_plant_is_linearized_for_many_times_at_once(monkeypatch):
     result = FiniteHorizonLinearQuadraticRegulator(system, context, 0.0, 2.0, Q, R, options)
     assert result.S.get_number_of_segments() > 90
     assert len(calls) < 10
+
+
+def test_a_push_that_does_not_last_is_seen():
+    """A system that is the same at nearly all times is not taken for one that is at all."""
+    builder = DiagramBuilder()
+    push = PiecewisePolynomial.FirstOrderHold([0.0, 0.7, 0.725, 0.75, 1.0], [[0.0, 0.0, 5.0, 0.0, 0.0]])
+    source, torque = builder.AddSystem(TrajectorySource(push)), builder.AddSystem(Adder(2, 1))
+    pendulum = builder.AddSystem(PendulumPlant())
+    builder.Connect(source.get_output_port(), torque.get_input_port(0))
+    builder.Connect(torque.get_output_port(), pendulum.get_input_port())
+    builder.ExportInput(torque.get_input_port(1))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    diagram.get_input_port().FixValue(context, [0.0])
+    result = FiniteHorizonLinearQuadraticRegulator(diagram, context, 0.0, 1.0, Q, R)
+    np.testing.assert_allclose(result.sx.value(0.8), 0.0, atol=1e-9)
+    assert np.abs(result.sx.value(0.7)).max() > 0.05
 
 
 def test_as_a_system_it_brings_the_state_to_the_target():
