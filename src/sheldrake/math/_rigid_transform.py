@@ -37,6 +37,7 @@ from sheldrake.math._rotation_matrix import PLAIN_MATRICES, RotationMatrix, Rota
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.common import eigen_geometry
     from sheldrake.common._types import Scalars
     from sheldrake.common.eigen_geometry import AngleAxis, Isometry3, Quaternion
     from sheldrake.math._roll_pitch_yaw import RollPitchYaw
@@ -205,7 +206,7 @@ class RigidTransform(ScalarBase):
     @typing_overload
     def set_rotation(self, quaternion: Quaternion) -> None: ...
     @typing_overload
-    def set_rotation(self, theta_lambda: AngleAxis) -> None: ...
+    def set_rotation(self, theta_lambda: eigen_geometry.AngleAxis) -> None: ...
     def set_rotation(self, *args: Any, **kwargs: Any) -> None:
         """Replace the rotation by a RotationMatrix `R`, `rpy`, `quaternion` or AngleAxis `theta_lambda`."""
         self._choose("set_rotation", args, kwargs)

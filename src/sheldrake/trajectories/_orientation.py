@@ -22,8 +22,8 @@ from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from sheldrake.common import eigen_geometry
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.common.eigen_geometry import AngleAxis
     from sheldrake.math._rotation_matrix import RotationMatrix
     from sheldrake.trajectories._base import Trajectory
 
@@ -94,7 +94,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     @typing_overload
     def Append(self, time: Scalar, rotation_matrix: RotationMatrix) -> None: ...
     @typing_overload
-    def Append(self, time: Scalar, angle_axis: AngleAxis) -> None: ...
+    def Append(self, time: Scalar, angle_axis: eigen_geometry.AngleAxis) -> None: ...
     def Append(self, time: Scalar, *args: Any, **kwargs: Any) -> None:
         """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
 
