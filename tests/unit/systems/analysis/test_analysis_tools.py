@@ -179,3 +179,21 @@ def test_a_step_below_the_minimum_is_an_error():
         simulator.AdvanceTo(1.0)
     integrator.set_throw_on_minimum_step_size_violation(False)
     assert simulator.AdvanceTo(0.1).succeeded()
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_a_rest_a_little_longer_than_the_smallest_step_is_one_step(native):
+    """The step was repeated for ever: cut to the smallest, stretched to the end, found too long."""
+    smallest = 2.0**-14
+    system = LinearSystem([[-1.0]], [[1.0]], [[1.0]], [[0.0]])
+    context = system.CreateDefaultContext()
+    system.get_input_port().FixValue(context, [0.0])
+    context.SetContinuousState([1e20])  # no step is accurate
+    simulator = Simulator(system, context)
+    simulator._native = native
+    integrator = simulator.get_mutable_integrator()
+    integrator.set_requested_minimum_step_size(smallest)
+    integrator.set_throw_on_minimum_step_size_violation(False)
+    simulator.AdvanceTo(1.0005 * smallest)
+    assert context.get_continuous_state_vector()[0] == pytest.approx(1e20 * np.exp(-1.0005 * smallest))
+    assert integrator.get_num_steps_taken() == 1

@@ -27,6 +27,7 @@ from sheldrake.systems.framework._kernels.program import (
 
 # Schemes.
 EULER, RK2, RK3, TABLEAU, PYTHON = range(1, 6)
+STRETCH = 1.001  # times a step: an end no farther away is reached with it
 
 
 class IntegratorNumbers(Record):
@@ -264,7 +265,7 @@ def controlled_step(
         if h_most < 0.95 * h:
             limited = 1
             h = h_most
-        elif h_most < 1.001 * h:
+        elif h_most < STRETCH * h:
             h = h_most
         h = min(h, integrator.h_max)
         error = explicit_step(program, run, integrator, S, side, L, rows, h)
@@ -280,7 +281,7 @@ def controlled_step(
                 side.status = MIN_STEP_STATUS
                 side.row = -1
                 return
-            accepted = accepted or h <= h_min
+            accepted = accepted or h <= STRETCH * h_min
             h_new = h_min
         if accepted:
             if limited == 0:
