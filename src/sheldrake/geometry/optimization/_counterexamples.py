@@ -177,7 +177,8 @@ def _step(
     upper = np.concatenate((x + radius, [np.inf], region.b(), [slope @ x - missed]))
     Q = np.zeros((n + 1, n + 1))
     Q[:n, :n] = metric
-    found = solve_quadratic_program(Q, np.append(-metric @ center, _PENALTY), A, lower, upper)
+    # Regions depend on last digits, by factors of ten in volume: those of Clarabel are the ones that were compared.
+    found = solve_quadratic_program(Q, np.append(-metric @ center, _PENALTY), A, lower, upper, dense=False)
     return None if found is None else found[:n]
 
 

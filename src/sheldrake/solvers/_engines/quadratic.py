@@ -34,11 +34,19 @@ class Columns(NamedTuple):
 
 
 def solve_quadratic_program(
-    Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray
+    Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray, dense: bool = True
 ) -> np.ndarray | None:
     """Finds x with the least 1/2 x' Q x + q' x and lower <= A x <= upper, for callers that need thousands of such x.
 
     To make a `MathematicalProgram` and its result takes several times as long as Clarabel for a few variables.
+
+    Args:
+        Q: Positive semidefinite, shape (n, n).
+        q: Shape (n,).
+        A: Shape (m, n).
+        lower: Shape (m,).
+        upper: Shape (m,).
+        dense: Whether small programs are solved to rounding, and not to Clarabel's tolerances.
 
     Returns:
         x, or None if there is none, or none was found.
@@ -47,14 +55,17 @@ def solve_quadratic_program(
     below, above = ~equal & (upper < np.inf), ~equal & (lower > -np.inf)
     rows = np.concatenate((A[equal], A[below], -A[above]))
     b = np.concatenate((upper[equal], upper[below], -lower[above]))
-    return solve_rows(Q, q, rows, b, int(np.count_nonzero(equal)))
+    return (solve_rows if dense else _by_clarabel)(Q, q, rows, b, int(np.count_nonzero(equal)))
 
 
 def solve_rows(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
-    """The same with A x <= b, where the first rows are equations and b may be infinite."""
+    """The same with A x <= b, where the first rows are equations and b may be infinite; small programs to rounding."""
     x = _at_once(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
-    if x is not None:
-        return x
+    return _by_clarabel(Q, q, A, b, equal) if x is None else x
+
+
+def _by_clarabel(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
+    """The same, to Clarabel's tolerances; by another solver where there is no Clarabel."""
     if not ClarabelSolver._is_available():
         return _by_program(Q, q, A, b, equal)
     import clarabel
