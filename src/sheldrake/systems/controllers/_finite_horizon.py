@@ -113,30 +113,24 @@ class _Problem:
         self.Qf = np.zeros((n, n)) if options.Qf is None else _square(call, "Qf", options.Qf, n)
         self.N = np.zeros((n, m)) if options.N is None else np.array(options.N, dtype=float).reshape(n, m)
         self.n, self.m, self.call, self.t0, self.tf = n, m, call, t0, tf
-        self._motion = self._find_motion()
-        self._of_points = self._find_motion(of_points=True) if self._is_autonomous() else None
-        is_autonomous = self._of_points is not None or self._is_affine()
+        self._at(t0, t0)  # all inputs have values
+        rows = rows_of_motion(system, self.context, n, int(self.port.get_index()), None, 0.0)
+        kernels, arguments = (None, ()) if rows is None else (rows[0], rows[1:])
+        self._motion: Callable[..., Any] | None = None
+        self._of_points: Callable[..., Any] | None = None
+        is_autonomous = isinstance(system, AffineSystem)
+        if isinstance(kernels, ByComplexSteps):
+            self._motion = motion = kernels.function(*arguments)
+            is_autonomous = is_autonomous or self._is_same_at_all_times(motion)
+            if is_autonomous:
+                self._of_points = kernels.function_of_points(*arguments)
         self._constant = is_autonomous and options.x0 is None and options.u0 is None
 
-    def _is_affine(self) -> bool:
-        return isinstance(self.system, AffineSystem)
-
-    def _is_autonomous(self) -> bool:
+    def _is_same_at_all_times(self, motion: Callable[..., Any]) -> bool:
         """Whether the motion is the same at all times that are looked at, as many as the first solution has steps."""
-        if self._motion is None or self._is_affine():
-            return self._is_affine()
         point = np.concatenate((self.x0.value(self.t0)[:, 0], self.u0.value(self.t0)[:, 0]))
-        found = [self._motion(t, point, True) for t in np.linspace(self.t0, self.tf, 2 * _FEWEST + 1)]
+        found = [motion(t, point, True) for t in np.linspace(self.t0, self.tf, 2 * _FEWEST + 1)]
         return all(one is not None and np.array_equal(np.column_stack(one), np.column_stack(found[0])) for one in found)
-
-    def _find_motion(self, of_points: bool = False) -> Callable[..., Any] | None:
-        """Derivatives of the state and their slopes by machine code, if there is such: at a time, or at many points."""
-        self._at(self.t0, self.t0)  # all inputs have values
-        rows = rows_of_motion(self.system, self.context, self.n, int(self.port.get_index()), None, 0.0)
-        kernels = None if rows is None else rows[0]
-        if rows is None or not isinstance(kernels, ByComplexSteps):
-            return None
-        return (kernels.function_of_points if of_points else kernels.function)(*rows[1:])
 
     def _at(self, t: float, nominal: float) -> tuple[np.ndarray, np.ndarray]:
         """x' and its slopes by x and u at time t, and x0 and u0 of the time `nominal`."""
