@@ -35,7 +35,7 @@ def add_block(plant, instance, name, mass, sides, color=(0.5, 0.5, 0.55, 1.0)):
 def add_slide(plant, name, parent, p_PJ, child, axis, gains):
     frame = plant.AddFrame(FixedOffsetFrame(f"{name}_frame", parent.body_frame(), RigidTransform(p_PJ)))
     joint = plant.AddJoint(PrismaticJoint(name, frame, child.body_frame(), axis))
-    plant.AddJointActuator(name, joint).set_controller_gains(PdControllerGains(*gains))
+    plant.AddJointActuator(name, joint).set_controller_gains(PdControllerGains(p=gains[0], d=gains[1]))
 
 
 def add_scene(plant):

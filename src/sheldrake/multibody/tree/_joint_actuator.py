@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._options import Options
 from sheldrake.multibody.tree._element import NamedElement, finite, vector
 from sheldrake.multibody.tree._index import JointActuatorIndex
 from sheldrake.multibody.tree._joint import Joint
@@ -20,23 +21,16 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-class PdControllerGains:
-    """Gains of a joint's position controller: p [N m/rad or N/m] and d [N m s/rad or N s/m]."""
+class PdControllerGains(Options):
+    """Gains of a joint's position controller.
 
-    __slots__ = ("d", "p")
-    __fields__ = ("p", "d")
+    Args:
+        p: Effort for a distance from the wanted position [N m/rad or N/m].
+        d: Effort for a distance from the wanted velocity [N m s/rad or N s/m].
+    """
 
-    def __init__(self, p: float = 0.0, d: float = 0.0):
-        self.p, self.d = float(p), float(d)
-
-    def __copy__(self) -> PdControllerGains:
-        return PdControllerGains(self.p, self.d)
-
-    def __deepcopy__(self, memo: dict) -> PdControllerGains:
-        return copy.copy(self)
-
-    def __repr__(self) -> str:
-        return f"PdControllerGains(p={self.p!r}, d={self.d!r})"
+    p: float = 0.0
+    d: float = 0.0
 
 
 class JointActuator(NamedElement):

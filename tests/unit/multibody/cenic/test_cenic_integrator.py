@@ -144,7 +144,7 @@ def arm(**options):
         joints.append(plant.AddJoint(joint))
     motor = plant.AddJointActuator("motor", joints[0])
     if "gains" in options:
-        motor.set_controller_gains(ours.PdControllerGains(*options["gains"]))
+        motor.set_controller_gains(ours.PdControllerGains(p=options["gains"][0], d=options["gains"][1]))
     if "ratio" in options:
         plant.AddCouplerConstraint(joints[1], joints[0], options["ratio"])
     plant.Finalize()

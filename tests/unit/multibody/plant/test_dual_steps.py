@@ -130,7 +130,7 @@ def test_controlled_arm(monkeypatch):
     plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-2)
     Parser(plant).AddModelsFromString(f'<robot name="arm">{ARM}</robot>', "urdf")
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("l0"))
-    plant.GetJointActuatorByName("m1").set_controller_gains(PdControllerGains(30.0, 2.0))
+    plant.GetJointActuatorByName("m1").set_controller_gains(PdControllerGains(p=30.0, d=2.0))
     plant.SetUseSampledOutputPorts(False)
     plant.Finalize()
     quick, slow = both_ways(monkeypatch, (builder.Build(), plant), X, U)
