@@ -15,6 +15,7 @@ from sheldrake.geometry._kernels.hydro_model import (
     COMPLIANT_AND_COMPLIANT,
     COMPLIANT_AND_RIGID,
     MESH_ON_RIGID_HALF_SPACE,
+    NUM_PARTS,
     RIGID_MESH_ON_HALF_SPACE,
     Choices,
     Compliance,
@@ -24,6 +25,7 @@ from sheldrake.geometry._kernels.hydro_model import (
     HydroModel,
     HydroTable,
     Mesh,
+    Part,
     empty_hydro_model,
     hydro_table,
 )
@@ -49,6 +51,11 @@ _KERNELS = (
     hydro.compliant_and_compliant,
 )
 
+SHARES = 1.0, 1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64
+"""How much of a compliant mesh is in each of its parts, as a share of the range of its pressure."""
+assert len(SHARES) == NUM_PARTS
+_ROUNDING = 1e-12
+"""By how much boxes are larger than they need be: rounding must not separate what touches."""
 MOST_FACES = 1 << 16
 """Polygons that a table has room for; a plant needs about 1 kB for each."""
 MOST_OF_A_PAIR = 1 << 15
@@ -129,6 +136,7 @@ class _Meshes:
         count = len(centres)
         self._geometry = np.zeros((count, Mesh.SIZE), np.int64)
         self._number = np.zeros((count, Compliance.SIZE))
+        self._part = np.zeros((count, NUM_PARTS, Part.SIZE))
         self._parts: list[tuple[np.ndarray, ...]] = []  # vertex, element, field, node, leaf of each mesh
         self._sizes = np.zeros(5, np.int64)
         known: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
@@ -139,6 +147,8 @@ class _Meshes:
             self._number[row] = found.modulus, found.slope, found.margin, bound
             if found.half_space:
                 continue
+            if not found.rigid:
+                self._part[row] = _parts(found, centres[row])
             key = (found.vertices.tobytes(), found.elements.tobytes(), found.pressure.tobytes())
             if key not in known:
                 known[key] = self._add(found)
@@ -146,7 +156,10 @@ class _Meshes:
 
     def _add(self, found: Representation) -> np.ndarray:
         vertices, elements, field = (_triangle_arrays if found.rigid else _tetrahedron_arrays)(found)
-        node, leaf = make_tree(found.vertices[found.elements])
+        corners = found.vertices[found.elements]
+        leaf = order_of_leaves(corners)
+        thin = [] if found.rigid else [_below(found, most) for most in _bounds(found)[1:]]
+        node = np.concatenate([boxes_of_tree(part, leaf) for part in (corners, *thin)])
         first_vertex, first_element, _, first_node, first_leaf = self._sizes
         numbered = np.where(elements < 0, -1, elements + first_vertex)
         part = (vertices, numbered, field, node, np.where(leaf < 0, -1, leaf + first_element))
@@ -157,7 +170,12 @@ class _Meshes:
     def model(self, pair: np.ndarray, family: np.ndarray, setting: np.ndarray) -> HydroModel:
         """The meshes with the pairs that use them."""
         model = empty_hydro_model()._replace(
-            geometry=self._geometry, number=self._number, pair=pair, family=family, setting=setting
+            geometry=self._geometry,
+            number=self._number,
+            part=self._part.reshape(-1, Part.SIZE),
+            pair=pair,
+            family=family,
+            setting=setting,
         )
         if not self._parts:
             return model
@@ -201,15 +219,55 @@ def _tetrahedron_arrays(found: Representation) -> tuple[np.ndarray, ...]:
     return np.column_stack([found.vertices, found.pressure]), found.elements, field
 
 
-def make_tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A complete binary tree of boxes over elements, halved at the median of their middles along the longest side.
+def _bounds(found: Representation) -> np.ndarray:
+    """The most pressure that there is in each part [Pa]: in all, and in thin ones along the surface."""
+    least, most = found.pressure.min(), found.pressure.max()
+    return least + (most - least) * np.array(SHARES)
+
+
+def _crossings(found: Representation, pressure: float) -> np.ndarray:
+    """Where edges of tetrahedra cross a pressure, else NaN, shape (n, 6, 3)."""
+    points = []
+    for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
+        a, b = found.elements[:, a], found.elements[:, b]
+        p_a, p_b = found.pressure[a], found.pressure[b]
+        crosses = (p_a < pressure) != (p_b < pressure)
+        share = np.divide(pressure - p_a, p_b - p_a, out=np.full(len(a), np.nan), where=crosses)
+        points.append(found.vertices[a] + share[:, None] * (found.vertices[b] - found.vertices[a]))
+    return np.stack(points, axis=1)
+
+
+def _below(found: Representation, pressure: float) -> np.ndarray:
+    """Corners of what of each tetrahedron has at most a pressure, NaN for none, shape (n, 10, 3)."""
+    own = np.where(found.pressure[:, None] <= pressure, found.vertices, np.nan)[found.elements]
+    return np.concatenate((own, _crossings(found, pressure)), axis=1)
+
+
+def _parts(found: Representation, centre: np.ndarray) -> np.ndarray:
+    """Rows of `Part` of a compliant mesh; nothing is the core of all of it."""
+    parts = np.zeros((NUM_PARTS, Part.SIZE))
+    parts[:, Part.pressure] = _bounds(found)
+    parts[0, Part.half_sizes.columns] = -1.0
+    for part in parts[1:]:
+        pressure = part[Part.pressure]
+        crossings = _crossings(found, pressure).reshape(-1, 3)
+        core = np.concatenate((found.vertices[found.pressure >= pressure], crossings[np.isfinite(crossings[:, 0])]))
+        low, high = core.min(axis=0), core.max(axis=0)
+        part[Part.centre.columns], part[Part.half_sizes.columns] = (low + high) / 2.0, (high - low) / 2.0
+        part[Part.reach] = np.linalg.norm(core - centre, axis=1).max()
+    parts[1:, Part.reach] *= 1.0 + _ROUNDING
+    parts[1:, Part.half_sizes.columns] *= 1.0 + _ROUNDING
+    return parts
+
+
+def order_of_leaves(corners: np.ndarray) -> np.ndarray:
+    """Leaves of a complete binary tree over elements, halved at the median of their middles along the longest side.
 
     Args:
         corners: of the elements [m], shape (n, corners, 3).
 
     Returns:
-        Centre and half sizes of each node's box, shape (2 m - 1, 6), root first, children of node k at 2 k + 1 and
-        2 k + 2; and the element of each leaf, -1 for none, shape (m,), m a power of two.
+        The element of each leaf, -1 for none, shape (m,), m a power of two.
     """
     low, high = corners.min(axis=1), corners.max(axis=1)
     levels = max(0, int(len(corners) - 1).bit_length())
@@ -227,10 +285,27 @@ def make_tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         axis = np.argmax(most - least, axis=1)
         key = np.where(gone, np.inf, np.take_along_axis(points, axis[:, None, None], axis=2)[:, :, 0])
         order = np.take_along_axis(groups, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
+    return order
+
+
+def boxes_of_tree(corners: np.ndarray, leaf: np.ndarray) -> np.ndarray:
+    """Boxes about elements and about all in the leaves below a node.
+
+    Args:
+        corners: of the elements [m], NaN for none, shape (n, corners, 3).
+        leaf: what `order_of_leaves` gave, shape (m,).
+
+    Returns:
+        Centre and half sizes of each node's box, shape (2 m - 1, 6), root first, children of node k at 2 k + 1 and
+        2 k + 2.
+    """
+    m = len(leaf)
+    none = np.isnan(corners)
+    low, high = np.where(none, np.inf, corners).min(axis=1), np.where(none, -np.inf, corners).max(axis=1)
     boxes_low, boxes_high = np.full((2 * m - 1, 3), np.inf), np.full((2 * m - 1, 3), -np.inf)
-    used = order >= 0
-    boxes_low[m - 1 :][used], boxes_high[m - 1 :][used] = low[order[used]], high[order[used]]
-    for level in reversed(range(levels)):
+    used = leaf >= 0
+    boxes_low[m - 1 :][used], boxes_high[m - 1 :][used] = low[leaf[used]], high[leaf[used]]
+    for level in reversed(range(m.bit_length() - 1)):
         first, n = (1 << level) - 1, 1 << level
         below = slice(2 * first + 1, 2 * first + 1 + 2 * n)
         boxes_low[first : first + n] = boxes_low[below].reshape(n, 2, 3).min(axis=1)
@@ -238,8 +313,8 @@ def make_tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     empty = ~np.isfinite(boxes_low[:, 0])
     boxes_low[empty], boxes_high[empty] = 1.0, -1.0
     half = (boxes_high - boxes_low) / 2.0
-    half[~empty] *= 1.0 + 1e-12  # rounding must not separate what touches
-    return np.column_stack([(boxes_low + boxes_high) / 2.0, half]), order
+    half[~empty] *= 1.0 + _ROUNDING
+    return np.column_stack([(boxes_low + boxes_high) / 2.0, half])
 
 
 def hydro_kernels(model: HydroModel) -> list[Kernel]:

@@ -5,7 +5,10 @@ in a tetrahedron is g . x + c. Two compliant tetrahedra meet in the plane (g_M -
 both; a rigid triangle is clipped by a compliant tetrahedron.
 
 All families descend two trees in the same way; a half space has one leaf, the root. What differs is where one geometry
-is for the other (`relate`), when two boxes are `apart`, and how two elements `meet`.
+is for the other, and with which trees (`relate`), when two boxes are `apart`, and how two elements `meet`.
+
+Elements of compliant meshes go deep, often to one point in the middle, where all their boxes meet. Contact is shallow:
+the boxes that count are of the thin part of a mesh that the other one can reach.
 """
 
 from __future__ import annotations
@@ -14,9 +17,9 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, compose, dot3, neg3, rotate, rotate_back, scale3, sub3, transpose
 from sheldrake.common.kernel import kernel
 
-from .hydro_model import FIRST_POLYGON, SECOND_POLYGON, HydroModel, HydroTable
+from .hydro_model import FIRST_POLYGON, NUM_PARTS, SECOND_POLYGON, HydroModel, HydroTable
 from .hydro_polygon import clip_polygon, put_polygon, slice_tetrahedron
-from .hydro_tree import boxes_apart, height_of_box, is_empty, larger_box
+from .hydro_tree import boxes_apart, height_of_box, is_empty, is_off_box, larger_box, sizes_of
 from .model import Z_AXIS, ContactTable
 from .table import absolute, column
 
@@ -60,7 +63,7 @@ def add_surface(model, table, surfaces, i, j, relate, apart, meet):
 
     Of two boxes the larger one is divided first.
     """
-    where = relate(table, i, j)
+    where, root_i, root_j = relate(model, table, i, j)
     s = surfaces.num_surfaces
     surface = surfaces.patches[s]
     surface.geometry_M, surface.geometry_N = by_order(i, j, i, j)
@@ -70,14 +73,14 @@ def add_surface(model, table, surfaces, i, j, relate, apart, meet):
     while depth > 0:
         depth -= 1
         a, b = surfaces.waiting[depth].nodes
-        if apart(model, i, j, a, b, where):
+        if apart(model, root_i + a, j, root_j + b, where):
             continue
         leaf_a = a >= model[i].num_leaves - 1
         leaf_b = b >= model[j].num_leaves - 1
         if leaf_a and leaf_b:
             meet(model, table, surfaces, i, j, a, b, where)
             continue
-        if leaf_b or (not leaf_a and larger_box(model, model[i].first_node + a, model[j].first_node + b)):
+        if leaf_b or (not leaf_a and larger_box(model, root_i + a, root_j + b)):
             surfaces.waiting[depth].nodes = (2 * a + 2, b)
             surfaces.waiting[depth + 1].nodes = (2 * a + 1, b)
         else:
@@ -104,18 +107,17 @@ def add_surfaces(model, table, surfaces, first, last, relate, apart, meet):
 
 
 @kernel
-def plane_for(table, i, j):
-    """Normal and offset of half space j in the frame of i, and its normal in W."""
+def plane_for(model, table, i, j):
+    """Normal and offset of half space j in the frame of i, and its normal in W; the root of i, and 0 for that of j."""
     R_WI = table.poses[i].R_WG
     nhat_W = column(table.poses[j].R_WG, Z_AXIS)
     offset = dot3(nhat_W, sub3(table.poses[j].p_WG, table.poses[i].p_WG))
-    return rotate_back(R_WI, nhat_W), offset, nhat_W, R_WI
+    return (rotate_back(R_WI, nhat_W), offset, nhat_W, R_WI), model[i].first_node, 0
 
 
 @kernel
-def off_plane(model, i, j, a, b, where):
+def off_plane(model, node, j, other, where):
     """True if the plane does not cut a box."""
-    node = model[i].first_node + a
     height, reach = height_of_box(model, node, where[0], where[1])
     return is_empty(model, node) or absolute(height) > reach
 
@@ -141,9 +143,8 @@ def mesh_on_rigid_half_space(hydro_model: HydroModel, table: ContactTable, surfa
 
 
 @kernel
-def above_margin(model, i, j, a, b, where):
+def above_margin(model, node, j, other, where):
     """True if a box is farther from the plane than the pressure of half space j reaches."""
-    node = model[i].first_node + a
     height, reach = height_of_box(model, node, where[0], where[1] + model[j].margin)
     return is_empty(model, node) or height > reach
 
@@ -180,16 +181,84 @@ def rigid_mesh_on_half_space(hydro_model: HydroModel, table: ContactTable, surfa
 
 @kernel
 def pose_for(table, i, j):
-    """R_IJ and p_IJ."""
+    """R_IJ, p_IJ, and the entries of R_IJ without their signs."""
     R_WI = table.poses[i].R_WG
     p = rotate_back(R_WI, sub3(table.poses[j].p_WG, table.poses[i].p_WG))
-    return compose(transpose(R_WI), table.poses[j].R_WG), p
+    R = compose(transpose(R_WI), table.poses[j].R_WG)
+    return R, p, sizes_of(R)
+
+
+@kernel
+def centre_in(table, g, frame):
+    """The bounding centre of geometry g in the frame of another one."""
+    return rotate_back(table.poses[frame].R_WG, sub3(table.poses[g].centre_W, table.poses[frame].p_WG))
 
 
 @kernel(outline=True)
-def nodes_apart(model, i, j, a, b, where):
-    """True if the boxes of node a of i and of node b of j do not meet."""
-    return boxes_apart(model, model[i].first_node + a, model[j].first_node + b, where[0], where[1])
+def thin_part(model, table, i, j, where):
+    """The thinnest part of compliant mesh i that holds all that it has in common with mesh j.
+
+    Its core is then clear of j: box or sphere of the one of box or sphere of the other.
+    """
+    all_of_j = model.nodes[model[j].first_node]
+    i_in_J = centre_in(table, i, j)
+    j_in_I = centre_in(table, j, i)
+    r = sub3(table.poses[i].centre_W, table.poses[j].centre_W)
+    distance2 = dot3(r, r)
+    for above in range(1, NUM_PARTS):
+        k = NUM_PARTS - above
+        core = model.parts[NUM_PARTS * i + k]
+        reach = core.reach + model[j].bound
+        if (
+            distance2 > reach * reach
+            or boxes_apart(core, all_of_j, where[0], where[1], where[2])
+            or is_off_box(all_of_j, i_in_J, core.reach)
+            or is_off_box(core, j_in_I, model[j].bound)
+        ):
+            return k
+    return 0
+
+
+@kernel
+def part_up_to(model, g, pressure):
+    """The thinnest part of a compliant mesh with all that has at most this pressure."""
+    for above in range(1, NUM_PARTS):
+        k = NUM_PARTS - above
+        if model.parts[NUM_PARTS * g + k].pressure >= pressure:
+            return k
+    return 0
+
+
+@kernel
+def root_of(model, g, part):
+    """The root of the tree of boxes of a part."""
+    return model[g].first_node + part * (2 * model[g].num_leaves - 1)
+
+
+@kernel
+def compliant_for_rigid(model, table, i, j):
+    """`pose_for`, and the roots of the trees: of the part of i that j can reach, and of j."""
+    where = pose_for(table, i, j)
+    return where, root_of(model, i, thin_part(model, table, i, j, where)), model[j].first_node
+
+
+@kernel
+def compliant_for_compliant(model, table, i, j):
+    """`pose_for`, and the roots of the trees: of the parts that the other one can reach.
+
+    Where the surface is both have the same pressure.
+    """
+    where = pose_for(table, i, j)
+    of_i = model.parts[NUM_PARTS * i + thin_part(model, table, i, j, where)].pressure
+    of_j = model.parts[NUM_PARTS * j + thin_part(model, table, j, i, pose_for(table, j, i))].pressure
+    most = min(of_i, of_j)
+    return where, root_of(model, i, part_up_to(model, i, most)), root_of(model, j, part_up_to(model, j, most))
+
+
+@kernel
+def nodes_apart(model, node, j, other, where):
+    """True if the boxes of a node of i and of one of j do not meet."""
+    return boxes_apart(model.nodes[node], model.nodes[other], where[0], where[1], where[2])
 
 
 @kernel
@@ -216,7 +285,7 @@ def clip_by_tetrahedron(model, surfaces, n, out, element, moved, where):
 @kernel(outline=True)
 def triangle_in_tetrahedron(model, table, surfaces, i, j, a, b, where):
     """The part of a rigid triangle of j that is in a tetrahedron of i."""
-    R_IJ, p_IJ = where
+    R_IJ, p_IJ, _ = where
     tetrahedron = element_at(model, i, a)
     triangle = element_at(model, j, b)
     g = model.fields[tetrahedron].gradient
@@ -240,13 +309,13 @@ def triangle_in_tetrahedron(model, table, surfaces, i, j, a, b, where):
 def compliant_and_rigid(hydro_model: HydroModel, table: ContactTable, surfaces: HydroTable) -> None:
     """Adds the surfaces of compliant with rigid meshes."""
     first, last = hydro_model.with_rigid, hydro_model.with_compliant
-    add_surfaces(hydro_model, table, surfaces, first, last, pose_for, nodes_apart, triangle_in_tetrahedron)
+    add_surfaces(hydro_model, table, surfaces, first, last, compliant_for_rigid, nodes_apart, triangle_in_tetrahedron)
 
 
 @kernel(outline=True)
 def tetrahedra_in_balance(model, table, surfaces, i, j, a, b, where):
     """Where a tetrahedron of i and one of j, both compliant, have the same pressure."""
-    R_IJ, p_IJ = where
+    R_IJ, p_IJ, _ = where
     one = element_at(model, i, a)
     other = element_at(model, j, b)
     field = model.fields[one].pressure
@@ -273,4 +342,4 @@ def tetrahedra_in_balance(model, table, surfaces, i, j, a, b, where):
 def compliant_and_compliant(hydro_model: HydroModel, table: ContactTable, surfaces: HydroTable) -> None:
     """Adds the surfaces of pairs of compliant meshes."""
     first, last = hydro_model.with_compliant, hydro_model.end_of_pairs
-    add_surfaces(hydro_model, table, surfaces, first, last, pose_for, nodes_apart, tetrahedra_in_balance)
+    add_surfaces(hydro_model, table, surfaces, first, last, compliant_for_compliant, nodes_apart, tetrahedra_in_balance)

@@ -24,7 +24,9 @@ class Mesh(Record):
 
     first_element = integer("in `elements` and `fields`")
     first_vertex = integer("in `vertices`")
-    first_node = integer("in `nodes`: the root; node k after it has the children 2 k + 1 and 2 k + 2")
+    first_node = integer(
+        "in `nodes`: the root; node k after it has the children 2 k + 1 and 2 k + 2; then the same nodes of each thinner part"
+    )
     first_leaf = integer("in `leaf`")
     num_leaves = integer("a power of two: nodes from num_leaves - 1 on are leaves; 0 of a half space")
 
@@ -71,6 +73,18 @@ class Node(Record):
     half_sizes = numbers(3, "of the box; negative of a box of nothing", "m")
 
 
+NUM_PARTS = 6
+
+
+class Part(Record):
+    """What of a compliant mesh has at most some pressure, and the core about which it lies. The first part is all."""
+
+    pressure = number("the most there is in it", "Pa")
+    reach = number("radius of a sphere about the geometry's bounding centre that holds the core", "m")
+    centre = numbers(3, "of a box in G that holds the core", "m")
+    half_sizes = numbers(3, "of that box; negative if there is no core", "m")
+
+
 class Pair(Record):
     """Two geometries whose surface is sought."""
 
@@ -99,11 +113,13 @@ class HydroModel(NamedTuple):
     """Hydroelastic representations of a scene's geometry, constant. `model[g]` is geometry g.
 
     Attributes:
+        part: those of geometry g from row `NUM_PARTS` g on.
         leaf: element of each leaf, -1 for none, shape (num_leaves,).
     """
 
     geometry: Annotated[IntMatrix, Mesh]
     number: Annotated[Matrix, Compliance]
+    part: Annotated[Matrix, Items("parts", Part)]
     vertex: Annotated[Matrix, Items("vertices", MeshVertex)]
     element: Annotated[IntMatrix, Items("elements", Element)]
     field: Annotated[Matrix, Items("fields", Field)]
@@ -217,6 +233,7 @@ def empty_hydro_model() -> HydroModel:
     return HydroModel(
         geometry=np.zeros((0, Mesh.SIZE), np.int64),
         number=np.zeros((0, Compliance.SIZE)),
+        part=np.zeros((0, Part.SIZE)),
         vertex=np.zeros((0, MeshVertex.SIZE)),
         element=np.zeros((0, Element.SIZE), np.int64),
         field=np.zeros((0, Field.SIZE)),

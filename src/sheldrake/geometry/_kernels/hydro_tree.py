@@ -21,31 +21,52 @@ def height_of_box(model, node, normal, offset):
 
 
 @kernel
-def wider(a, b, reach):
-    return absolute(a) > b + reach
+def sizes_of(R_AB):
+    """The entries of a rotation without their signs."""
+    return (
+        absolute(R_AB[0]),
+        absolute(R_AB[1]),
+        absolute(R_AB[2]),
+        absolute(R_AB[3]),
+        absolute(R_AB[4]),
+        absolute(R_AB[5]),
+        absolute(R_AB[6]),
+        absolute(R_AB[7]),
+        absolute(R_AB[8]),
+    )
 
 
 @kernel
-def boxes_apart(model, node_a, node_b, R_AB, p_AB):
-    """True if an axis of one of two boxes, each in the frame of its geometry, separates them."""
-    h_a = model.nodes[node_a].half_sizes
-    h_b = model.nodes[node_b].half_sizes
-    if h_a[0] < 0.0 or h_b[0] < 0.0:
-        return True
-    b_in_A = add3(rotate(R_AB, model.nodes[node_b].centre), p_AB)
-    d = sub3(b_in_A, model.nodes[node_a].centre)
-    if wider(d[0], h_a[0], reach_along(h_b, (R_AB[0], R_AB[1], R_AB[2]))):
-        return True
-    if wider(d[1], h_a[1], reach_along(h_b, (R_AB[3], R_AB[4], R_AB[5]))):
-        return True
-    if wider(d[2], h_a[2], reach_along(h_b, (R_AB[6], R_AB[7], R_AB[8]))):
+def boxes_apart(one, other, R_AB, p_AB, sizes):
+    """True if an axis of one of two boxes, each in the frame of its geometry, separates them.
+
+    `sizes` are those of R_AB. The three axes of a box are looked at together: which one it is cannot be foreseen.
+    """
+    h_a = one.half_sizes
+    h_b = other.half_sizes
+    d = sub3(add3(rotate(R_AB, other.centre), p_AB), one.centre)
+    reach = add3(rotate(sizes, h_b), h_a)
+    gap = max(absolute(d[0]) - reach[0], max(absolute(d[1]) - reach[1], absolute(d[2]) - reach[2]))
+    if gap > 0.0 or h_a[0] < 0.0 or h_b[0] < 0.0:
         return True
     e = rotate_back(R_AB, d)
-    if wider(e[0], h_b[0], reach_along(h_a, (R_AB[0], R_AB[3], R_AB[6]))):
-        return True
-    if wider(e[1], h_b[1], reach_along(h_a, (R_AB[1], R_AB[4], R_AB[7]))):
-        return True
-    return wider(e[2], h_b[2], reach_along(h_a, (R_AB[2], R_AB[5], R_AB[8])))
+    reach = add3(rotate_back(sizes, h_a), h_b)
+    gap = max(absolute(e[0]) - reach[0], max(absolute(e[1]) - reach[1], absolute(e[2]) - reach[2]))
+    return gap > 0.0
+
+
+@kernel
+def beyond(d, half_size):
+    return max(absolute(d) - half_size, 0.0 * d)
+
+
+@kernel
+def is_off_box(box, centre, radius):
+    """True if a sphere, in the frame of a box, does not reach it."""
+    d = sub3(centre, box.centre)
+    h = box.half_sizes
+    r = (beyond(d[0], h[0]), beyond(d[1], h[1]), beyond(d[2], h[2]))
+    return dot3(r, r) > radius * radius
 
 
 @kernel
