@@ -8,8 +8,13 @@ import pytest
 from tests.unit.geometry.hydro_properties import properties
 
 from sheldrake import geometry as g
-from sheldrake.geometry._compiled.hydroelastic import compile_hydro, find_surfaces, make_tree
-from sheldrake.geometry._kernels.hydro_model import NO_ROOM, hydro_table
+from sheldrake.geometry._compiled.hydroelastic import (
+    boxes_of_tree,
+    compile_hydro,
+    find_surfaces,
+    order_of_leaves,
+)
+from sheldrake.geometry._kernels.hydro_model import NO_ROOM, NUM_PARTS, Part, hydro_table
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 KINDS = g.HydroelasticContactRepresentation
@@ -193,7 +198,8 @@ def test_tree_holds_every_element_once_and_boxes_hold_what_is_below():
     rng = np.random.default_rng(3)
     for n in (1, 2, 3, 37, 64):
         corners = rng.normal(size=(n, 4, 3))
-        node, leaf = make_tree(corners)
+        leaf = order_of_leaves(corners)
+        node = boxes_of_tree(corners, leaf)
         assert sorted(leaf[leaf >= 0].tolist()) == list(range(n))
         first = len(leaf) - 1
         for k, element in enumerate(leaf):
@@ -206,6 +212,51 @@ def test_tree_holds_every_element_once_and_boxes_hold_what_is_below():
                 if at_node == 0:
                     break
                 at_node = (at_node - 1) // 2
+
+
+SOFT = (
+    (g.Sphere(0.1), {"soft": 0.03}),
+    (g.Box(0.2, 0.16, 0.1), {"soft": 0.1, "modulus": 3e6}),
+    (g.Cylinder(0.08, 0.2), {"soft": 0.05}),
+    (g.Ellipsoid(0.1, 0.07, 0.05), {"soft": 0.04, "modulus": 3e5}),
+    (g.Capsule(0.06, 0.1), {"soft": 0.04}),
+)
+
+
+def with_parts(model, **values):
+    """A model whose thin parts have other values."""
+    changed = model._replace(part=model.part.copy())
+    for name, value in values.items():
+        column = getattr(Part, name)
+        changed.part.reshape(-1, NUM_PARTS, Part.SIZE)[:, 1:, getattr(column, "columns", column)] = value
+    return changed
+
+
+def faces_of(model, table):
+    """What is measured of all faces, in an order of their own."""
+    surfaces = find_surfaces(model, table)
+    values = surfaces.value[: surfaces.num_faces]
+    return values[np.lexsort(values.T)]
+
+
+@pytest.mark.parametrize("second", [(g.Box(0.16, 0.16, 0.16), {"rigid": 1.0}), *SOFT])
+@pytest.mark.parametrize("first", SOFT)
+def test_thin_parts_leave_out_no_face(first, second):
+    """The surface is that of all of both meshes, to the bit, at depths from a touch to the middle."""
+    scene, model = compiled(first, second)
+    whole = with_parts(model, pressure=-1.0, reach=np.inf, half_sizes=1e3)  # no part is ever enough
+    wrong = with_parts(model, reach=0.0, half_sizes=0.0)  # as if nothing were in the core
+    rng = np.random.default_rng(5)
+    num_faces, num_lost = 0, 0
+    for distance in np.concatenate([rng.uniform(0.0, 0.25, 15), rng.uniform(0.1, 0.16, 15)]):
+        direction = rng.normal(size=3)
+        p = distance * direction / np.linalg.norm(direction)
+        table = scene.query(at(), at(*p, rng.uniform(-3, 3, 3)))._surfaces("test", KINDS.kPolygon)[1]
+        expected = faces_of(whole, table)
+        np.testing.assert_array_equal(faces_of(model, table), expected)
+        num_faces += len(expected)
+        num_lost += len(expected) - len(faces_of(wrong, table))
+    assert num_faces > 100 and num_lost > 10
 
 
 def test_what_a_surface_offers():

@@ -18,7 +18,7 @@ from sheldrake.common._kernels.vec import add3, compose, dot3, neg3, rotate, rot
 from sheldrake.common.kernel import kernel
 
 from .hydro_model import FIRST_POLYGON, NUM_PARTS, SECOND_POLYGON, HydroModel, HydroTable
-from .hydro_polygon import clip_polygon, put_polygon, slice_tetrahedron
+from .hydro_polygon import ACROSS, BEYOND, clip_polygon, put_polygon, relation_to_plane, slice_tetrahedron
 from .hydro_tree import boxes_apart, height_of_box, is_empty, is_off_box, larger_box, sizes_of
 from .model import Z_AXIS, ContactTable
 from .table import absolute, column
@@ -262,24 +262,41 @@ def nodes_apart(model, node, j, other, where):
 
 
 @kernel
-def clip_by_tetrahedron(model, surfaces, n, out, element, moved, where):
-    """Clips the first polygon, whose normal is out, by a tetrahedron; its corners left.
+def points_back(out, g):
+    """Whether a surface with this normal is one of a back side, where the pressure falls inwards."""
+    along = dot3(out, g)
+    return along < 0.0 and along * along > ALONG * ALONG * dot3(out, out) * dot3(g, g)
 
-    They are the first polygon again. The tetrahedron is in the frame of the polygon, or, if `moved`, in that of J.
+
+@kernel
+def clip_by_tetrahedron(model, surfaces, n, out, element, moved, where):
+    """Clips the first polygon, on which `out` is normal, by a tetrahedron; its corners left, and where it then is.
+
+    The tetrahedron is in the frame of the polygon, or, if `moved`, in that of J. Most polygons are outside of a plane:
+    all are looked at before any cuts.
     """
-    source = FIRST_POLYGON
-    target = SECOND_POLYGON
+    source, target = FIRST_POLYGON, SECOND_POLYGON
     planes = model.fields[element].planes
+    num_cuts = 0
     for k in range(4):
+        normal = (planes[k, 0], planes[k, 1], planes[k, 2])
+        offset = planes[k, 3]
+        if moved:
+            normal = rotate(where[0], normal)
+            offset += dot3(normal, where[1])
+        cut = surfaces.cuts[num_cuts]
+        cut.normal, cut.offset, cut.side = normal, offset, dot3(normal, out)
+        relation = relation_to_plane(surfaces, source, n, cut)
+        if relation == BEYOND:
+            return 0, source
+        if relation == ACROSS:
+            num_cuts += 1
+    for k in range(num_cuts):
         if n > 2:
-            normal = (planes[k, 0], planes[k, 1], planes[k, 2])
-            offset = planes[k, 3]
-            if moved:
-                normal = rotate(where[0], normal)
-                offset += dot3(normal, where[1])
-            n = clip_polygon(surfaces, source, n, target, normal, offset, dot3(normal, out))
-        source, target = target, source
-    return n
+            cut = surfaces.cuts[k]
+            n = clip_polygon(surfaces, source, n, target, cut.normal, cut.offset, cut.side)
+            source, target = target, source
+    return n, source
 
 
 @kernel(outline=True)
@@ -290,19 +307,19 @@ def triangle_in_tetrahedron(model, table, surfaces, i, j, a, b, where):
     triangle = element_at(model, j, b)
     g = model.fields[tetrahedron].gradient
     out = rotate(R_IJ, model.fields[triangle].normal)
-    if dot3(out, g) < ALONG * sqrt(dot3(g, g)):
+    if points_back(out, g):
         return
     for k in range(3):
         p = model.vertices[model.elements[triangle].corner[k]].p_GV
         surfaces.corners[FIRST_POLYGON + k].p = add3(rotate(R_IJ, p), p_IJ)
-    n = clip_by_tetrahedron(model, surfaces, 3, out, tetrahedron, False, where)
+    n, polygon = clip_by_tetrahedron(model, surfaces, 3, out, tetrahedron, False, where)
     if n > 2:
         R_WI = table.poses[i].R_WG
         g_W = rotate(R_WI, g)
         into_M = out_of_N(i, j, rotate(R_WI, out))
         gradients = by_order(i, j, g_W, scale3(g_W, 0.0))
         field = model.fields[tetrahedron].pressure
-        put_polygon(model, table, surfaces, i, FIRST_POLYGON, n, into_M, field, gradients)
+        put_polygon(model, table, surfaces, i, polygon, n, into_M, field, gradients)
 
 
 @kernel(top=True)
@@ -322,20 +339,18 @@ def tetrahedra_in_balance(model, table, surfaces, i, j, a, b, where):
     g = model.fields[one].gradient
     g_j = rotate(R_IJ, model.fields[other].gradient)
     c_j = model.fields[other].at_origin - dot3(g_j, p_IJ)
-    difference = sub3(g, g_j)
-    size = sqrt(dot3(difference, difference))
-    if not size > 0.0:
+    out = sub3(g, g_j)
+    if not dot3(out, out) > 0.0 or points_back(out, g) or points_back(out, neg3(g_j)):
         return
-    normal = scale3(difference, 1.0 / size)
-    if dot3(normal, g) < ALONG * sqrt(dot3(g, g)) or -dot3(normal, g_j) < ALONG * sqrt(dot3(g_j, g_j)):
+    n = slice_tetrahedron(model, surfaces, FIRST_POLYGON, one, out, c_j - field[3])
+    if n == 0:
         return
-    n = slice_tetrahedron(model, surfaces, FIRST_POLYGON, one, normal, (c_j - field[3]) / size)
-    n = clip_by_tetrahedron(model, surfaces, n, normal, other, True, where)
+    n, polygon = clip_by_tetrahedron(model, surfaces, n, out, other, True, where)
     if n > 2:
         R_WI = table.poses[i].R_WG
-        into_M = out_of_N(i, j, rotate(R_WI, normal))
+        into_M = out_of_N(i, j, rotate(R_WI, scale3(out, 1.0 / sqrt(dot3(out, out)))))
         gradients = by_order(i, j, rotate(R_WI, g), rotate(R_WI, g_j))
-        put_polygon(model, table, surfaces, i, FIRST_POLYGON, n, into_M, field, gradients)
+        put_polygon(model, table, surfaces, i, polygon, n, into_M, field, gradients)
 
 
 @kernel(top=True)

@@ -179,6 +179,14 @@ class Corner(Record):
     p = numbers(3, "position in the frame of a mesh", "m")
 
 
+class Cut(Record):
+    """Scratch: a plane that cuts the polygon at hand."""
+
+    normal = numbers(3, "of the plane, outward")
+    offset = number("normal . x in the plane", "m")
+    side = number("of its normal along the polygon's; the sign counts")
+
+
 class NodePair(Record):
     """Scratch: two nodes still to be looked at."""
 
@@ -207,6 +215,7 @@ class HydroTable(NamedTuple):
     vertex: Annotated[Matrix, Items("vertices", FaceVertex)]
     contact: IntVector
     work: Annotated[Matrix, Items("corners", Corner)]
+    plane: Annotated[Matrix, Items("cuts", Cut)]
     stack: Annotated[IntMatrix, Items("waiting", NodePair)]
 
 
@@ -224,6 +233,7 @@ def hydro_table(model: HydroModel, capacity: int) -> HydroTable:
         vertex=np.zeros((vertices, FaceVertex.SIZE)),
         contact=np.zeros(capacity, np.int64),
         work=np.zeros((some * WORK_ROWS, Corner.SIZE)),
+        plane=np.zeros((some * 4, Cut.SIZE)),
         stack=np.zeros((some * STACK_SIZE, NodePair.SIZE), np.int64),
     )
 

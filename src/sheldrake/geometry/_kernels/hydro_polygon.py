@@ -29,6 +29,25 @@ def height_over(p, normal, offset):
     return height
 
 
+WITHIN, ACROSS, BEYOND = range(3)  # how a polygon lies to a plane that bounds it
+
+
+@kernel
+def relation_to_plane(surfaces, source, n, cut):
+    """Whether a polygon of n corners is within a plane, cut by it, or beyond it, as `clip_polygon` would find."""
+    inside = 0
+    outside = 0
+    for i in range(n):
+        height = height_over(surfaces.corners[source + i].p, cut.normal, cut.offset)
+        if height < 0.0:
+            inside += 1
+        if height > 0.0:
+            outside += 1
+    if inside > 0:
+        return ACROSS if outside > 0 else WITHIN
+    return WITHIN if outside == 0 and cut.side > 0.0 else BEYOND
+
+
 @kernel
 def crossing(inner, outer, d_inner, d_outer):
     """Where an edge crosses a plane, reckoned from its inner end: neighbours that go the other way agree on it."""
