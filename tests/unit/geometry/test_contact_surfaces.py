@@ -197,7 +197,7 @@ def test_a_table_that_is_too_small_says_so():
 def test_tree_holds_every_element_once_and_boxes_hold_what_is_below():
     rng = np.random.default_rng(3)
     for n in (1, 2, 3, 37, 64):
-        corners = rng.normal(size=(n, 4, 3))
+        corners = rng.normal(size=(4, n, 3))
         leaf = order_of_leaves(corners)
         node = boxes_of_tree(corners, leaf)
         assert sorted(leaf[leaf >= 0].tolist()) == list(range(n))
@@ -208,7 +208,7 @@ def test_tree_holds_every_element_once_and_boxes_hold_what_is_below():
             at_node = first + k
             while True:
                 low, high = node[at_node, :3] - node[at_node, 3:], node[at_node, :3] + node[at_node, 3:]
-                assert (corners[element] >= low - 1e-12).all() and (corners[element] <= high + 1e-12).all()
+                assert (corners[:, element] >= low - 1e-12).all() and (corners[:, element] <= high + 1e-12).all()
                 if at_node == 0:
                     break
                 at_node = (at_node - 1) // 2

@@ -139,7 +139,7 @@ class _Meshes:
         self._part = np.zeros((count, NUM_PARTS, Part.SIZE))
         self._parts: list[tuple[np.ndarray, ...]] = []  # vertex, element, field, node, leaf of each mesh
         self._sizes = np.zeros(5, np.int64)
-        known: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
+        known: dict[tuple[bytes, bytes, bytes], tuple[np.ndarray, list[np.ndarray]]] = {}
         for row, found in representations.items():
             assert found is not None
             bound = np.linalg.norm(found.vertices - centres[row], axis=1).max(initial=0.0) * (1.0 + 1e-12)
@@ -147,25 +147,32 @@ class _Meshes:
             self._number[row] = found.modulus, found.slope, found.margin, bound
             if found.half_space:
                 continue
-            if not found.rigid:
-                self._part[row] = _parts(found, centres[row])
             key = (found.vertices.tobytes(), found.elements.tobytes(), found.pressure.tobytes())
             if key not in known:
                 known[key] = self._add(found)
-            self._geometry[row] = known[key]
+            self._geometry[row], cores = known[key]
+            if not found.rigid:
+                self._part[row] = _parts(found, cores, centres[row])
 
-    def _add(self, found: Representation) -> np.ndarray:
+    def _add(self, found: Representation) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Row of `Mesh`, and the points of the cores of its thin parts."""
         vertices, elements, field = (_triangle_arrays if found.rigid else _tetrahedron_arrays)(found)
-        corners = found.vertices[found.elements]
+        corners = found.vertices[found.elements.T]
         leaf = order_of_leaves(corners)
-        thin = [] if found.rigid else [_below(found, most) for most in _bounds(found)[1:]]
-        node = np.concatenate([boxes_of_tree(part, leaf) for part in (corners, *thin)])
+        nodes, cores = [boxes_of_tree(corners, leaf)], []
+        for most in [] if found.rigid else _bounds(found)[1:]:
+            crossings = _crossings(found, corners, most)
+            below = np.where(found.pressure[:, None] <= most, found.vertices, np.nan)[found.elements.T]
+            nodes.append(boxes_of_tree(np.concatenate((below, crossings)), leaf))
+            core = np.concatenate((found.vertices[found.pressure >= most], crossings.reshape(-1, 3)))
+            cores.append(core[np.isfinite(core[:, 0])])
+        node = np.concatenate(nodes)
         first_vertex, first_element, _, first_node, first_leaf = self._sizes
         numbered = np.where(elements < 0, -1, elements + first_vertex)
         part = (vertices, numbered, field, node, np.where(leaf < 0, -1, leaf + first_element))
         self._parts.append(part)
         self._sizes += [len(p) for p in part]
-        return np.array([first_element, first_vertex, first_node, first_leaf, len(leaf)])
+        return np.array([first_element, first_vertex, first_node, first_leaf, len(leaf)]), cores
 
     def model(self, pair: np.ndarray, family: np.ndarray, setting: np.ndarray) -> HydroModel:
         """The meshes with the pairs that use them."""
@@ -225,38 +232,28 @@ def _bounds(found: Representation) -> np.ndarray:
     return least + (most - least) * np.array(SHARES)
 
 
-def _crossings(found: Representation, pressure: float) -> np.ndarray:
-    """Where edges of tetrahedra cross a pressure, else NaN, shape (n, 6, 3)."""
-    points = []
-    for a, b in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
-        a, b = found.elements[:, a], found.elements[:, b]
-        p_a, p_b = found.pressure[a], found.pressure[b]
-        crosses = (p_a < pressure) != (p_b < pressure)
-        share = np.divide(pressure - p_a, p_b - p_a, out=np.full(len(a), np.nan), where=crosses)
-        points.append(found.vertices[a] + share[:, None] * (found.vertices[b] - found.vertices[a]))
-    return np.stack(points, axis=1)
+def _crossings(found: Representation, corners: np.ndarray, pressure: float) -> np.ndarray:
+    """Where edges of tetrahedra cross a pressure, else NaN, shape (6, n, 3)."""
+    value = found.pressure[found.elements.T]
+    is_below = value < pressure
+    points = np.full((6, len(found.elements), 3), np.nan)
+    for k, (a, b) in enumerate(((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))):
+        at = np.flatnonzero(is_below[a] != is_below[b])
+        share = (pressure - value[a, at]) / (value[b, at] - value[a, at])
+        points[k, at] = corners[a, at] + share[:, None] * (corners[b, at] - corners[a, at])
+    return points
 
 
-def _below(found: Representation, pressure: float) -> np.ndarray:
-    """Corners of what of each tetrahedron has at most a pressure, NaN for none, shape (n, 10, 3)."""
-    own = np.where(found.pressure[:, None] <= pressure, found.vertices, np.nan)[found.elements]
-    return np.concatenate((own, _crossings(found, pressure)), axis=1)
-
-
-def _parts(found: Representation, centre: np.ndarray) -> np.ndarray:
+def _parts(found: Representation, cores: list[np.ndarray], centre: np.ndarray) -> np.ndarray:
     """Rows of `Part` of a compliant mesh; nothing is the core of all of it."""
     parts = np.zeros((NUM_PARTS, Part.SIZE))
     parts[:, Part.pressure] = _bounds(found)
     parts[0, Part.half_sizes.columns] = -1.0
-    for part in parts[1:]:
-        pressure = part[Part.pressure]
-        crossings = _crossings(found, pressure).reshape(-1, 3)
-        core = np.concatenate((found.vertices[found.pressure >= pressure], crossings[np.isfinite(crossings[:, 0])]))
+    for part, core in zip(parts[1:], cores):
         low, high = core.min(axis=0), core.max(axis=0)
-        part[Part.centre.columns], part[Part.half_sizes.columns] = (low + high) / 2.0, (high - low) / 2.0
-        part[Part.reach] = np.linalg.norm(core - centre, axis=1).max()
-    parts[1:, Part.reach] *= 1.0 + _ROUNDING
-    parts[1:, Part.half_sizes.columns] *= 1.0 + _ROUNDING
+        part[Part.centre.columns] = (low + high) / 2.0
+        part[Part.half_sizes.columns] = (high - low) / 2.0 * (1.0 + _ROUNDING)
+        part[Part.reach] = np.linalg.norm(core - centre, axis=1).max() * (1.0 + _ROUNDING)
     return parts
 
 
@@ -264,18 +261,18 @@ def order_of_leaves(corners: np.ndarray) -> np.ndarray:
     """Leaves of a complete binary tree over elements, halved at the median of their middles along the longest side.
 
     Args:
-        corners: of the elements [m], shape (n, corners, 3).
+        corners: of the elements [m], shape (corners, n, 3).
 
     Returns:
         The element of each leaf, -1 for none, shape (m,), m a power of two.
     """
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    levels = max(0, int(len(corners) - 1).bit_length())
+    n = corners.shape[1]
+    levels = max(0, int(n - 1).bit_length())
     m = 1 << levels
     order = np.full(m, -1, np.int64)
-    order[: len(corners)] = np.arange(len(corners))
+    order[:n] = np.arange(n)
     middle = np.full((m + 1, 3), np.nan)  # the last row stands for element -1
-    middle[: len(corners)] = (low + high) / 2.0
+    middle[:n] = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
     for level in range(levels):
         groups = order.reshape(1 << level, -1)
         points = middle[groups]
@@ -292,7 +289,7 @@ def boxes_of_tree(corners: np.ndarray, leaf: np.ndarray) -> np.ndarray:
     """Boxes about elements and about all in the leaves below a node.
 
     Args:
-        corners: of the elements [m], NaN for none, shape (n, corners, 3).
+        corners: of the elements [m], NaN for none, shape (corners, n, 3).
         leaf: what `order_of_leaves` gave, shape (m,).
 
     Returns:
@@ -300,10 +297,10 @@ def boxes_of_tree(corners: np.ndarray, leaf: np.ndarray) -> np.ndarray:
         2 k + 2.
     """
     m = len(leaf)
-    none = np.isnan(corners)
-    low, high = np.where(none, np.inf, corners).min(axis=1), np.where(none, -np.inf, corners).max(axis=1)
+    low, high = np.fmin.reduce(corners), np.fmax.reduce(corners)
     boxes_low, boxes_high = np.full((2 * m - 1, 3), np.inf), np.full((2 * m - 1, 3), -np.inf)
     used = leaf >= 0
+    used[used] = np.isfinite(low[leaf[used], 0])
     boxes_low[m - 1 :][used], boxes_high[m - 1 :][used] = low[leaf[used]], high[leaf[used]]
     for level in reversed(range(m.bit_length() - 1)):
         first, n = (1 << level) - 1, 1 << level

@@ -25,7 +25,7 @@ class Mesh(Record):
     first_element = integer("in `elements` and `fields`")
     first_vertex = integer("in `vertices`")
     first_node = integer(
-        "in `nodes`: the root; node k after it has the children 2 k + 1 and 2 k + 2; then the same nodes of each thinner part"
+        "in `nodes`: the root; node k after it has the children 2 k + 1 and 2 k + 2; then as many of each thinner part"
     )
     first_leaf = integer("in `leaf`")
     num_leaves = integer("a power of two: nodes from num_leaves - 1 on are leaves; 0 of a half space")
