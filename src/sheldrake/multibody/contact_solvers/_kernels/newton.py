@@ -236,10 +236,9 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
 @kernel(outline=True)
 def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
-    """(step length, whether one was found, whole cost at the iterate [J])."""
+    """Step length, and whether one was found, from an iterate whose cost is not known."""
     momentum, cost = whole_cost(model, problem, contacts, rows)
-    alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
-    return alpha, found, cost
+    return line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
 
 
 @kernel(outline=True)
@@ -250,12 +249,13 @@ def iterate(model, problem, contacts, rows, factor):
     """
     if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
+    momentum, cost = whole_cost(model, problem, contacts, rows)
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, 1)
         if status != SOLVED:
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
-        alpha, found, before = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
+        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
@@ -263,7 +263,8 @@ def iterate(model, problem, contacts, rows, factor):
         excess, _, _ = evaluate(model, problem, contacts, rows)
         if excess <= 1.0:
             return SOLVED
-        _, cost = whole_cost(model, problem, contacts, rows)
+        before = cost
+        momentum, cost = whole_cost(model, problem, contacts, rows)
         size = 0.5 * (magnitude(before) + magnitude(cost))
         if magnitude(before - cost) < COST_ABSOLUTE + COST_RELATIVE * size and alpha > 0.5:
             return SOLVED
@@ -356,7 +357,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         slope_there, _, _ = along_direction(model, problem)
         if not (excess <= 1.0 or slope_there <= -FULL_STEP * slope):
             advance(model, problem, contacts, rows, -alpha)
-            alpha, found, _ = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
+            alpha, found = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
             if found == 0:
                 return LINE_SEARCH_FAILED
             advance(model, problem, contacts, rows, alpha)
