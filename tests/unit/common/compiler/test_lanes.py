@@ -1,12 +1,14 @@
 """Kernels on four worlds at once give each the bits that it gets alone, or say that the worlds do not agree."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from sheldrake.common._kernels.generic import atan2, clip, cos, floor, is_finite, mul_add, sin, sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, magnitude, read3, write3
+from sheldrake.common._native.target import host
 from sheldrake.common.kernel import DISAGREEMENT, IntVector, Matrix, Vector, Vectors, jit_enabled, kernel
 from sheldrake.common.rows import into_lanes, out_of_lanes
 
@@ -51,6 +53,35 @@ def words(x: Vector, n: IntVector, M: Matrix, u: Vectors) -> int:
     if decided:
         return 0
     return 4
+
+
+@kernel
+def product(a, b):
+    return a * b
+
+
+@kernel(top=True)
+def sums(x: Vector, y: Vector) -> None:
+    a, b, c, d = x[0], x[1], x[2], x[3]
+    y[0] = product(a, b) + c
+    y[1] = c - product(a, b)
+    y[2] = product(a, b) - c
+    y[3] = product(a, b) + c * d
+    y[4] = a * b - product(c, d)
+
+
+@pytest.mark.skipif(jit_enabled() and host().level < 3, reason="this processor has no instruction for it")
+def test_which_sums_are_rounded_once_is_told_by_the_source():
+    def rounded(*parts):
+        return float(sum(Fraction(part) for part in parts))
+
+    rng, y = np.random.default_rng(2), np.zeros(5)
+    for _ in range(100):
+        a, b, c, d = x = rng.normal(size=4)
+        sums.native(x, y)
+        ab, cd = Fraction(a) * Fraction(b), Fraction(c) * Fraction(d)
+        expected = [rounded(ab, c), rounded(c, -ab), rounded(ab, -c), rounded(a * b, cd), rounded(a * b, -cd)]
+        assert y.tolist() == expected
 
 
 class Four:
