@@ -40,6 +40,8 @@ Vectors = Annotated[tuple, "float64", 1]
 
 INDEX_ERROR = -(2**63)
 """Status of a kernel compiled with bounds checks that left an array."""
+DISAGREEMENT = INDEX_ERROR + 2
+"""Status of a kernel on lanes (`LaneKernel`) whose worlds would have gone different ways."""
 MISFIT = INDEX_ERROR + 1
 """Status of a query (`common.calls`) whose arguments are not the arrays it takes; nothing has run."""
 
@@ -76,9 +78,17 @@ class Kernel:
     __name__: str
     __qualname__: str
 
-    def __init__(self, function: Callable, top: bool, outline: bool, strict: bool, short_loops: bool = False):
+    def __init__(
+        self,
+        function: Callable,
+        top: bool,
+        outline: bool,
+        strict: bool,
+        short_loops: bool = False,
+        lanes: Callable[..., LaneMemory] | None = None,
+    ):
         self.py_func, self.top, self.outline, self.strict = function, top, outline, strict
-        self.short_loops = short_loops
+        self.short_loops, self.lanes = short_loops, lanes
         functools.update_wrapper(self, function)
 
     def __call__(self, *args: Any) -> Any:
@@ -122,6 +132,11 @@ class Kernel:
     def on_complex(self) -> ComplexKernel:
         """The same source on complex arrays, for derivatives; see `ComplexKernel`."""
         return ComplexKernel(self)
+
+    @functools.cached_property
+    def on_lanes(self) -> LaneKernel:
+        """The same source on four worlds at once; see `LaneKernel`."""
+        return LaneKernel(self)
 
     @property
     def address(self) -> int:
@@ -200,6 +215,47 @@ class ComplexKernel(Kernel):
         return tuple(p._replace(fields=tuple(spec(f) for f in p.fields)) for p in self.real.parameters)
 
 
+class LaneMemory(NamedTuple):
+    """What of its arguments a kernel needs that four worlds call at once: arrays, or parts of such.
+
+    Attributes:
+        constant: what it reads that no step changes.
+        reads: what else it reads before it writes it.
+        writes: what it writes, all of it; what it leaves out is the same in all worlds, and never changes.
+        tables: matrices of which it writes the first rows, all of each.
+        num_rows: how many rows, an integer.
+    """
+
+    constant: tuple[np.ndarray, ...]
+    reads: tuple[np.ndarray, ...]
+    writes: tuple[np.ndarray, ...]
+    tables: tuple[np.ndarray, ...]
+    num_rows: np.ndarray
+
+
+class LaneKernel(Kernel):
+    """An entry kernel compiled for four worlds at once: a float is four of them, one a world, in a vector register.
+
+    Its slab has each number of four slabs of one layout, one after the other. Models are those of all four, and so is
+    where the kernel goes: `if` and `while` may ask about lanes, but where these do not agree the kernel is left, with
+    the status `DISAGREEMENT`, and worlds are to be taken one by one. `a if x > y else b` chooses for each lane.
+    """
+
+    def __init__(self, kernel: Kernel):
+        super().__init__(kernel.py_func, kernel.top, kernel.outline, kernel.strict, kernel.short_loops)
+        self.alone, self.__qualname__ = kernel, f"{kernel.__qualname__}.on_lanes"
+
+    @functools.cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the kernel, their arrays of four worlds."""
+        types = {"float64": "lanes", "int64": "four ints"}
+
+        def spec(field: ArraySpec) -> ArraySpec:
+            return field if field.absolute else field._replace(dtype=types[field.dtype])
+
+        return tuple(p._replace(fields=tuple(spec(f) for f in p.fields)) for p in self.alone.parameters)
+
+
 class Bound(functools.partial):
     """A kernel on fixed arrays; call it without arguments."""
 
@@ -255,6 +311,7 @@ def kernel(
     outline: bool = False,
     strict: bool = False,
     short_loops: bool = False,
+    lanes: Callable[..., LaneMemory] | None = None,
 ) -> Any:
     """Makes a kernel of a function in plain loops; see the module's text for the kinds.
 
@@ -265,9 +322,10 @@ def kernel(
         strict: no contraction or reordering of floating point: the bits of the Python source.
         short_loops: an entry whose loops run some ten times, as often as a robot has joints: they are neither unrolled
             nor given vector instructions, whose beginning and end would cost more than the rest.
+        lanes: of an entry that four worlds may call at once: given its arguments, which of the memory it needs.
     """
     if function is None:
-        return lambda f: Kernel(f, top, outline, strict, short_loops)
+        return lambda f: Kernel(f, top, outline, strict, short_loops, lanes)
     if not isinstance(function, types.FunctionType):
         raise TypeError(f"@kernel takes a Python function, not {function!r}.")
-    return Kernel(function, top, outline, strict, short_loops)
+    return Kernel(function, top, outline, strict, short_loops, lanes)

@@ -16,3 +16,13 @@ def call_row(table: Any, r: int, t: float, slab: Any, words: Any, at: int) -> in
 
 def prefetch(rows: Any, i: int, j: int) -> None:
     """Compiled, asks for the line of the processor's cache that has `rows[i, j]`, and waits for nothing."""
+
+
+def into_lanes(rows: Any, who: Any, j: int, lanes: Any, begin: int, end: int) -> None:
+    """The numbers `begin:end` of rows `who[j:j + 4]` become the same rows of `lanes`; they are four or more."""
+    lanes[begin:end] = rows[who[j : j + 4], begin:end].T
+
+
+def out_of_lanes(rows: Any, who: Any, j: int, lanes: Any, begin: int, end: int) -> None:
+    """Rows `begin:end` of `lanes` become the same numbers of rows `who[j:j + 4]`; they are four or more."""
+    rows[who[j : j + 4], begin:end] = lanes[begin:end].T

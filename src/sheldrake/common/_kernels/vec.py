@@ -315,9 +315,7 @@ def root(x):
 @kernel
 def magnitude(x):
     """|x| of a number or a dual."""
-    if x < 0.0:
-        return -x
-    return x
+    return -x if x < 0.0 else x
 
 
 # ---- six numbers at once

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from sheldrake.common._native import builtin, instances, lower, prebuilt, store, wasm
 from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
-from sheldrake.common.kernel import Kernel
+from sheldrake.common.kernel import Kernel, LaneKernel
 
 
 class Platform(NamedTuple):
@@ -105,6 +105,8 @@ def entries() -> dict[str, Kernel]:
                 if symbol in found:
                     raise RuntimeError(f"two entry kernels are called {value.__name__}: {found[symbol]!r}, {value!r}.")
                 found[symbol] = value
+                if value.lanes is not None:
+                    found[f"{symbol}_on_lanes"] = value.on_lanes
     return found
 
 
@@ -152,7 +154,8 @@ def _build(pool: ProcessPoolExecutor, out: pathlib.Path, names: list[str], only:
     for i, (symbol, kernel) in enumerate(kernels.items(), 1):
         code = lower.lower(kernel, symbol)
         for name, found in objects.items():
-            found |= _started(pool, code, symbol, name)
+            if name != wasm.FILE or not isinstance(kernel, LaneKernel):  # a page has one world
+                found |= _started(pool, code, symbol, name)
         say(f"lowered {i}/{len(kernels)} {kernel.__name__}", flush=True)
     pages = {name: made.result() for name, made in objects.pop(wasm.FILE, {}).items()}
     if has_zig:

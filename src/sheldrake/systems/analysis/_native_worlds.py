@@ -15,6 +15,7 @@ from sheldrake.systems.framework._engine.layout import Layout
 from sheldrake.systems.framework._engine.worlds import Worlds
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
+from sheldrake.systems.framework._kernels.lanes import LANES, Lanes
 from sheldrake.systems.framework._kernels.worlds import Progress
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ class NativeWorlds:
     def __init__(self, worlds: Worlds, crew: Crew):
         self._worlds, self._crew = worlds, crew
         self._chain = np.zeros(1 + len(worlds.layout.rows), np.int64)
+        self._lanes: dict[int, Lanes] = {}
         self._budget, self._seconds, self._rollouts = 64, 0.0, 0
         worlds.bind(self._chain)
 
@@ -46,7 +48,7 @@ class NativeWorlds:
         size = self._size_of_part(count)
 
         def work(thread: int, part: int) -> None:
-            bound = self._bound(tables.roll_out, plan, thread)
+            bound = self._bound(tables.roll_out, plan, thread, self._lanes_of(thread))
             bound.set("first", part * size)
             bound.set("last", min((part + 1) * size, count))
             bound.set("samples", samples)
@@ -100,20 +102,28 @@ class NativeWorlds:
         """Output rows that are computed."""
         self._chain[0], self._chain[1 : 1 + len(rows)] = len(rows), rows
 
-    def _bound(self, kernel: Kernel, plan: RolloutPlan, thread: int) -> Any:
-        """The kernel's call of a thread on a plan; made once."""
+    def _bound(self, kernel: Kernel, plan: RolloutPlan, thread: int, *more: Any) -> Any:
+        """The kernel's call of a thread on a plan, and on more tables; made once."""
         key = kernel, thread
         if key not in plan.calls:
-            scalars = [0] * (len(kernel.parameters) - 2)
-            plan.calls[key] = kernel.bind(self._worlds.tables, plan.rollout, *scalars)
+            given = self._worlds.tables, plan.rollout, *more
+            plan.calls[key] = kernel.bind(*given, *[0] * (len(kernel.parameters) - len(given)))
         return plan.calls[key]
+
+    def _lanes_of(self, thread: int) -> Lanes:
+        """Where a thread has four worlds at once."""
+        if thread not in self._lanes:
+            self._lanes[thread] = self._worlds.lanes()
+        return self._lanes[thread]
 
     def _size_of_part(self, count: int) -> int:
         """How many worlds a thread takes at a time."""
         size = -(-count // (_PARTS * self._crew.num_threads))
         if self._seconds > 0.0:
             size = min(max(size, int(_SHORT / self._seconds)), max(1, int(_LONG / self._seconds)))
-        return max(1, min(size, -(-count // self._crew.num_threads)))
+        size = max(1, min(size, -(-count // self._crew.num_threads)))
+        together = LANES if count >= LANES * self._crew.num_threads else 1
+        return -(-size // together) * together
 
     def _make_room(self, who: np.ndarray) -> None:
         """Room in logs for those that wait for it."""

@@ -12,13 +12,22 @@ _LIBM = {
     **dict.fromkeys(("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "sqrt", "floor"), 1),
     "atan2": 2,
 }
+LANES = "<4 x double>"
+_OF_LANES = {"sqrt": 1, "floor": 1, "llvm.fabs.f64": 1, "llvm.fmuladd.f64": 3}
+"""Functions of doubles that are one instruction for all lanes."""
 PREFETCH = "llvm.prefetch.p0"
 _TO_INTEGER = "llvm.fptosi.sat.i64.f64"
+
+
+def _on_lanes(function: str) -> str:
+    """LLVM's name of a function of `_OF_LANES`."""
+    return f"llvm.{function.removeprefix('llvm.').removesuffix('.f64')}.v4f64"
 
 
 def declarations() -> list[str]:
     """What a module says of the functions that it calls and does not have."""
     lines = [f"declare double @{name}({', '.join(['double'] * n)})" for name, n in _INTRINSICS.items()]
+    lines += [f"declare {LANES} @{_on_lanes(f)}({', '.join([LANES] * n)})" for f, n in _OF_LANES.items()]
     lines += [f"declare double @{f}({', '.join(['double'] * n)}) nounwind memory(read)" for f, n in _LIBM.items()]
     return [*lines, f"declare i64 @{_TO_INTEGER}(double)", f"declare void @{PREFETCH}(ptr, i32, i32, i32)"]
 
@@ -31,10 +40,11 @@ def struct_of(kinds: Sequence[str]) -> str:
 class Body:
     """Writes instructions at the end of the current block; nothing where no path leads."""
 
-    def __init__(self, flags: str) -> None:
-        self.flags = flags
+    def __init__(self, fused: bool) -> None:
+        self.fused = fused
         self.lines: list[str] = []
         self.slots: list[str] = []
+        self.products: dict[str, tuple[str, str]] = {}  # what is x y, and may be part of a sum
         self.count = 0
         self.block = "entry"
         self.reached = True
@@ -92,6 +102,18 @@ class Body:
         self.fork(inside, onward, self.out)
         self.start(onward)
 
+    def spread(self, kind: str, x: str) -> str:
+        """A number in all four lanes."""
+        one = self.op(f"insertelement <4 x {kind}> poison, {kind} {x}, i64 0")
+        return self.op(f"shufflevector <4 x {kind}> {one}, <4 x {kind}> poison, <4 x i32> zeroinitializer")
+
+    def agreed(self, mask: str) -> str:
+        """What all four lanes say; where they do not agree, the function is left."""
+        bits = self.op(f"bitcast <4 x i1> {mask} to i4")
+        none, all = self.op(f"icmp eq i4 {bits}, 0"), self.op(f"icmp eq i4 {bits}, 15")
+        self.leave_unless(self.op(f"or i1 {none}, {all}"))
+        return all
+
     def slot(self, kind: str) -> str:
         """Memory for a variable, for the life of the function."""
         name = f"%s{len(self.slots)}"
@@ -110,10 +132,16 @@ class Body:
         """The address of an element of an array."""
         return self.op(f"getelementptr inbounds {element}, ptr {pointer}, i64 {index}")
 
-    def math(self, function: str, *args: str) -> str:
-        """A call of a function of doubles, one of `declarations`."""
-        given = ", ".join(f"double {a}" for a in args)
-        return self.op(f"call{self.flags} double @{function}({given})")
+    def math(self, function: str, *args: str, kind: str = "double") -> str:
+        """A call of a function of doubles, one of `declarations`, or the same in each lane."""
+        if kind == LANES and function not in _OF_LANES:
+            whole = "poison"
+            for i in range(4):
+                found = self.math(function, *(self.op(f"extractelement {LANES} {a}, i64 {i}") for a in args))
+                whole = self.op(f"insertelement {LANES} {whole}, double {found}, i64 {i}")
+            return whole
+        given = ", ".join(f"{kind} {a}" for a in args)
+        return self.op(f"call {kind} @{function if kind == 'double' else _on_lanes(function)}({given})")
 
     def to_integer(self, x: str) -> str:
         """A double without its fraction; the nearest there is where it has no place in 64 bits, 0 of NaN."""

@@ -19,6 +19,7 @@ from sheldrake.common._native.compiler.kinds import (
     COMPLEX,
     FLOAT,
     INT,
+    LANES,
     NOTHING,
     Array,
     Rows,
@@ -48,7 +49,9 @@ def _of_doubles(name: str) -> Builtin:
 
 def _of_floats(name: str) -> Builtin:
     def call(f: Function, *args: Value) -> Value:
-        return Value(FLOAT, (f.b.math(name, *(convert(f.b, a, FLOAT).leaves[0] for a in args)),))
+        kind = LANES if scalars.common(*args) is LANES else FLOAT
+        given = (convert(f.b, a, kind).leaves[0] for a in args)
+        return Value(kind, (f.b.math(name, *given, kind=kind.element),))
 
     return call
 
@@ -70,12 +73,12 @@ def _raw(how: str) -> Builtin:
 
 def _remainder(f: Function, x: Value, y: Value) -> Value:
     x, y = convert(f.b, x, FLOAT), convert(f.b, y, FLOAT)
-    return Value(FLOAT, (f.b.op(f"frem{f.b.flags} double {x.leaves[0]}, {y.leaves[0]}"),))
+    return Value(FLOAT, (f.b.op(f"frem double {x.leaves[0]}, {y.leaves[0]}"),))
 
 
 def _abs(f: Function, x: Value) -> Value:
-    if scalars.common(x) is FLOAT:
-        return Value(FLOAT, (f.b.math("llvm.fabs.f64", x.leaves[0]),))
+    if scalars.common(x) in (FLOAT, LANES):
+        return Value(x.kind, (f.b.math("llvm.fabs.f64", x.leaves[0], kind=x.kind.element),))
     x = convert(f.b, x, INT)
     is_negative = f.b.op(f"icmp slt i64 {x.leaves[0]}, 0")
     return Value(INT, (f.b.op(f"select i1 {is_negative}, i64 {scalars.negate(f.b, x).leaves[0]}, i64 {x.leaves[0]}"),))
@@ -89,7 +92,7 @@ def _extreme(op: Any) -> Builtin:
         for x in args[1:]:
             kind = scalars.common(best, x)
             best, x = convert(f.b, best, kind), convert(f.b, x, kind)
-            best = f.choose(scalars.compare(f.b, op, x, best).leaves[0], x, best)
+            best = f.choose(scalars.compare(f.b, op, x, best), x, best)
         return best
 
     return call
@@ -106,8 +109,7 @@ def _floor(f: Function, x: Value) -> Value:
     """As a float that has been an integer: there is no -0.0."""
     if scalars.common(x) is COMPLEX:
         return f.call(prelude.COMPLEX["floor"], [x])
-    whole = f.b.math("floor", convert(f.b, x, FLOAT).leaves[0])
-    return Value(FLOAT, (f.b.op(f"fadd{f.b.flags} double {whole}, 0.0"),))
+    return f.arithmetic(ast.Add(), _of_floats("floor")(f, x), scalars.number(0.0))
 
 
 def _int(f: Function, x: Value) -> Value:
@@ -132,8 +134,8 @@ def _len(f: Function, x: Value) -> Value:
 
 def _mul_add(f: Function, *args: Value) -> Value:
     """One rounding where the processor can, unless it is to be Python's."""
-    if f.b.flags and all(a.kind is FLOAT for a in args):
-        return Value(FLOAT, (f.b.math("llvm.fmuladd.f64", *(a.leaves[0] for a in args)),))
+    if f.b.fused and scalars.common(*args) is not COMPLEX:
+        return _of_floats("llvm.fmuladd.f64")(f, *args)
     return f.call(prelude.mul_add, list(args))
 
 
@@ -153,6 +155,53 @@ def _prefetch(f: Function, rows: Value, i: Value, j: Value) -> Value:
     return NOTHING
 
 
+def _exchange(into: bool) -> Builtin:
+    """Copies places of four rows into lanes or back, four at a time; the last four may be some of those before."""
+
+    def call(f: Function, rows: Value, who: Value, j: Value, lanes: Value, begin: Value, end: Value) -> Value:
+        b, (data, _, width) = f.b, rows.leaves
+        first = b.at("i64", who.leaves[0], j.leaves[0])
+        numbers = [b.load("i64", b.at("i64", first, i)) for i in range(4)]
+        starts = [b.at("double", data, b.op(f"mul nsw i64 {n}, {width}")) for n in numbers]
+        last = b.op(f"sub nsw i64 {end.leaves[0]}, 4")
+
+        def four(at: str) -> None:
+            parts = [b.at("double", start, at) for start in starts]
+            beside = b.at(LANES.element, lanes.leaves[0], at)
+            places = [b.at(LANES.element, beside, i) for i in range(4)]
+            _transpose(f, *((parts, places) if into else (places, parts)))
+
+        head, body, after, before, following = b.label(), b.label(), b.label(), b.block, f"%n{b.label()}"
+        b.start(head)
+        at = b.op(f"phi i64 [{begin.leaves[0]}, %{before}], [{following}, %{body}]")
+        b.fork(b.op(f"icmp slt i64 {at}, {last}"), body, after)
+        b.start(body)
+        four(at)
+        b.do(f"{following} = add nsw i64 {at}, 4")
+        b.go(head)
+        b.start(after)
+        four(last)
+        return NOTHING
+
+    return call
+
+
+def _transpose(f: Function, sources: list[str], targets: list[str]) -> None:
+    """Four by four numbers, which are copied with rows and columns exchanged."""
+    b, four = f.b, LANES.element
+
+    def mixed(x: str, y: str, which: tuple[int, ...]) -> str:
+        mask = ", ".join(f"i32 {i}" for i in which)
+        return b.op(f"shufflevector {four} {x}, {four} {y}, <4 x i32> <{mask}>")
+
+    w, x, y, z = (b.op(f"load {four}, ptr {f.check_memory(p)}, align 8") for p in sources)
+    low = [mixed(p, q, (0, 4, 2, 6)) for p, q in ((w, x), (y, z))]
+    high = [mixed(p, q, (1, 5, 3, 7)) for p, q in ((w, x), (y, z))]
+    columns = [mixed(p, q, half) for half in ((0, 1, 4, 5), (2, 3, 6, 7)) for p, q in (low, high)]
+    for column, target in zip(columns, targets):
+        b.do(f"store {four} {column}, ptr {f.check_memory(target)}, align 8")
+
+
 BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     builtins.abs: (_abs, 1, 1), builtins.len: (_len, 1, 1), builtins.complex: (_complex, 1, 2),
     builtins.bool: (lambda f, x: Value(BOOL, (scalars.truth(f.b, x),)), 1, 1),
@@ -166,6 +215,7 @@ BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
     math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),
     rows.call_row: (_call_row, 6, 6), rows.prefetch: (_prefetch, 3, 3),
+    rows.into_lanes: (_exchange(True), 6, 6), rows.out_of_lanes: (_exchange(False), 6, 6),
 }  # fmt: skip
 """What a call of each makes, and how many arguments it takes, least and most."""
 BUILTINS |= {getattr(generic, name): (_of_doubles(name), 1, 1) for name in generic.UNARY}

@@ -22,6 +22,7 @@ from sheldrake.common._native.compiler.errors import KernelError
 from sheldrake.common._native.compiler.kinds import (
     BOOL,
     INT,
+    MASK,
     NOTHING,
     Array,
     Constant,
@@ -93,6 +94,7 @@ class Function:
         if self.item is not None:
             self.b.go(self.after)
             return
+        value = self.decided(value)
         if self.returns is None:
             self.returns = self.wider.get("", value.kind)
         if (wide := widest(self.returns, value.kind)) is not self.returns:
@@ -104,7 +106,7 @@ class Function:
         """The instruction that returns leaves; before them, with bounds checks, whether it stayed inside of arrays."""
         assert self.returns is not None
         kinds = self.module.returned(self.returns)
-        leaves = [inside, *leaves] if self.module.bounds else leaves
+        leaves = [inside, *leaves] if self.module.may_leave else leaves
         if len(kinds) <= 1:
             return f"ret {kinds[0]} {leaves[0]}" if kinds else "ret void"
         whole = struct_of(kinds)
@@ -158,7 +160,12 @@ class Function:
         else:
             raise Unfit("a kernel stores into names, items of arrays and fields")
 
+    def decided(self, value: Value) -> Value:
+        """What lanes say of a comparison, when it is kept: they must agree."""
+        return Value(BOOL, (scalars.truth(self.b, value),)) if value.kind is MASK else value
+
     def assign_name(self, name: str, value: Value) -> None:
+        value = self.decided(value)
         self.b.known |= {self.scope + name}
         was = self.slots[name][0] if name in self.slots else self.variables.get(name, value).kind
         if name in self.source.slotted and isinstance(was, Constant) and was is not value.kind:
@@ -279,7 +286,7 @@ class Function:
             function, options = self.module.kernel(self, over)
             self.at = s.iter
             if function is not None and self.source_at(function).yields:
-                self.for_each(s, s.iter, function, options.flags)
+                self.for_each(s, s.iter, function, options.fused)
                 return
         items = self.value(s.iter)
         if not isinstance(items.kind, Tuple) or len(set(items.kind.items)) > 1:
@@ -312,7 +319,7 @@ class Function:
 
         self.count(s, "0", steps, 1, item, "ult")  # there may be 2**63 steps
 
-    def for_each(self, s: ast.For, call: ast.Call, function: types.FunctionType, flags: str) -> None:
+    def for_each(self, s: ast.For, call: ast.Call, function: types.FunctionType, fused: bool) -> None:
         """Loops over what a kernel yields: it is written here, and the body of the loop in the place of its `yield`."""
         b, after = self.b, self.b.label()
         args = self.arguments(call)
@@ -321,7 +328,7 @@ class Function:
             raise Unfit(f"{function.__name__} loops over itself: kernels do not recurse")
 
         def item(value: Value) -> None:
-            onward, inner_flags, b.flags = b.label(), b.flags, own_flags
+            onward, inner_fused, b.fused = b.label(), b.fused, own_fused
             try:
                 self.within(s.target, self.assign, s.target, value)
                 self.inside(s.body, onward, after)
@@ -329,14 +336,14 @@ class Function:
                 in_body.append(problem)
                 raise
             b.start(onward)
-            b.flags = inner_flags
+            b.fused = inner_fused
 
         inner = Function(self.module, function, b)
         inner.item, inner.after = item, after
         inner.wider, inner.scope = self.wider, f"{function.__name__}."
         inner.loops_in = (*self.loops_in, function)
         in_body: list[KernelError] = []
-        own_flags, b.flags = b.flags, flags
+        own_fused, b.fused = b.fused, fused
         try:
             inner.check_grammar()
             for name, value in zip(inner.source.parameters, args):
@@ -346,7 +353,7 @@ class Function:
             if problem not in in_body:
                 problem.called_at(function.__name__, self.source.path, call)
             raise
-        b.flags = own_flags
+        b.fused = own_fused
         b.start(after)
 
     def count(
@@ -512,7 +519,13 @@ class Function:
 
     def of_IfExp(self, e: ast.IfExp) -> Value:
         b, yes, no, merge = self.b, self.b.label(), self.b.label(), self.b.label()
-        self.branch(e.test, yes, no)
+        if isinstance(e.test, ast.Compare):
+            test = self.value(e.test)
+            if test.kind is MASK:
+                return self.choose_by_lanes(test, self.value(e.body), self.value(e.orelse))
+            b.fork(scalars.truth(b, test), yes, no)
+        else:
+            self.branch(e.test, yes, no)
         b.start(yes)
         one, one_block, mark = self.value(e.body), b.block, len(b.lines)
         b.go(merge)
@@ -530,10 +543,18 @@ class Function:
         b.start(merge)
         return Value(kind, b.phi(kind.leaves, ways))
 
-    def choose(self, condition: str, one: Value, other: Value) -> Value:
+    def choose_by_lanes(self, mask: Value, one: Value, other: Value) -> Value:
+        """In each lane one of two values, both of which are worked out."""
+        kind, why = widest(one.kind, other.kind), "is chosen where the other choice is"
+        if isinstance(kind, Scalar) and isinstance(other.kind, Scalar):
+            kind = scalars.common(one, other)
+        return self.choose(mask, self.fit(one, kind, why), self.fit(other, kind, why))
+
+    def choose(self, condition: Value, one: Value, other: Value) -> Value:
         """One of two values of a kind, both of which are there."""
         pairs = zip(one.kind.leaves, one.leaves, other.leaves)
-        return Value(one.kind, tuple(self.b.op(f"select i1 {condition}, {k} {x}, {k} {y}") for k, x, y in pairs))
+        test = f"{condition.kind.leaves[0]} {condition.leaves[0]}"
+        return Value(one.kind, tuple(self.b.op(f"select {test}, {k} {x}, {k} {y}") for k, x, y in pairs))
 
     # ---- calls
 
@@ -590,7 +611,7 @@ class Function:
             raise Unfit(f"{given} takes {len(parameters)} arguments, not {len(args)}")
 
 
-_ZEROS = {"ptr": "null", "double": "0.0", "i1": "false"}
+_ZEROS = {"ptr": "null", "double": "0.0", "i1": "false", "<4 x double>": "zeroinitializer"}
 _WORDS = {
     "FunctionDef": "def", "ListComp": "list comprehension", "GeneratorExp": "generator", "Dict": "dictionary",
     "JoinedStr": "text", "List": "list: write a tuple", "Set": "set", "Lambda": "lambda", "Slice": "slice",

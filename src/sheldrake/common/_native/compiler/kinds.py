@@ -55,7 +55,13 @@ class Scalar(Kind):
 
 BOOL, INT, FLOAT = Scalar("bool", 0, "i1"), Scalar("int", 1, "i64"), Scalar("float", 2, "double")
 COMPLEX = Scalar("complex", 3, "double", "double")
-DTYPES = {"float64": FLOAT, "int64": INT, "complex128": COMPLEX}
+LANES = Scalar("lanes", 4, "<4 x double>")
+"""A float in each of four worlds, see `lanes`."""
+MASK = Scalar("lanes of bools", 4, "<4 x i1>")
+"""What a comparison of lanes gives, until somebody asks whether it is true."""
+FOUR_INTS = Scalar("int", 1, "<4 x i64>")
+"""An integer in memory beside lanes: it is there four times, and read as one."""
+DTYPES = {"float64": FLOAT, "int64": INT, "complex128": COMPLEX, "lanes": LANES, "four ints": FOUR_INTS}
 
 
 class Nothing(Kind):

@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._native.compiler import scalars
 from sheldrake.common._native.compiler.body import struct_of
-from sheldrake.common._native.compiler.kinds import INT, Array, Kind, Row, Rows, Scalar, Tuple, Value, Vectors
+from sheldrake.common._native.compiler.kinds import (
+    FOUR_INTS,
+    INT,
+    LANES,
+    Array,
+    Kind,
+    Row,
+    Rows,
+    Scalar,
+    Tuple,
+    Value,
+    Vectors,
+)
 from sheldrake.common._native.compiler.scalars import Unfit, convert
 from sheldrake.common.record import Each, Field, Items, no_such_field
 
@@ -23,7 +35,8 @@ class Place:
     """One number in memory, or a tuple of them one after the other."""
 
     def __init__(self, dtype: Scalar, pointer: str, layout: Layout | None = None) -> None:
-        self.dtype, self.pointer, self.kind = dtype, pointer, _kind_of(dtype, layout)
+        self.dtype, self.pointer = dtype, pointer
+        self.kind = _kind_of(INT if dtype is FOUR_INTS else dtype, layout)
 
     def parts(self, f: Function) -> list[str]:
         """Where its leaves are."""
@@ -41,7 +54,14 @@ class Place:
         """Stores what is of its kind, or of a lower one."""
         value = f.fit(value, self.kind, "is stored where there is room for")
         for kind, leaf, pointer in zip(self.kind.leaves, value.leaves, self.parts(f)):
+            if self.dtype is FOUR_INTS:
+                kind, leaf = FOUR_INTS.element, f.b.spread(kind, leaf)
             f.b.store(kind, leaf, f.check_memory(pointer))
+
+
+def shift_of(dtype: Scalar) -> int:
+    """A place in a slab times two to this are bytes; a slab of four worlds has four words at each place."""
+    return 5 if dtype in (LANES, FOUR_INTS) else 3
 
 
 def _kind_of(dtype: Scalar, layout: Layout | None) -> Kind:
@@ -97,7 +117,7 @@ def vector(f: Function, u: Value, i: str) -> Value:
     at = b.op(f"shl i64 {i}, 1")
     offset = b.load("i64", b.op(f"getelementptr i64, ptr {pairs}, i64 {at}"))
     size = b.load("i64", b.op(f"getelementptr i64, ptr {pairs}, i64 {b.op(f'add i64 {at}, 1')}"))
-    address = b.op(f"add i64 {slab}, {b.op(f'shl i64 {offset}, 3')}")
+    address = b.op(f"add i64 {slab}, {b.op(f'shl i64 {offset}, {shift_of(u.kind.dtype)}')}")
     return Value(Array(u.kind.dtype, 1), (b.op(f"inttoptr i64 {address} to ptr"), size))
 
 

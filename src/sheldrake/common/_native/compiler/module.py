@@ -8,27 +8,25 @@ import types
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common._native import living
-from sheldrake.common._native.compiler import prelude
+from sheldrake.common._native.compiler import memory, prelude
 from sheldrake.common._native.compiler.body import Body, declarations, struct_of
 from sheldrake.common._native.compiler.errors import KernelError
 from sheldrake.common._native.compiler.function import Function
 from sheldrake.common._native.compiler.kinds import DTYPES, FLOAT, INT, NONE, Array, Kind, Tuple, Value, Vectors
 from sheldrake.common._native.compiler.scalars import Unfit, Wider
 from sheldrake.common._native.compiler.source import source_of
-from sheldrake.common.kernel import INDEX_ERROR, Kernel
+from sheldrake.common.kernel import DISAGREEMENT, INDEX_ERROR, Kernel, LaneKernel
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import ArraySpec, Parameter
 
-FASTMATH = " contract nsz arcp"
-"""What LLVM may do with floating point that is not strict."""
 _lock = threading.RLock()  # kinds are compared by identity: nobody makes two of one at the same time
 
 
 class Options(NamedTuple):
-    """How a function is compiled, as in `common.kernel.kernel`."""
+    """How a function is compiled: whether sums with products have one rounding, and as in `common.kernel.kernel`."""
 
-    flags: str
+    fused: bool
     outline: bool
 
 
@@ -42,8 +40,8 @@ class Compiled(NamedTuple):
 class Module:
     """The functions that an entry needs; `text` is the whole."""
 
-    def __init__(self, bounds: bool = False) -> None:
-        self.bounds = bounds
+    def __init__(self, bounds: bool = False, lanes: bool = False) -> None:
+        self.bounds, self.lanes, self.may_leave = bounds, lanes, bounds or lanes
         self.texts: list[str] = []
         self.compiled: dict[tuple, Compiled] = {}
         self.active: set[Any] = set()
@@ -53,10 +51,10 @@ class Module:
     def kernel(caller: Function | _Reader, thing: object) -> tuple[Any, Options]:
         """The function of a kernel or of the prelude, and how it is compiled: the latter as its caller."""
         if isinstance(thing, Kernel):
-            return thing.py_func, Options("" if thing.strict else FASTMATH, thing.outline)
+            return thing.py_func, Options(not thing.strict, thing.outline)
         if isinstance(thing, types.FunctionType) and thing.__module__ == prelude.__name__:
-            return thing, Options(caller.b.flags, False)
-        return None, Options("", False)
+            return thing, Options(caller.b.fused, False)
+        return None, Options(False, False)
 
     def call(self, caller: Function, function: Any, options: Options, args: list[Value]) -> Value:
         """A call of a kernel; compiles it when it is met first with such arguments."""
@@ -79,15 +77,15 @@ class Module:
         inner = Function(self, function, b)
         inner.check_grammar()
         inner.variables = dict(zip(inner.source.parameters, args))
-        flags, b.flags = b.flags, options.flags
+        fused, b.fused = b.fused, options.fused
         try:
             return inner.within(inner.source.tree, inner.value, inner.source.expression)
         finally:
-            b.flags = flags
+            b.fused = fused
 
     def returned(self, kind: Kind) -> tuple[str, ...]:
         """LLVM's types of what a function gives back; with bounds checks, first whether it stayed inside of arrays."""
-        return ("i1", *kind.leaves) if self.bounds else kind.leaves
+        return ("i1", *kind.leaves) if self.may_leave else kind.leaves
 
     def jump(self, caller: Function | _Reader, callee: Compiled, args: list[Value]) -> Value:
         """The call of a function that is in the module."""
@@ -101,7 +99,7 @@ class Module:
         leaves = [result]
         if len(kinds) > 1:
             leaves = [b.op(f"extractvalue {whole} {result}, {i}") for i in range(len(kinds))]
-        if self.bounds:
+        if self.may_leave:
             b.leave_unless(leaves.pop(0))
         return Value(callee.returns, tuple(leaves))
 
@@ -117,7 +115,7 @@ class Module:
             values.append(Value(kind, leaves))
         wider: dict[str, Kind] = {}
         while True:
-            f = Function(self, function, Body(options.flags))
+            f = Function(self, function, Body(options.fused))
             f.wider = wider
             try:
                 f.run(values)
@@ -149,7 +147,7 @@ class Module:
         reader.b.end(f"ret i64 {status[0] if status else 0}")
         if reader.b.out is not None:
             reader.b.start(reader.b.out)
-            reader.b.end(f"ret i64 {INDEX_ERROR}")
+            reader.b.end(f"ret i64 {DISAGREEMENT if self.lanes else INDEX_ERROR}")
         self.texts.append(reader.b.text(f'define i64 @"{symbol}"(double %t, ptr %slab, ptr %words)'))
 
     def text(self) -> str:
@@ -161,7 +159,7 @@ class _Reader:
     """Writes the code that reads an entry's arguments from `words`."""
 
     def __init__(self) -> None:
-        self.b, self.at = Body(""), 0
+        self.b, self.at = Body(False), 0
         self.slab = self.b.op("ptrtoint ptr %slab to i64")
 
     def word(self) -> str:
@@ -170,7 +168,8 @@ class _Reader:
 
     def array(self, spec: ArraySpec) -> list[str]:
         b, where = self.b, self.word()
-        address = where if spec.absolute else b.op(f"add i64 {self.slab}, {b.op(f'shl i64 {where}, 3')}")
+        shift = memory.shift_of(DTYPES[spec.dtype])
+        address = where if spec.absolute else b.op(f"add i64 {self.slab}, {b.op(f'shl i64 {where}, {shift}')}")
         return [b.op(f"inttoptr i64 {address} to ptr"), *(self.word() for _ in range(spec.ndim))]
 
     def argument(self, p: Parameter) -> list[str]:
@@ -208,7 +207,8 @@ def text_of(kernel: Kernel, symbol: str) -> str:
         TypeError: if the entry returns anything but None or an integer, or a source is not there.
     """
     with _lock:
-        module = Module(living.SANITIZED or os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0")
+        bounds = living.SANITIZED or os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0"
+        module = Module(bounds, isinstance(kernel, LaneKernel))
         try:
             module.entry(kernel, symbol)
         except KernelError as problem:

@@ -12,7 +12,7 @@ import struct
 from typing import Any
 
 from sheldrake.common._native.compiler.body import Body
-from sheldrake.common._native.compiler.kinds import BOOL, COMPLEX, FLOAT, INT, Kind, Scalar, Tuple, Value
+from sheldrake.common._native.compiler.kinds import BOOL, COMPLEX, FLOAT, INT, LANES, MASK, Kind, Scalar, Tuple, Value
 
 Operator = type[ast.operator]
 INT_OPS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.BitAnd: "and", ast.BitOr: "or", ast.BitXor: "xor"}
@@ -45,7 +45,7 @@ def widest(kind: Kind, other: Kind) -> Kind:
     """A kind with complex numbers for the floats that are complex in another: they are the kernel's scalars."""
     if isinstance(kind, Tuple) and isinstance(other, Tuple) and len(kind.items) == len(other.items):
         return Tuple(tuple(widest(a, b) for a, b in zip(kind.items, other.items)), kind.cls)
-    return other if kind is FLOAT and other is COMPLEX else kind
+    return other if kind is FLOAT and other in (COMPLEX, LANES) else kind
 
 
 def number(x: Any) -> Value:
@@ -74,6 +74,8 @@ def convert(b: Body, value: Value, kind: Scalar) -> Value:
         raise Unfit(f"{have!r} where {kind!r} is wanted")
     if kind is COMPLEX:
         return Value(COMPLEX, (convert(b, value, FLOAT).leaves[0], _bits(0.0)))
+    if kind is LANES:
+        return Value(LANES, (b.spread("double", convert(b, value, FLOAT).leaves[0]),))
     if value.known is not None:
         return number(int(value.known) if kind is INT else float(value.known))
     if kind is INT:
@@ -97,7 +99,9 @@ def truth(b: Body, value: Value) -> str:
     if value.kind is INT:
         return b.op(f"icmp ne i64 {value.leaves[0]}, 0")
     if value.kind is FLOAT:
-        return b.op(f"fcmp{b.flags} une double {value.leaves[0]}, {_bits(0.0)}")
+        return b.op(f"fcmp une double {value.leaves[0]}, {_bits(0.0)}")
+    if value.kind is MASK:
+        return b.agreed(value.leaves[0])
     raise Unfit(f"{value.kind!r} is neither true nor false")
 
 
@@ -112,7 +116,9 @@ def compare(b: Body, op: type[ast.cmpop], x: Value, y: Value) -> Value:
         return Value(BOOL, (b.op(f"{'and' if op is ast.Eq else 'or'} i1 {parts[0].leaves[0]}, {parts[1].leaves[0]}"),))
     kind = INT if kind is BOOL else kind
     x, y = convert(b, x, kind), convert(b, y, kind)
-    how = f"icmp {INT_COMPARE[op]} i64" if kind is INT else f"fcmp{b.flags} {FLOAT_COMPARE[op]} double"
+    if kind is LANES:
+        return Value(MASK, (b.op(f"fcmp {FLOAT_COMPARE[op]} <4 x double> {x.leaves[0]}, {y.leaves[0]}"),))
+    how = f"icmp {INT_COMPARE[op]} i64" if kind is INT else f"fcmp {FLOAT_COMPARE[op]} double"
     return Value(BOOL, (b.op(f"{how} {x.leaves[0]}, {y.leaves[0]}"),))
 
 
@@ -134,7 +140,7 @@ def negate(b: Body, x: Value) -> Value:
     x = convert(b, x, kind)
     if kind is INT:
         return Value(INT, (b.op(f"sub i64 0, {x.leaves[0]}"),))
-    return Value(kind, tuple(b.op(f"fsub{b.flags} double {_bits(-0.0)}, {leaf}") for leaf in x.leaves))
+    return Value(kind, tuple(b.op(f"fneg {k} {leaf}") for k, leaf in zip(kind.leaves, x.leaves)))
 
 
 def invert(b: Body, x: Value) -> Value:
@@ -158,8 +164,8 @@ def binary(b: Body, op: Operator, x: Value, y: Value) -> Value | str:
         return Value(kind, tuple(_float(b, op, p, q) for p, q in zip(x.leaves, y.leaves)))
     if kind is COMPLEX and op in (ast.Mult, ast.Div):
         return "complex_product" if op is ast.Mult else "complex_quotient"
-    if kind is FLOAT and op in FLOAT_OPS:
-        return Value(FLOAT, (_float(b, op, convert(b, x, FLOAT).leaves[0], convert(b, y, FLOAT).leaves[0]),))
+    if kind in (FLOAT, LANES) and op in FLOAT_OPS:
+        return Value(kind, (_float(b, op, convert(b, x, kind).leaves[0], convert(b, y, kind).leaves[0], kind),))
     if kind is BOOL:
         return Value(BOOL, (b.op(f"{INT_OPS[op]} i1 {x.leaves[0]}, {y.leaves[0]}"),))
     if kind is FLOAT and op in PRELUDE:
@@ -188,8 +194,20 @@ def _of_integers(b: Body, op: Operator, x: Value, y: Value) -> Value | str:
     return f"{PRELUDE[op]}_int"
 
 
-def _float(b: Body, op: Operator, x: str, y: str) -> str:
-    return b.op(f"{FLOAT_OPS[op]}{b.flags} double {x}, {y}")
+def _float(b: Body, op: Operator, x: str, y: str, kind: Scalar = FLOAT) -> str:
+    """x op y. A sum with a product has one rounding where the processor can, unless it is to be Python's."""
+    (number,) = kind.leaves
+    if b.fused and op in (ast.Add, ast.Sub) and (y in b.products or x in b.products):
+        (p, q), rest = (b.products[y], x) if y in b.products else (b.products[x], y)
+        if op is ast.Sub and y in b.products:
+            p = b.op(f"fneg {number} {p}")
+        elif op is ast.Sub:
+            rest = b.op(f"fneg {number} {rest}")
+        return b.math("llvm.fmuladd.f64", p, q, rest, kind=number)
+    result = b.op(f"{FLOAT_OPS[op]} {number} {x}, {y}")
+    if op is ast.Mult:
+        b.products[result] = x, y
+    return result
 
 
 def _shift(b: Body, op: Operator, x: str, n: str, known: Any) -> str:

@@ -391,11 +391,10 @@ def static_share(s):
 def row_impulse(row, vc):
     """gamma = clamp((vhat - vc) / R, lower, upper) and G = -dgamma/dvc."""
     y = (row.vhat - vc) / row.R
-    if y <= row.lower:
-        return row.lower + 0.0 * y, 0.0 * y
-    if y >= row.upper:
-        return row.upper + 0.0 * y, 0.0 * y
-    return y, 1.0 / row.R + 0.0 * y
+    lower, upper = row.lower, row.upper
+    gamma = lower + 0.0 * y if y <= lower else upper + 0.0 * y if y >= upper else y
+    G = 0.0 * y if y <= lower else 0.0 * y if y >= upper else 1.0 / row.R + 0.0 * y
+    return gamma, G
 
 
 @kernel

@@ -43,6 +43,7 @@ def put_index(row, width, tree_a, tree_b, kind, owner, group):
     row.width = width
     row.tree_a, row.tree_b = tree_a, tree_b
     row.kind, row.owner, row.group = kind, owner, group
+    row.order = 0
 
 
 @kernel
@@ -50,6 +51,8 @@ def put_law(row, lower, upper, gap, stiffness, relaxation):
     """Least and largest impulse of a row, and what its regularisation and velocity are made of; see `RowLaw`."""
     row.lower, row.upper = lower, upper
     row.gap, row.stiffness, row.relaxation = gap, stiffness, relaxation
+    row.rate, row.forward = 0.0, 0.0
+    row.vc = 0.0
 
 
 # ---- joints
@@ -114,7 +117,6 @@ def put_dry_friction(tree_model, solver_model, plant_model, problem, rows):
         effort = plant_model.friction_effort[i]
         row = put_joint_row(tree_model, problem, rows, plant_model.friction[i], DRY_FRICTION, i, 1.0)
         put_law(row, -dt * effort, dt * effort, 0.0, 0.0, STUCK_DAMPING)
-        row.rate, row.forward = 0.0, 0.0
 
 
 @kernel

@@ -9,7 +9,7 @@ solver has nothing to do.
 """
 
 from sheldrake.common._kernels.generic import is_finite
-from sheldrake.common.kernel import Vector, Vectors, kernel
+from sheldrake.common.kernel import LaneMemory, Vector, Vectors, kernel
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
 from sheldrake.multibody.contact_solvers._kernels.laws import put_rows_ahead
@@ -20,7 +20,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     MOTION_NOT_FINITE,
     SOLVED,
     Contacts,
+    Counts,
     Problem,
+    RowIndex,
     Rows,
     SolverModel,
 )
@@ -107,7 +109,35 @@ def free_motion(tree_model, solver_model, tree, problem, rows, v, force):
     return SOLVED
 
 
-@kernel(top=True, short_loops=True)
+def memory_in_lanes(
+    xd: Vector,
+    p: Vector,
+    u: Vectors,
+    tree: TreeWork,
+    table: ContactTable,
+    problem: Problem,
+    rows: Rows,
+    step: StepVectors,
+    *models: object,
+) -> LaneMemory:
+    """What `smooth_motion` reads and writes, for four worlds that call it at once."""
+    count = problem.count[Counts.num_contacts : Counts.iterations]
+    return LaneMemory(
+        constant=(p,),
+        reads=(xd, *u, step.applied_force, step.v_next),
+        writes=(
+            *(part for name, part in zip(tree._fields, tree) if name != "L"),
+            table.X_WG, table.count, problem.A, problem.L, problem.v0, problem.v_star, problem.p_star, count,
+            step.v, step.v_next, step.force, step.net_actuation,
+        ),
+        tables=(
+            rows.index[:, : RowIndex.dofs.columns.start + 1], rows.J[:, :1], rows.law, rows.state,
+        ),
+        num_rows=problem.count[Counts.num_rows : Counts.rows_ahead],
+    )  # fmt: skip
+
+
+@kernel(top=True, short_loops=True, lanes=memory_in_lanes)
 def smooth_motion(
     xd: Vector,
     p: Vector,

@@ -15,13 +15,16 @@ import numpy as np
 from sheldrake.common._native.binding import HERE, arguments, join
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.systems.framework._engine import logs
+from sheldrake.systems.framework._engine.lanes import LaneRow, lane_row_of, make_lanes, no_lanes
 from sheldrake.systems.framework._engine.store import Store
-from sheldrake.systems.framework._kernels import loop
+from sheldrake.systems.framework._kernels import lanes, loop
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.integrate import Integrator
 from sheldrake.systems.framework._kernels.program import Run, RunWords, Side, SideWords
 from sheldrake.systems.framework._kernels.worlds import Progress, Where
 
+_CALLEES = loop.advance, tables.outputs, tables.begin_world, lanes.is_next
+"""What is called on a world, see `tables`."""
 _LINE = 8
 """Numbers in a line of the processor's cache."""
 _PIECE = 64
@@ -56,6 +59,7 @@ class Worlds:
         self.progress = np.zeros((count, Progress.SIZE), np.int64)
         self._stores: dict[int, Store] = {}
         self._log_words: list[int] = []
+        self._lane_row: LaneRow | None = None
         for a, b in _pieces(store.S):
             self.S[:, a:b] = store.S[a:b]
         self.I[:] = store.I
@@ -93,7 +97,7 @@ class Worlds:
         kept = [layout.p, *(slot.span for slot in layout.free_slots)]
         parts = np.array(_without(kept, len(first_slab)), np.int64)
         none = np.zeros(0, np.int64)
-        words = none, none.view(float), np.zeros(3, np.int64)
+        words = none, none.view(float), np.zeros(len(_CALLEES), np.int64)
         used = np.zeros(1 + self.slab.shape[1] // _LINE, np.int64)
         return tables.Worlds(self.slab, self.side, self.progress, *words, where, first_slab, first_side, parts, used)
 
@@ -110,7 +114,10 @@ class Worlds:
         advance, places = arguments(loop.advance, (program, run, numbers, *memory, rows, 0.0))
         chained, _ = arguments(tables.outputs, (program, self.S[0], side, rows, chain))
         begin, _ = arguments(tables.begin_world, (program, run, *memory, rows))
-        words, at = join([advance, chained, begin])
+        self._lane_row = lane_row_of(self.model) if self.count >= lanes.LANES else None
+        group = self._lane_row.group if self._lane_row else -1
+        is_next, _ = arguments(lanes.is_next, (program, self.S[0], side, rows, group))
+        words, at = join([advance, chained, begin, is_next])
         self._keep = words
         first = words.placed(HERE, HERE.place(self.slab))
         further = np.zeros_like(first)
@@ -120,10 +127,15 @@ class Worlds:
         if self.L.size:
             self._log_words = [r.at for r in words.relocations if HERE.place(r.array) == HERE.place(self.L)]
         where = self.tables.where
-        where[Where.width], where[Where.until_word], where[Where.starts.columns] = len(first), places["T"][0], at[:3]
-        callee = np.array([HERE.address(k) for k in (loop.advance, tables.outputs, tables.begin_world)], np.int64)
+        where[Where.width], where[Where.until_word] = len(first), places["T"][0]
+        where[Where.starts.columns] = at[: len(_CALLEES)]
+        callee = np.array([HERE.address(kernel) for kernel in _CALLEES], np.int64)
         flat = self.words.reshape(-1)
         self.tables = self.tables._replace(words=flat, bits=flat.view(float), callee=callee)
+
+    def lanes(self) -> lanes.Lanes:
+        """What a thread needs to take four worlds at once."""
+        return make_lanes(self.model, self._lane_row) if self._lane_row else no_lanes()
 
     def look_at_use(self, w: int) -> None:
         """Finds out which lines of its slab a world writes, so that threads can ask for those of the next one."""

@@ -184,7 +184,8 @@ def fire(program, S, side, L, rows, g):
     for j in range(program.calls_begin[g], program.calls_begin[g + 1]):
         r = program.calls[j]
         if r >= 0:
-            call(program, S, side, rows, r)
+            if side.word[program.stamps + r] != side.word[CONTINUOUS]:  # else see `lanes`
+                call(program, S, side, rows, r)
             if side.status != 0:
                 return
         else:  # a log: append time and value to its record

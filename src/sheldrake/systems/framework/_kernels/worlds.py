@@ -10,6 +10,7 @@ from typing import Annotated, NamedTuple
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, prefetch
+from sheldrake.systems.framework._kernels.lanes import LANES, Lanes, bring_constants, run_row
 from sheldrake.systems.framework._kernels.loop import clear_updates, publish, set_clocks, trigger, update
 from sheldrake.systems.framework._kernels.program import (
     AT_START,
@@ -30,8 +31,10 @@ from sheldrake.systems.framework._kernels.program import (
 
 OPEN = -1
 """Code of a world that is on its way; else it is one of those of `advance`."""
-ADVANCE, OUTPUTS, BEGIN = range(3)
-"""What is called on a world: `loop.advance`, `outputs`, `begin_world`."""
+ADVANCE, OUTPUTS, BEGIN, IS_NEXT = range(4)
+"""What is called on a world: `loop.advance`, `outputs`, `begin_world`, `lanes.is_next`."""
+ALONE = 8
+"""Steps that worlds take one by one when they did not agree."""
 
 
 class Where(Record):
@@ -39,7 +42,7 @@ class Where(Record):
 
     width = integer("words of a world")
     until_word = integer("in the words: the time at which `advance` stops, as bits")
-    starts = integers(3, "in the words: where those of each callee begin")
+    starts = integers(4, "in the words: where those of each callee begin")
     budget = integer("in the sides: steps until `advance` returns")
     steps = integer("in the sides: steps that the world has taken")
     fresh = integer("in the sides: 1 when an advance begins")
@@ -174,9 +177,92 @@ def ask_for(worlds, w):
         prefetch(worlds.slab, w, worlds.used[k])
 
 
+@kernel
+def begin_rollout(worlds, rollout, j, samples):
+    """A new beginning for world `who[j]`, if the rollout gives it one and it has not begun."""
+    w = rollout.who[j]
+    world = worlds[w]
+    if world.code == OPEN and world.sample == 0 and world.under_way == 0 and rollout.state.shape[0] > 0:
+        code = begin_again(worlds, rollout, w, j, j * samples)
+        if code != DONE:
+            world.code = code
+
+
+@kernel
+def begin_due_sample(worlds, rollout, j, samples):
+    """Gives world `who[j]` the inputs of its next sample, unless it is on the way to it."""
+    w = rollout.who[j]
+    world = worlds[w]
+    if world.under_way == 0:
+        begin_sample(worlds, rollout, w, j, j * samples + world.sample, world.sample)
+        world.under_way = 1
+
+
+@kernel(outline=True)
+def go_on(worlds: Worlds, rollout: Rollout, j: int, samples: int, budget: int) -> None:
+    """Takes world `who[j]` through its samples, as far as it gets in so many steps."""
+    w = rollout.who[j]
+    world = worlds[w]
+    taken = 0
+    while world.code == OPEN and taken < budget:
+        begin_due_sample(worlds, rollout, j, samples)
+        before = worlds.side[w, worlds.steps]
+        worlds.side[w, worlds.budget] = budget - taken
+        code = on_world(worlds, w, ADVANCE)
+        taken += worlds.side[w, worlds.steps] - before
+        if code == DONE and len(rollout.outputs_at) > 0:
+            code = on_world(worlds, w, OUTPUTS)
+            row = j * samples + world.sample
+            for i in range(len(rollout.outputs_at)):
+                rollout.outputs[row, i] = worlds.slab[w, rollout.outputs_at[i]]
+        if code == DONE:
+            world.under_way = 0
+            world.sample += 1
+            if world.sample == samples:
+                world.code = DONE
+        elif code != BREAK:
+            world.code = code
+
+
+@kernel
+def are_open(worlds, rollout, j):
+    """Whether all of worlds `who[j:j + 4]` are on their way."""
+    for i in range(j, j + LANES):
+        if worlds[rollout.who[i]].code != OPEN:
+            return False
+    return True
+
+
+@kernel
+def have_it_next(worlds, rollout, j):
+    """Whether the row that runs in lanes is what all of worlds `who[j:j + 4]` do next."""
+    for i in range(j, j + LANES):
+        if on_world(worlds, rollout.who[i], IS_NEXT) == 0:
+            return False
+    return True
+
+
+@kernel
+def go_together(worlds, rollout, lanes, j, samples, budget):
+    """Takes worlds `who[j:j + 4]` through their samples side by side, until one ends; how many steps."""
+    taken = 0
+    bring_constants(worlds, rollout, lanes, j)
+    while taken < budget and are_open(worlds, rollout, j):
+        for i in range(j, j + LANES):
+            begin_due_sample(worlds, rollout, i, samples)
+        steps = 1
+        if have_it_next(worlds, rollout, j):
+            if not run_row(worlds, rollout, lanes, j):
+                steps = min(ALONE, budget - taken)
+        for i in range(j, j + LANES):
+            go_on(worlds, rollout, i, samples, steps)
+        taken += steps
+    return taken
+
+
 @kernel(top=True, strict=True, short_loops=True)
-def roll_out(worlds: Worlds, rollout: Rollout, first: int, last: int, samples: int, budget: int) -> int:
-    """Takes worlds `who[first:last]` through all samples of the rollout, one world after the other.
+def roll_out(worlds: Worlds, rollout: Rollout, lanes: Lanes, first: int, last: int, samples: int, budget: int) -> int:
+    """Takes worlds `who[first:last]` through all samples of the rollout, one world after the other, or four together.
 
     For each sample a world gets its inputs, advances, and gives its outputs.
 
@@ -186,39 +272,22 @@ def roll_out(worlds: Worlds, rollout: Rollout, first: int, last: int, samples: i
     Returns:
         How many worlds are still OPEN, or have no ROOM in a log.
     """
-    left = 0
-    for j in range(first, last):
-        w = rollout.who[j]
-        world = worlds[w]
+    left, j = 0, first
+    while j < last:
+        n = LANES if lanes.is_there != 0 and j + LANES <= last else 1
+        for i in range(j, j + n):
+            begin_rollout(worlds, rollout, i, samples)
+        for i in range(j + n, min(j + n + n, last)):
+            ask_for(worlds, rollout.who[i])
         taken = 0
-        if j + 1 < last:
-            ask_for(worlds, rollout.who[j + 1])
-        if world.code == OPEN and world.sample == 0 and world.under_way == 0 and rollout.state.shape[0] > 0:
-            code = begin_again(worlds, rollout, w, j, j * samples)
-            if code != DONE:
-                world.code = code
-        while world.code == OPEN and taken < budget:
-            row = j * samples + world.sample
-            if world.under_way == 0:
-                begin_sample(worlds, rollout, w, j, row, world.sample)
-                world.under_way = 1
-            before = worlds.side[w, worlds.steps]
-            worlds.side[w, worlds.budget] = budget - taken
-            code = on_world(worlds, w, ADVANCE)
-            taken += worlds.side[w, worlds.steps] - before
-            if code == DONE and len(rollout.outputs_at) > 0:
-                code = on_world(worlds, w, OUTPUTS)
-                for i in range(len(rollout.outputs_at)):
-                    rollout.outputs[row, i] = worlds.slab[w, rollout.outputs_at[i]]
-            if code == DONE:
-                world.under_way = 0
-                world.sample += 1
-                if world.sample == samples:
-                    world.code = DONE
-            elif code != BREAK:
-                world.code = code
-        if world.code == OPEN or world.code == ROOM:
-            left += 1
+        if n == LANES:
+            taken = go_together(worlds, rollout, lanes, j, samples, budget)
+        for i in range(j, j + n):
+            go_on(worlds, rollout, i, samples, budget - taken)
+            code = worlds[rollout.who[i]].code
+            if code == OPEN or code == ROOM:
+                left += 1
+        j += n
     return left
 
 

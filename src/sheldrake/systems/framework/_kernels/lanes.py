@@ -1,0 +1,123 @@
+"""Four worlds at once: a row of theirs runs in lanes (`common.kernel.LaneKernel`), all else one world after the other.
+
+The row is the first thing that an update does. Before four worlds take a step, what it reads of each is brought into
+a slab of four worlds, it runs there, and what it wrote is taken back. Each of the worlds finds that the row has been
+computed, and goes on behind it. They get the same bits as alone. Where they would go different ways in it, nothing is
+taken back, and each computes the row itself.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
+from sheldrake.common.record import Items, Record, integer, table
+from sheldrake.common.rows import call_row, into_lanes, out_of_lanes
+from sheldrake.systems.framework._kernels.loop import num_calls
+from sheldrake.systems.framework._kernels.program import CONTINUOUS, Program, Side, refresh
+
+LANES = 4
+
+
+class Piece(Record):
+    """Numbers of a slab that lie side by side, or of several rows of a table there."""
+
+    start = integer("where in the slab")
+    length = integer("how many")
+    stride = integer("from one row of the table to the next")
+    rows = integer("where in the slab it says how many rows there are; -1: one")
+
+
+class Shared(Record):
+    """How worlds go together."""
+
+    is_there = integer("1: there is a row that runs in lanes")
+    stamp = integer("in the sides: the counter at which the row has been computed")
+    reads_begin = integer("of the pieces: what is read in each step; what never changes in a step is before")
+    writes_begin = integer("what is written")
+    end = integer("behind all pieces")
+
+
+@table
+class Lanes(NamedTuple):
+    """What a thread needs to take four worlds at once.
+
+    Attributes:
+        slab: a slab of four worlds: in row k, their numbers of place k.
+        integer: the same memory.
+        piece: what is brought into it, and taken back.
+        callee: the address of the row on lanes.
+        words: what it is called with.
+        shared: see there.
+    """
+
+    slab: Matrix
+    integer: IntMatrix
+    piece: Annotated[IntMatrix, Items("pieces", Piece)]
+    callee: IntVector
+    words: IntVector
+    shared: Annotated[IntVector, Shared]
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def is_next(program_model: Program, S: Vector, side: Side, rows: IntVector, g: int) -> int:
+    """Whether updates of group g are what a world does next, 1 or 0; what these read is up to date then."""
+    program = program_model
+    if side.status != 0 or side.word[program.triggers + g] == 0:
+        return 0
+    for k in range(program.num_groups):
+        earlier = program.groups[k].kind < program.groups[g].kind
+        if earlier and side.word[program.triggers + k] != 0 and num_calls(program, k) > 0:
+            return 0
+    refresh(program, S, side, rows, g)
+    return 1 if side.status == 0 else 0
+
+
+@kernel
+def copy(worlds, rollout, lanes, j, first, last, into):
+    """Brings pieces of worlds `who[j:j + 4]` into lanes, or takes them back."""
+    for n in range(first, last):
+        piece = lanes.pieces[n]
+        begin, length, rows = piece.start, piece.length, 1
+        if piece.rows >= 0:
+            rows = lanes.integer[piece.rows, 0]
+            if piece.stride == length:
+                length, rows = length * rows, min(rows, 1)
+        for i in range(rows):
+            copy_run(worlds, rollout, lanes, j, begin + i * piece.stride, length, into)
+
+
+@kernel
+def copy_run(worlds, rollout, lanes, j, begin, length, into):
+    """Numbers that lie side by side."""
+    if length >= LANES and into:
+        into_lanes(worlds.slab, rollout.who, j, lanes.slab, begin, begin + length)
+    elif length >= LANES:
+        out_of_lanes(worlds.slab, rollout.who, j, lanes.slab, begin, begin + length)
+    else:
+        for lane in range(LANES):
+            w = rollout.who[j + lane]
+            for k in range(begin, begin + length):
+                if into:
+                    lanes.slab[k, lane] = worlds.slab[w, k]
+                else:
+                    worlds.slab[w, k] = lanes.slab[k, lane]
+
+
+@kernel
+def bring_constants(worlds, rollout, lanes, j):
+    """Brings what never changes of worlds `who[j:j + 4]` into lanes."""
+    copy(worlds, rollout, lanes, j, 0, lanes.reads_begin, True)
+
+
+@kernel
+def run_row(worlds, rollout, lanes, j):
+    """The row of worlds `who[j:j + 4]`, in lanes; whether they agreed and nothing was wrong."""
+    copy(worlds, rollout, lanes, j, lanes.reads_begin, lanes.writes_begin, True)
+    if call_row(lanes.callee, 0, 0.0, lanes.slab, lanes.words, 0) != 0:
+        return False
+    copy(worlds, rollout, lanes, j, lanes.writes_begin, lanes.end, False)
+    for lane in range(LANES):
+        w = rollout.who[j + lane]
+        worlds.side[w, lanes.stamp] = worlds.side[w, CONTINUOUS]
+    return True

@@ -1,0 +1,203 @@
+"""Worlds that run a row four at a time have the bits they have alone, in all of their memory, whatever others do."""
+
+import numpy as np
+import pytest
+
+import sheldrake
+from sheldrake.common.kernel import jit_enabled
+from sheldrake.geometry import Box, HalfSpace, Sphere
+from sheldrake.math import RigidTransform, RollPitchYaw
+from sheldrake.multibody.math import SpatialInertia
+from sheldrake.multibody.parsing import Parser
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
+from sheldrake.multibody.tree import (
+    BallRpyJoint,
+    DoorHinge,
+    DoorHingeConfig,
+    LinearBushingRollPitchYaw,
+    LinearSpringDamper,
+    PdControllerGains,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    RevoluteSpring,
+    ScrewJoint,
+    UniversalJoint,
+)
+from sheldrake.systems.analysis import BatchSimulator, Simulator
+from sheldrake.systems.framework import DiagramBuilder
+
+pytestmark = pytest.mark.skipif(not jit_enabled(), reason="lanes are machine code")
+
+
+def quadruped():
+    """A quadruped on a floor, its motors under PD control, some of which are weak: diagram and plant."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    Parser(plant).AddModels(sheldrake.model_path("quadruped/quadruped.urdf"))
+    floor = plant.world_body(), RigidTransform(), HalfSpace(), "floor", CoulombFriction(0.8, 0.8)
+    plant.RegisterCollisionGeometry(*floor)
+    for k in plant.GetJointActuatorIndices():
+        plant.get_joint_actuator(k).set_controller_gains(PdControllerGains(p=300.0, d=8.0))
+    plant.Finalize()
+    builder.ExportInput(plant.get_desired_state_input_port(plant.GetModelInstanceByName("quadruped")), "wanted")
+    return builder.Build(), plant
+
+
+def everything(approximation="kLagged"):
+    """Joints of all kinds, springs, a hinge, a strut, a bushing, limits, a free body on a table: diagram and plant."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 2e-3)
+    plant.set_discrete_contact_approximation(
+        getattr(sheldrake.multibody.plant.DiscreteContactApproximation, approximation)
+    )
+    inertia = SpatialInertia.SolidBoxWithMass(1.3, 0.3, 0.2, 0.4)
+    x, z = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+    kinds = (
+        lambda name, a, b: RevoluteJoint(name, a, b, [0.6, 0.0, 0.8], -0.2, 0.2, damping=0.1),
+        lambda name, a, b: PrismaticJoint(name, a, b, x, -0.1, 0.1, damping=0.2),
+        lambda name, a, b: BallRpyJoint(name, a, b, damping=0.05),
+        lambda name, a, b: UniversalJoint(name, a, b, damping=0.05),
+        lambda name, a, b: ScrewJoint(name, a, b, z, 0.05, 0.1),
+        lambda name, a, b: PlanarJoint(name, a, b, [0.1, 0.1, 0.1]),
+    )
+    bodies = [plant.world_body()]
+    for k, kind in enumerate(kinds):
+        bodies.append(plant.AddRigidBody(f"link{k}", inertia))
+        plant.AddJoint(kind(f"joint{k}", bodies[-2].body_frame(), bodies[-1].body_frame()))
+    tip = plant.AddRigidBody("tip", inertia)
+    plant.WeldFrames(
+        bodies[-1].body_frame(), tip.body_frame(), RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [0.1, 0, 0.2])
+    )
+    free = plant.AddRigidBody("free", inertia)
+    plant.RegisterCollisionGeometry(free, RigidTransform(), Sphere(0.1), "ball", CoulombFriction(0.5, 0.5))
+    table = (
+        plant.world_body(),
+        RigidTransform([0.0, 0.0, -0.15]),
+        Box(4.0, 4.0, 0.1),
+        "table",
+        CoulombFriction(0.5, 0.5),
+    )
+    plant.RegisterCollisionGeometry(*table)
+    first, second = (plant.GetJointByName(f"joint{k}") for k in (0, 1))
+    plant.AddJointActuator("motor", first, 2.0).set_controller_gains(PdControllerGains(p=30.0, d=1.0))
+    plant.AddJointActuator("push", second)
+    plant.AddForceElement(RevoluteSpring(first, 0.1, 5.0))
+    plant.AddForceElement(DoorHinge(first, DoorHingeConfig()))
+    plant.AddForceElement(LinearSpringDamper(bodies[1], [0.1, 0, 0], free, [0, 0.1, 0], 0.3, 20.0, 0.5))
+    frames = bodies[2].body_frame(), free.body_frame()
+    plant.AddForceElement(LinearBushingRollPitchYaw(*frames, [3.0] * 3, [0.1] * 3, [9.0] * 3, [0.2] * 3))
+    plant.Finalize()
+    return builder.Build(), plant
+
+
+def arm():
+    """A pendulum of two links that can be locked: diagram and plant."""
+    plant = MultibodyPlant(1e-3)
+    end = plant.world_frame()
+    for k in range(2):
+        link = plant.AddRigidBody(f"link{k}", SpatialInertia.ThinRodWithMassAboutEnd(1.0, 0.5, [0.0, 0.0, -1.0]))
+        joint = RevoluteJoint(f"joint{k}", end, link.body_frame(), [0.0, 1.0, 0.0], -0.4, 0.4)
+        plant.AddJoint(joint)
+        end = link.body_frame()
+    plant.Finalize()
+    return plant, plant
+
+
+def batch_of(made, count, spread, seed=0):
+    """A batch with random states, initialized, and who its row in lanes is."""
+    diagram, plant = made
+    batch = BatchSimulator(diagram, count, num_threads=1, raise_failures=False)
+    rng = np.random.default_rng(seed)
+    batch.states(plant)[:] += rng.uniform(-spread, spread, batch.states(plant).shape)
+    return batch
+
+
+def taken_in_lanes(batch):
+    """Which worlds took their last step with others, in lanes."""
+    worlds = batch._worlds
+    stamps = worlds.side[:, worlds.layout.stamp0 + worlds._lane_row.row]
+    return stamps == stamps.max() if stamps.any() else stamps > 0
+
+
+def assert_as_alone(batch, diagram, advance, who=None):
+    """Worlds that have been advanced are, in all of their memory, what simulators make of the same contexts."""
+    clones = [batch.context(w).Clone() for w in range(batch.num_worlds())]
+    advance()
+    for w in range(batch.num_worlds()) if who is None else who:
+        if batch.failed[w]:
+            continue
+        simulator = Simulator(diagram, clones[w])
+        simulator.Initialize()
+        simulator.AdvanceTo(batch.times[w])
+        np.testing.assert_array_equal(clones[w]._store.S.view(np.int64), batch._worlds.S[w].view(np.int64))
+
+
+@pytest.mark.parametrize("count", [4, 7, 12])
+def test_quadrupeds_that_walk_into_limits_and_saturate(count):
+    diagram, plant = made = quadruped()
+    batch = batch_of(made, count, 0.05)
+    batch.states(plant)[:, 6] = np.linspace(0.25, 0.4, count)
+    batch.inputs(diagram.get_input_port())[:] = np.random.default_rng(1).uniform(-0.9, 0.9, (count, 24))
+    batch.Initialize()
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(120))
+    assert taken_in_lanes(batch).sum() >= count // 4 * 4 - 4
+
+
+@pytest.mark.parametrize("approximation", ["kLagged", "kSimilar", "kSap", "kTamsi"])
+def test_all_that_acts_in_a_plant(approximation):
+    diagram, plant = made = everything(approximation)
+    batch = batch_of(made, 8, 0.05)
+    batch.states(plant)[:, plant.num_positions() :] *= 20.0
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(60))
+
+
+def test_all_that_is_read_is_brought_into_lanes():
+    diagram, _ = made = everything()
+    batch = batch_of(made, 4, 0.02)
+    batch.AdvanceSteps(1)
+    (lanes,) = batch._native._lanes.values()
+    kept = np.zeros(len(lanes.slab), bool)
+    for n in range(lanes.writes_begin, lanes.end):
+        kept[lanes.pieces[n].start : lanes.pieces[n].start + lanes.pieces[n].length] = True
+    lanes.slab[~kept] = np.nan
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(20))
+    assert taken_in_lanes(batch).all()
+
+
+def test_worlds_that_do_not_agree_go_alone():
+    diagram, plant = made = arm()
+    batch = batch_of(made, 8, 0.0)
+    batch.states(plant)[:, 0] = [0.0, 0.1, 0.2, 0.1, 0.0, 0.398, 0.1, 0.2]
+    batch.states(plant)[5, 2] = 5.0  # reaches its limit
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(3))
+    assert taken_in_lanes(batch).tolist() == [True] * 4 + [False] * 4
+
+
+def test_a_world_without_numbers_does_not_hold_up_the_others():
+    diagram, plant = made = arm()
+    batch = batch_of(made, 8, 0.1)
+    batch.states(plant)[2, 0] = np.nan
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(50))
+    assert batch.failed.tolist() == [False, False, True] + [False] * 5
+    assert taken_in_lanes(batch)[4:].all()
+
+
+def test_masses_locks_and_times_of_worlds():
+    diagram, plant = made = arm()
+    batch = batch_of(made, 8, 0.1)
+    for w in range(8):
+        plant.get_body(sheldrake.multibody.tree.BodyIndex(1)).SetMass(batch.context(w), 1.0 + w)
+    plant.GetJointByName("joint1").Lock(batch.context(3))
+    batch.states(plant)[3, 3] = 0.0
+    batch.SetTime(0.01 * np.arange(8))
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(40))
+    assert taken_in_lanes(batch)[4:].all()
+
+
+def test_subsets_and_parts_of_rollouts():
+    diagram, _ = made = arm()
+    batch = batch_of(made, 11, 0.1)
+    who = [0, 3, 4, 7, 8, 10]
+    assert_as_alone(batch, diagram, lambda: [batch.AdvanceSteps(n, who) for n in (1, 7, 30)], who)
+    assert batch.times.tolist() == pytest.approx([0.038 if w in who else 0.0 for w in range(11)])
