@@ -183,8 +183,9 @@ class LearnedTerms(Terms):
         return self._values.flatten()
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        self._points[:] = x[self._columns]
-        for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, self._points.copy()):
+        points = x[self._columns]
+        self._points[:] = points
+        for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, points):
             values[:], J[:] = evaluator._eval_with_jacobian(own)
         if np.isnan(self._J.sum()):
             self._J[:] = without_nan(self._J)
