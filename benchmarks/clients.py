@@ -3,8 +3,8 @@
     python benchmarks/clients.py [--only acrobot "cart-pole"] [--solver Ipopt] [--repeat 2]
 
 Each program runs with either library in a process of its own, whole: models, costs, constraints and the solve, twice;
-the second run counts, the first one (which loads and may compile) stands in brackets. Trajectory optimizations are
-solved by what `Solve` chooses, or by the solver of a name.
+the best of the later runs counts, the first one (which loads and may compile) stands in brackets. Trajectory
+optimizations are solved by what `Solve` chooses, or by the solver of a name.
 """
 
 from __future__ import annotations
@@ -415,6 +415,68 @@ def cells(lib: Any, solver: str) -> tuple[str, float]:
     return "", total
 
 
+@program("predictive control")
+def predictive_control(lib: Any, solver: str) -> tuple[str, float]:
+    """A double integrator under limits, its program written anew by symbols at each of 20 steps."""
+    A, B = np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]])
+    x0, total, names = np.array([-2.0, 0.3]), 0.0, set()
+    for _ in range(20):
+        prog = lib.MathematicalProgram()
+        x, u = prog.NewContinuousVariables(2, 16, "x"), prog.NewContinuousVariables(1, 15, "u")
+        prog.AddBoundingBoxConstraint(x0, x0, x[:, 0])
+        for k in range(15):
+            for row in range(2):
+                prog.AddLinearConstraint(x[row, k + 1] == A[row].dot(x[:, k]) + B[row, 0] * u[0, k])
+            prog.AddLinearConstraint(u[0, k] <= 1.0)
+            prog.AddLinearConstraint(u[0, k] >= -1.0)
+            prog.AddQuadraticCost(x[:, k].dot(x[:, k]) + 0.1 * u[0, k] ** 2)
+        prog.AddQuadraticCost(10.0 * x[:, 15].dot(x[:, 15]))
+        result = lib.Solve(prog)
+        names.add(result.get_solver_id().name())
+        total += result.get_optimal_cost()
+        x0 = A @ x0 + B @ result.GetSolution(u)[:, 0]
+    return "/".join(sorted(names)), total
+
+
+@program("graph of convex sets")
+def graph_of_convex_sets(lib: Any, solver: str) -> tuple[str, float]:
+    """A shortest smooth path through the free boxes of a small maze."""
+    gcs = lib.GcsTrajectoryOptimization(2)
+    boxes = [
+        ([0.0, 0.0], [1.0, 4.0]), ([0.0, 3.0], [4.0, 4.0]), ([3.0, 0.0], [4.0, 4.0]), ([3.0, 0.0], [6.0, 1.0]),
+        ([0.0, 1.5], [4.0, 2.0]), ([5.0, 0.0], [6.0, 4.0]), ([3.0, 2.5], [6.0, 3.2]),
+    ]  # fmt: skip
+    regions = gcs.AddRegions([lib.HPolyhedron.MakeBox(low, high) for low, high in boxes], 4, 0.1, 10.0, "maze")
+    start = gcs.AddRegions([lib.Point([0.2, 0.2])], 0, name="start")
+    end = gcs.AddRegions([lib.Point([5.8, 3.8])], 0, name="end")
+    gcs.AddEdges(start, regions)
+    gcs.AddEdges(regions, end)
+    gcs.AddTimeCost(1.0)
+    gcs.AddPathLengthCost(1.0)
+    gcs.AddVelocityBounds(np.full(2, -1.0), np.full(2, 1.0))
+    gcs.AddPathContinuityConstraints(1)
+    options = lib.GraphOfConvexSetsOptions()
+    options.preprocessing, options.max_rounded_paths = True, 5
+    _, result = gcs.SolvePath(start, end, options)
+    return f"{result.get_solver_id().name()}{'' if result.is_success() else ' FAILED'}", result.get_optimal_cost()
+
+
+@program("timing of a path")
+def timing(lib: Any, solver: str) -> tuple[str, float]:
+    """The fastest way along a spline under limits of velocity, acceleration and torque (Toppra)."""
+    _diagram, plant, _ = station(lib)
+    n = plant.num_positions()
+    knots = np.array([np.sin(0.7 * k + np.arange(n)) for k in range(6)]).T
+    path = lib.PiecewisePolynomial.CubicShapePreserving(np.linspace(0.0, 1.0, 6), knots, True)
+    grid = lib.Toppra.CalcGridPoints(path, lib.CalcGridPointsOptions())
+    toppra = lib.Toppra(path, plant, grid)
+    toppra.AddJointVelocityLimit(np.full(n, -2.0), np.full(n, 2.0))
+    toppra.AddJointAccelerationLimit(np.full(n, -8.0), np.full(n, 8.0))
+    toppra.AddJointTorqueLimit(np.full(n, -80.0), np.full(n, 80.0))
+    times = toppra.SolvePathParameterization()
+    return "Toppra", times.end_time()
+
+
 def run(title: str, package: str, solver: str, repeat: int) -> None:
     """Runs a program and prints its numbers as JSON."""
     lib = importlib.import_module(f"{package}.all")
@@ -425,6 +487,11 @@ def run(title: str, package: str, solver: str, repeat: int) -> None:
         cpu.append(time.process_time() - start[0])
         wall.append(time.perf_counter() - start[1])
     print(json.dumps({"cpu": cpu, "wall": wall, "ended": ended, "cost": cost}))
+
+
+def best(seconds: list[float]) -> float:
+    """The shortest time after the first; that one if there is no other."""
+    return min(seconds[1:] or seconds)
 
 
 def measured(title: str, package: str, solver: str, repeat: int) -> dict | str:
@@ -456,12 +523,14 @@ def main() -> None:
                 print(f"{title:34s} {package:10s} {now}", flush=True)
                 continue
             print(
-                f"{title:34s} {package:10s} CPU {now['cpu'][-1]:7.2f} ({now['cpu'][0]:7.2f}) s  wall "
-                f"{now['wall'][-1]:7.2f} s  cost {now['cost']:<12.8g} {now['ended']}",
+                f"{title:34s} {package:10s} CPU {best(now['cpu']):7.3f} ({now['cpu'][0]:7.2f}) s  wall "
+                f"{best(now['wall']):7.2f} s  cost {now['cost']:<12.8g} {now['ended']}",
                 flush=True,
             )
         if all(isinstance(now, dict) for now in found.values()):
-            print(f"{'':34s} ours/Drake {found['sheldrake']['cpu'][-1] / found['pydrake']['cpu'][-1]:.2f}", flush=True)
+            print(
+                f"{'':34s} ours/Drake {best(found['sheldrake']['cpu']) / best(found['pydrake']['cpu']):.2f}", flush=True
+            )
 
 
 if __name__ == "__main__":

@@ -291,8 +291,10 @@ def arm_in_parts():
 
 
 def unconstrained_limit():
-    m.DifferentialInverseKinematicsParameters(7, 7).set_unconstrained_degrees_of_freedom_velocity_limit(0.1)
-    return True
+    parameters = m.DifferentialInverseKinematicsParameters(7, 7)
+    before = parameters.get_unconstrained_degrees_of_freedom_velocity_limit()
+    parameters.set_unconstrained_degrees_of_freedom_velocity_limit(0.1)
+    return before is None and parameters.get_unconstrained_degrees_of_freedom_velocity_limit() == 0.1
 
 
 def label_of_unlabelled():

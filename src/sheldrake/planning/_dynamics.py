@@ -134,6 +134,8 @@ class Dynamics:
                 found = symbols.slopes(z)
                 if all(np.allclose(a, b, 1e-8, 1e-10) for a, b in zip(found, self._one_by_one(z, True))):
                     self._of_points, self._symbols = symbols, symbols
+        if self._of_points is None and len(z):
+            self.value_and_slope(z[0, : self.num_states], z[0, self.num_states :])  # may find out how many are done
         if self._of_points is not None:
             found = self._of_points(z, with_slopes)
             if found is not None:

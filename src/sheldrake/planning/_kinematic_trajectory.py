@@ -58,7 +58,7 @@ class KinematicTrajectoryOptimization:
         self._prog.SetInitialGuess(self._T, duration)
         # Derivatives by control points: column k of _slopes[d] @ C is the k-th control point of the d-th derivative.
         unit = BsplineTrajectory(self._basis, [np.zeros((1, 1)) for _ in range(self._n)])
-        self._slopes = [_dense(unit.AsLinearInControlPoints(d)) for d in range(order)]
+        self._slopes = [unit._linear_in_control_points(d) for d in range(order)]
         self._unit = unit
 
     def _set_up_like(self, trajectory: BsplineTrajectory) -> None:
@@ -366,10 +366,6 @@ class KinematicTrajectoryOptimization:
             cost.evaluator().set_description(f"path energy cost {k}")
             out.append(as_kind(Cost, cost))
         return out
-
-
-def _dense(M: ArrayLike) -> np.ndarray:
-    return M.toarray() if hasattr(M, "toarray") else np.asarray(M, dtype=float)
 
 
 def _product(B: np.ndarray, effort: np.ndarray) -> np.ndarray:

@@ -139,10 +139,13 @@ class BsplineTrajectory(Trajectory):
         """Returns M such that the derivative's control points are those here times M, as `scipy.sparse.csc_matrix`."""
         import scipy.sparse
 
+        return scipy.sparse.csc_matrix(self._linear_in_control_points(derivative_order))
+
+    def _linear_in_control_points(self, derivative_order: int) -> np.ndarray:
         n = self.num_control_points()
         probe = type(self)(self._require(), [row.reshape(-1, 1) for row in np.eye(n)])
         points = probe.DoMakeDerivative(derivative_order).control_points() if derivative_order else probe._points
-        return scipy.sparse.csc_matrix(np.hstack(points))
+        return np.hstack(points)
 
     def InsertKnots(self, additional_knots: Scalars) -> None:
         """Adds knots without changing the trajectory, by Boehm's rule (1980).

@@ -100,10 +100,26 @@ def test_functions_of_python_learn_their_curvature():
     form = NonlinearForm(prog)
     assert [type(t) for t in form._constraints] == [LearnedTerms]
     for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
-        form.constraints(np.array(point))
+        entries = form.hessian(np.array(point), 0.0, np.ones(1))
     found = np.zeros((2, 2))
-    np.add.at(found, (form.H_rows, form.H_cols), form.hessian(np.array([0.5, 0.9]), 0.0, np.ones(1)))
+    np.add.at(found, (form.H_rows, form.H_cols), entries)
     np.testing.assert_allclose(found, [[4.0, 1.0], [1.0, 0.0]], atol=1e-9)  # two steps suffice for two variables
+
+
+def test_curvature_is_not_learned_from_points_that_were_only_tried():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddConstraint(lambda z: [z[0] * z[1] ** 2 + z[0] ** 3], [0.0], [0.0], x)
+    ways = []
+    for tries in (False, True):
+        form = NonlinearForm(prog)
+        for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
+            if tries:
+                form.constraints(np.array([7.0, -3.0]))
+            entries = form.hessian(np.array(point), 0.0, np.ones(1))
+        ways.append(entries)
+    assert np.any(ways[0] != 0.0)
+    np.testing.assert_array_equal(*ways)
 
 
 class Saddle:

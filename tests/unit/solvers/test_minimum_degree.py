@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from sheldrake.solvers._engines.minimum_degree import minimum_degree
+from sheldrake.solvers._kernels.elimination import order_of_least_degree
 from sheldrake.solvers._program.polynomials import _in_hull
 
 
@@ -57,6 +58,32 @@ def test_no_worse_than_superlu_orders(seed):
     )
     assert sorted(ours) == list(range(n))
     assert entries_of_factor(P, ours) <= 1.1 * entries_of_factor(P, np.argsort(found.perm_c))
+
+
+@pytest.mark.parametrize("size", [1, 2, 30, 80])
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 1.0])
+def test_any_pattern_gives_an_order_that_fills_as_little_as_always_taking_the_row_of_fewest(size, share):
+    rng = np.random.default_rng(size)
+    i, j = np.nonzero(rng.random((size, size)) < share)
+    order = minimum_degree(size, i, j)
+    assert sorted(order) == list(range(size))
+    P = symmetric(size, i, j)
+    left, greedy = P.copy(), []
+    alive = np.ones(size, dtype=bool)
+    for _ in range(size):
+        row = min(np.flatnonzero(alive), key=lambda r: left[r, alive].sum())
+        alive[row] = False
+        left |= np.outer(left[row], left[row])
+        greedy.append(row)
+    assert entries_of_factor(P, order) <= 1.05 * entries_of_factor(P, np.array(greedy)) + 3
+
+
+def test_the_order_is_the_same_as_machine_code_and_as_python(monkeypatch):
+    rng = np.random.default_rng(2)
+    i, j = np.nonzero(rng.random((60, 60)) < 0.08)
+    native = minimum_degree(60, i, j)
+    monkeypatch.setattr(type(order_of_least_degree), "native", property(lambda kernel: kernel))
+    np.testing.assert_array_equal(minimum_degree(60, i, j), native)
 
 
 def test_a_nonlinear_program_is_solved_without_loading_what_it_does_not_need():

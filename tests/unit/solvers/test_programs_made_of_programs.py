@@ -97,6 +97,29 @@ def test_relaxations_bound_from_below():
         MakeSemidefiniteRelaxation(prog)
 
 
+def test_convex_quadratic_constraints_may_be_kept():
+    pytest.importorskip("clarabel")
+    prog = MathematicalProgram()
+    y = prog.NewContinuousVariables(2, "y")
+    prog.AddQuadraticCost(-(y[0] ** 2) + y[0] * y[1])
+    prog.AddConstraint(y.dot(y) + y[0] <= 1)
+    prog.AddConstraint(-y.dot(y) >= -3)
+    prog.AddConstraint(y[0] ** 2 - y[1] ** 2 <= 0.5)  # not convex
+    options = SemidefiniteRelaxationOptions()
+    assert not options.preserve_convex_quadratic_constraints
+    assert not MakeSemidefiniteRelaxation(prog, options).rotated_lorentz_cone_constraints()
+    options.set_to_strongest()
+    relaxed = MakeSemidefiniteRelaxation(prog, options)
+    cones = relaxed.rotated_lorentz_cone_constraints()
+    assert [list(b.variables()) == list(y) for b in cones] == [True, True]
+    for point in np.random.default_rng(0).normal(size=(50, 2)):
+        holds = [b.evaluator().CheckSatisfied(point) for b in cones]
+        assert holds == [point @ point + point[0] <= 1, point @ point <= 3]
+    assert Solve(relaxed).get_optimal_cost() == pytest.approx(
+        Solve(MakeSemidefiniteRelaxation(prog)).get_optimal_cost(), abs=1e-6
+    )
+
+
 def test_augmented_lagrangians_agree_at_the_best_slacks():
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(2, "x")

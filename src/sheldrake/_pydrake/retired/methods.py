@@ -119,12 +119,22 @@ def _projected(self: AffineSubspace, x: Any) -> np.ndarray:
     return found[1].reshape(np.shape(x))
 
 
-def _no_limit_of_unconstrained(self: Any, limit: float) -> None:
+_UNCONSTRAINED = (
+    "DifferentialInverseKinematicsParameters.{}_unconstrained_degrees_of_freedom_velocity_limit() is retired and of no "
+    "effect: use set_joint_centering_gain()."
+)
+
+
+def _set_limit_of_unconstrained(self: Any, limit: float) -> None:
     """Retired: of no effect, as in Drake since 2022."""
-    hint(
-        "DifferentialInverseKinematicsParameters.set_unconstrained_degrees_of_freedom_velocity_limit() is retired and "
-        "of no effect: use set_joint_centering_gain()."
-    )
+    self._limit_of_unconstrained = float(limit)
+    hint(_UNCONSTRAINED.format("set"))
+
+
+def _get_limit_of_unconstrained(self: Any) -> float | None:
+    """Retired: what was set last, which is of no effect; None if nothing was."""
+    hint(_UNCONSTRAINED.format("get"))
+    return getattr(self, "_limit_of_unconstrained", None)
 
 
 def _sensor_pose(kind: str) -> Callable:
@@ -429,7 +439,8 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         "InverseKinematics": {"AddMinimumDistanceConstraint": _add_minimum_distance},
         "DifferentialInverseKinematicsParameters": {
             "get_timestep": renamed("get_time_step", "DifferentialInverseKinematicsParameters.get_timestep"),
-            "set_unconstrained_degrees_of_freedom_velocity_limit": _no_limit_of_unconstrained,
+            "get_unconstrained_degrees_of_freedom_velocity_limit": _get_limit_of_unconstrained,
+            "set_unconstrained_degrees_of_freedom_velocity_limit": _set_limit_of_unconstrained,
             "set_timestep": renamed("set_time_step", "DifferentialInverseKinematicsParameters.set_timestep"),
             "get_end_effector_velocity_gain": _get_end_effector_velocity_gain,
             "set_end_effector_velocity_gain": _set_end_effector_velocity_gain,

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._nonnegative_least_squares import nonnegative_least_squares
 from sheldrake.geometry._kernels.hydro_depth import depths_below
 
 MOST_LEVELS = 8
@@ -294,8 +295,6 @@ def _moved_out(vertices: np.ndarray, surface: np.ndarray, margin: float) -> np.n
 
     Each is a problem of least distance (Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23).
     """
-    from scipy.optimize import nnls
-
     moved = vertices.copy()
     corner = vertices[surface]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -306,7 +305,7 @@ def _moved_out(vertices: np.ndarray, surface: np.ndarray, margin: float) -> np.n
             around.setdefault(v, []).append(t)
     for v, triangles in around.items():
         N = normals[triangles]
-        weights, _ = nnls(np.vstack([N.T, np.ones(len(N))]), np.array([0.0, 0.0, 0.0, 1.0]))
+        weights = nonnegative_least_squares(np.vstack([N.T, np.ones(len(N))]), np.array([0.0, 0.0, 0.0, 1.0]))
         residual = np.append(N.T @ weights, weights.sum() - 1.0)
         if not residual[3] < -1e-12:
             raise RuntimeError(f"A vertex of a volume mesh, at {vertices[v].tolist()}, can not be moved out.")

@@ -15,6 +15,7 @@ from sheldrake.common._checked import checked
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import dispatch, incompatible, overload
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import Constraint, MathematicalProgram, Solve, _arrays
 from sheldrake.solvers._functions.bindings import as_kind
@@ -78,6 +79,10 @@ class ConvexSet:
 
     def _point(self) -> np.ndarray | None:
         """The only point, where that is plain."""
+        return None
+
+    def _faces(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """A and b of A x <= b, for a set that is known by its faces."""
         return None
 
     def _some_point(self) -> np.ndarray | None:
@@ -145,6 +150,9 @@ class ConvexSet:
         self._same_space("IntersectsWith", other)
         if self._dimension == 0:
             return not self.IsEmpty() and not other.IsEmpty()
+        own, others = self._faces(), other._faces()
+        if own is not None and others is not None:
+            return programs.point(np.vstack((own[0], others[0])), np.concatenate((own[1], others[1]))) is not None
         prog, x = self._program()
         other._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
         return Solve(prog).is_success()

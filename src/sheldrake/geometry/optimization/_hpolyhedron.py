@@ -337,6 +337,9 @@ class HPolyhedron(ConvexSet):
     def _extent(self, direction: np.ndarray) -> float:
         return programs.largest(self._A, self._b, direction)
 
+    def _faces(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._A, self._b
+
     def _some_point(self) -> np.ndarray | None:
         return programs.point(self._A, self._b)
 

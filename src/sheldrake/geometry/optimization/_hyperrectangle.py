@@ -91,6 +91,10 @@ class Hyperrectangle(ConvexSet):
     def _bounding_box(self) -> tuple[np.ndarray, np.ndarray] | None:
         return self._lb, self._ub
 
+    def _faces(self) -> tuple[np.ndarray, np.ndarray]:
+        both = np.eye(self._dimension)
+        return np.vstack((both, -both)), np.concatenate((self._ub, -self._lb))
+
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         into.within(self._lb, x, self._ub, scale)
         into.nonnegative(scale)

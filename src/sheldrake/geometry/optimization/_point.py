@@ -99,6 +99,13 @@ class Point(ConvexSet):
     def _point(self) -> np.ndarray:
         return self._x.copy()
 
+    def _faces(self) -> tuple[np.ndarray, np.ndarray]:
+        both = np.eye(self._dimension)
+        return np.vstack((both, -both)), np.concatenate((self._x, -self._x))
+
+    def _extent(self, direction: np.ndarray) -> float:
+        return float(direction @ self._x)
+
     def _volume(self) -> float:
         return 0.0
 

@@ -19,10 +19,43 @@ def _linear_program(A: np.ndarray, b: np.ndarray, cost: np.ndarray) -> scipy.opt
     return linprog(cost, A_ub=A, b_ub=b, bounds=(None, None), method="highs")
 
 
+_FEASIBLE = 1e-7  # By how much rows may be violated, as for the linear programs.
+
+
+def box_of(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """The bounds that the rows are, infinite where there are none; None if a row has several variables.
+
+    Where there is no x at all, a lower bound is above its upper bound.
+    """
+    if np.count_nonzero(A, axis=1).max(initial=0) > 1:
+        return None
+    low, high = np.full(A.shape[1], -np.inf), np.full(A.shape[1], np.inf)
+    i, j = np.nonzero(A)
+    entries = A[i, j]
+    ends, is_upper = b[i] / entries, entries > 0.0
+    np.minimum.at(high, j[is_upper], ends[is_upper])
+    np.maximum.at(low, j[~is_upper], ends[~is_upper])
+    says_nothing = np.ones(len(b), dtype=bool)
+    says_nothing[i] = False
+    if np.any(b[says_nothing] < -_FEASIBLE):  # 0 x <= a negative number
+        low[:], high[:] = np.inf, -np.inf
+    nearly = (low > high) & (low <= high + _FEASIBLE)
+    middle = 0.5 * (low[nearly] + high[nearly])
+    low[nearly], high[nearly] = middle, middle
+    return low, high
+
+
 def largest(A: np.ndarray, b: np.ndarray, direction: np.ndarray) -> float:
     """The greatest direction'x; infinite if unbounded, minus infinity if there is no x."""
     if not len(b):
         return np.inf if np.any(direction) else 0.0
+    box = box_of(A, b)
+    if box is not None:
+        low, high = box
+        if np.any(low > high):
+            return -np.inf
+        turned = direction != 0.0
+        return float(np.sum(direction[turned] * np.where(direction > 0.0, high, low)[turned]))
     found = _linear_program(A, b, -direction)
     if found.status == 0:
         return -float(found.fun)
@@ -33,6 +66,9 @@ def point(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
     """Some x; None if there is none."""
     if not len(b):
         return np.zeros(A.shape[1])
+    box = box_of(A, b)
+    if box is not None:
+        return None if np.any(box[0] > box[1]) else np.clip(np.zeros(A.shape[1]), *box)
     found = _linear_program(A, b, np.zeros(A.shape[1]))
     return np.array(found.x) if found.status == 0 else None
 

@@ -36,13 +36,14 @@ class KinematicFunction:
     _context: Any
     _num_outputs: int
     _num_vars: int
+    _nq: int
 
     def _set_plant(self, plant: MultibodyPlant, context: Context, num_outputs: int, more_vars: int = 0) -> None:
         if context is None:
             raise ValueError(f"{type(self).__name__}: plant_context is None.")
         self._plant, self._context = plant, context
-        self._is_float = plant._scalar is float
-        self._set_sizes(num_outputs, plant.num_positions() + more_vars)  # type: ignore[attr-defined]
+        self._is_float, self._nq = plant._scalar is float, plant.num_positions()
+        self._set_sizes(num_outputs, self._nq + more_vars)  # type: ignore[attr-defined]
 
     def _place(self, q: np.ndarray) -> None:
         """Puts positions into the context, if they are not there already."""
@@ -61,8 +62,7 @@ class KinematicFunction:
         raise NotImplementedError
 
     def _split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        n = self._plant.num_positions()
-        return x[:n], x[n:]
+        return x[: self._nq], x[self._nq :]
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         q, more = self._split(x)

@@ -10,13 +10,12 @@ import numpy as np
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import incompatible
+from sheldrake.multibody.optimization._kernels.toppra import controllable_sets, fastest
 from sheldrake.multibody.optimization._toppra_passes import (
     LARGEST_X,
     Rows,
     grid_points,
     one_sided,
-    range_of_u,
-    range_of_x,
 )
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import MathematicalProgram
@@ -332,24 +331,16 @@ class Toppra:
         """Returns by how much limits are widened on the way forward."""
         return self._relaxation
 
-    def _rows_at(self, i: int, after: np.ndarray, wider: float = 0.0) -> np.ndarray:
-        """All limits on (u, x) at a gridpoint, some of them wider, with the set of x at the next one."""
-        parts = [one_sided(rows.a[i], rows.b[i], rows.lower[i] - wider, rows.upper[i] + wider) for rows in self._rows]
-        delta = self._s[i + 1] - self._s[i]
-        parts.append(one_sided(np.array([2.0 * delta]), np.ones(1), after[:1], after[1:]))
-        parts.append(np.array([[0.0, 1.0, self._x_upper[i]], [0.0, -1.0, -self._x_lower[i]]]))
-        return np.concatenate(parts)
-
     def _controllable_sets(self, x_start: float, x_end: float) -> np.ndarray | None:
         last = self._s.size - 1
         sets = np.zeros((self._s.size, 2))
         sets[last] = x_end
-        for i in range(last - 1, -1, -1):
-            found = range_of_x(self._rows_at(i, sets[i + 1]))
-            if found is None or found[1] < 0.0:
-                _log.error("Toppra failed to find lower bound of controllable set at knot %d/%d.", i, last)
-                return None
-            sets[i] = max(found[0], 0.0), found[1]
+        failed = controllable_sets.native(
+            one_sided(self._rows, self._s.size, 0.0), self._s, self._x_lower, self._x_upper, sets
+        )
+        if failed >= 0:
+            _log.error("Toppra failed to find lower bound of controllable set at knot %d/%d.", failed, last)
+            return None
         if not sets[0, 0] - 1e-9 <= x_start <= sets[0, 1] + 1e-9:
             _log.error("Toppra: the speed at the start is not in the controllable set [%g, %g].", *np.sqrt(sets[0]))
             return None
@@ -358,12 +349,11 @@ class Toppra:
     def _fastest(self, x_start: float, sets: np.ndarray) -> np.ndarray | None:
         x = np.zeros(self._s.size)
         x[0] = x_start
-        for i in range(self._s.size - 1):
-            found = range_of_u(self._rows_at(i, sets[i + 1], self._relaxation), x[i])
-            if found is None:
-                _log.error("Toppra failed to find a path acceleration at knot %d/%d.", i, self._s.size - 1)
-                return None
-            x[i + 1] = np.clip(x[i] + 2.0 * (self._s[i + 1] - self._s[i]) * found[1], *sets[i + 1])
+        rows = one_sided(self._rows, self._s.size, self._relaxation)
+        failed = fastest.native(rows, self._s, self._x_lower, self._x_upper, sets, x)
+        if failed >= 0:
+            _log.error("Toppra failed to find a path acceleration at knot %d/%d.", failed, self._s.size - 1)
+            return None
         return x
 
 

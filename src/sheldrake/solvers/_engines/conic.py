@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.columns import Columns
+from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._functions.bindings import BindingBase
-from sheldrake.solvers._functions.constraints import LinearConstraint
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
-
-if TYPE_CHECKING:
-    import scipy.sparse
 
 ROOT2 = float(np.sqrt(2.0))
 
@@ -26,7 +24,7 @@ class Cone(NamedTuple):
 
 
 class ConicForm:
-    """The arrays of the form, dense triplets of A, and where each constraint went.
+    """The arrays of the form, triplets of A, and where each constraint went.
 
     Variables beyond those of the program are slacks of norm costs.
     """
@@ -41,26 +39,23 @@ class ConicForm:
         self.num_rows = 0
         self._duals: list[tuple[BindingBase, Callable[[np.ndarray], np.ndarray]]] = []
         self._objective()
-        self._equalities()
-        self._inequalities()
+        self._linear()
         self._norms_and_lorentz()
         self._rotated()
         self._matrices()
         self._exponential()
-        self.b = np.concatenate(self._b) if self._b else np.zeros(0)
+        self.b = np.concatenate(self._b)
 
-    def upper_P(self) -> scipy.sparse.csc_matrix:
+    def upper_P(self) -> Columns:
         """The upper triangle of the quadratic cost as a sparse matrix."""
         rows, cols, values = self._triplets_P
         upper = rows <= cols
-        return _compressed(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
+        return Columns.of_triplets(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
 
-    def A(self) -> scipy.sparse.csc_matrix:
+    def A(self) -> Columns:
         """The constraints as a sparse matrix."""
-        shape = self.num_rows, self.num_vars
-        if not self._rows:
-            return _compressed(np.zeros(0, int), np.zeros(0, int), np.zeros(0), shape)
-        return _compressed(np.concatenate(self._rows), np.concatenate(self._cols), np.concatenate(self._values), shape)
+        rows, cols, values = (np.concatenate(parts) for parts in (self._rows, self._cols, self._values))
+        return Columns.of_triplets(rows, cols, values, (self.num_rows, self.num_vars))
 
     def _objective(self) -> None:
         prog = self.prog
@@ -68,7 +63,7 @@ class ConicForm:
         q, self.constant = np.zeros(prog.num_vars()), 0.0
         for b in prog.quadratic_costs():
             at, cost = parts_of(prog).bindings.places(b), b._evaluator
-            i, j = np.nonzero(cost._Q)
+            i, j = cost._Q.nonzero()
             rows.append(at[i])
             cols.append(at[j])
             values.append(cost._Q[i, j])
@@ -100,38 +95,43 @@ class ConicForm:
         if size:
             self.cones.append(Cone(kind, size))
 
-    def _linear(self) -> Iterator[tuple[BindingBase[LinearConstraint], np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-        """Each linear constraint, its matrix, the places of its variables, and its bounds."""
+    def _linear(self) -> None:
+        """Linear constraints: first equations, then upper bounds, then lower bounds."""
         prog = self.prog
-        rows = (*prog.linear_constraints(), *prog.linear_equality_constraints(), *prog.bounding_box_constraints())
-        for b in rows:
-            c = b.evaluator()
-            A = c._jacobian(np.zeros(len(b._variables)))
-            yield b, A, parts_of(self.prog).bindings.places(b), c._lower, c._upper
-
-    def _equalities(self) -> None:
+        linear = prog.linear_constraints(), prog.linear_equality_constraints(), prog.bounding_box_constraints()
+        all_rows = LinearRows(prog, [b for kind in linear for b in kind])
+        lower, upper = all_rows.lower, all_rows.upper
+        equal = lower == upper
+        never = np.flatnonzero((lower == np.inf) | (upper == -np.inf))
+        equations = np.flatnonzero(equal)
+        parts = [(equations, 1.0, self._add_rows(all_rows, equations, upper, 1.0))]
+        self._cone("zero", self.num_rows)
         start = self.num_rows
-        self._kept_equal: dict[int, tuple[np.ndarray, slice]] = {}
-        for b, A, cols, lower, upper in self._linear():
-            equal = np.flatnonzero(lower == upper)
-            if equal.size:
-                self._kept_equal[id(b)] = (equal, self._add(A[equal], cols, upper[equal]))
-        self._cone("zero", self.num_rows - start)
-
-    def _inequalities(self) -> None:
-        start = self.num_rows
-        for b, A, cols, lower, upper in self._linear():
-            below = np.flatnonzero((lower != upper) & np.isfinite(upper))
-            above = np.flatnonzero((lower != upper) & np.isfinite(lower))
-            parts = [(-1.0, *self._kept_equal[id(b)])] if id(b) in self._kept_equal else []
-            if below.size:
-                parts.append((-1.0, below, self._add(A[below], cols, upper[below])))
-            if above.size:
-                parts.append((1.0, above, self._add(-A[above], cols, -lower[above])))
-            self._duals.append((b, _linear_dual(len(lower), parts)))
-            for _ in range(np.count_nonzero((lower == np.inf) | (upper == -np.inf))):
-                self._add(np.zeros((1, len(cols))), cols, np.array([-1.0]))  # No number is there: 0 x <= -1.
+        for sign, bound in ((1.0, upper), (-1.0, lower)):
+            chosen = np.flatnonzero(~equal & np.isfinite(bound))
+            parts.append((chosen, sign, self._add_rows(all_rows, chosen, bound, sign)))
+        self._add(np.zeros((len(never), 0)), np.zeros(0, int), -np.ones(len(never)))  # No number is there: 0 <= -1.
         self._cone("nonnegative", self.num_rows - start)
+
+        def shadow_prices(z: np.ndarray) -> np.ndarray:
+            """Raising an upper bound by one changes the cost by -z, a lower bound by +z."""
+            out = np.zeros(all_rows.num_rows)
+            for chosen, sign, rows in parts:
+                out[chosen] -= sign * z[rows]
+            return out
+
+        self._linear_places, self._shadow_prices = all_rows.places, shadow_prices
+
+    def _add_rows(self, source: LinearRows, chosen: np.ndarray, bound: np.ndarray, sign: float) -> slice:
+        """Adds rows sign A x + s = sign bound; returns where they are."""
+        rows, cols, values = source.of(chosen)
+        self._rows.append(rows + self.num_rows)
+        self._cols.append(cols)
+        self._values.append(sign * values)
+        self._b.append(sign * bound[chosen])
+        start = self.num_rows
+        self.num_rows += len(chosen)
+        return slice(start, self.num_rows)
 
     def _norms_and_lorentz(self) -> None:
         for k, b in enumerate(self.prog.l2norm_costs()):
@@ -203,24 +203,9 @@ class ConicForm:
 
     def duals(self, z: np.ndarray) -> list[tuple[BindingBase, np.ndarray]]:
         """Duals of the constraints from those of the rows (of A x + s = b, s in K, as z in the dual cone)."""
-        return [(b, dual(z)) for b, dual in self._duals]
-
-
-def _compressed(
-    rows: np.ndarray, cols: np.ndarray, values: np.ndarray, shape: tuple[int, int]
-) -> scipy.sparse.csc_matrix:
-    """A sparse matrix of triplets; SciPy's own way through two other formats takes three times as long for few."""
-    from scipy.sparse import csc_matrix
-
-    order = np.lexsort((rows, cols))
-    rows, cols, values = rows[order], cols[order], values[order]
-    differs = np.ones(len(rows), bool)
-    differs[1:] = (rows[1:] != rows[:-1]) | (cols[1:] != cols[:-1])
-    if not differs.all():
-        values = np.add.reduceat(values, np.flatnonzero(differs))
-        rows, cols = rows[differs], cols[differs]
-    starts = np.searchsorted(cols, np.arange(shape[1] + 1))
-    return csc_matrix((values, rows.astype(np.int32), starts.astype(np.int32)), shape=shape)
+        prices = self._shadow_prices(z)
+        linear: list[tuple[BindingBase, np.ndarray]] = [(b, prices[rows]) for b, rows in self._linear_places]
+        return linear + [(b, dual(z)) for b, dual in self._duals]
 
 
 def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
@@ -228,18 +213,6 @@ def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np
 
     def dual(z: np.ndarray) -> np.ndarray:
         return z[rows] if T is None else T @ z[rows]
-
-    return dual
-
-
-def _linear_dual(count: int, parts: list[tuple[float, np.ndarray, slice]]) -> Callable[[np.ndarray], np.ndarray]:
-    """Shadow prices: raising an upper bound by one changes the cost by -z, a lower bound by +z."""
-
-    def dual(z: np.ndarray) -> np.ndarray:
-        out = np.zeros(count)
-        for sign, at, rows in parts:
-            out[at] += sign * z[rows]
-        return out
 
     return dual
 

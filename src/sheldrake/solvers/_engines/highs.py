@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
@@ -33,22 +34,9 @@ def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray,
     """All linear constraints that are no bounds as lower <= A x <= upper, A sparse; and (binding, rows) of each."""
     from scipy.sparse import csc_matrix
 
-    rows, cols, values, lower, upper, places, at = [], [], [], [], [], [], 0
-    for b in prog.GetLinearConstraints():
-        block = b._evaluator._jacobian(np.zeros(len(b._variables)))
-        i, j = np.nonzero(block)
-        rows.append(i + at)
-        cols.append(parts_of(prog).bindings.places(b)[j])
-        values.append(block[i, j])
-        lower.append(b._evaluator._lower)
-        upper.append(b._evaluator._upper)
-        places.append((b, slice(at, at + block.shape[0])))
-        at += block.shape[0]
-    if not at:
-        return csc_matrix((0, prog.num_vars())), np.zeros(0), np.zeros(0), []
-    triplet = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
-    M = csc_matrix(triplet, shape=(at, prog.num_vars()))
-    return M, np.concatenate(lower), np.concatenate(upper), places
+    found = LinearRows(prog, prog.GetLinearConstraints())
+    M = csc_matrix((found.values, (found.rows, found.cols)), shape=(found.num_rows, prog.num_vars()))
+    return M, found.lower, found.upper, found.places
 
 
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:

@@ -359,7 +359,7 @@ class InteriorPoint:
         while alpha > smallest:
             now.alpha = alpha
             self._do(barrier.GO)
-            if self._takes(alpha):
+            if self._takes(alpha, first):
                 return True
             if first and theta <= now.theta_trial < np.inf and self._corrected(alpha):
                 return True
@@ -384,13 +384,18 @@ class InteriorPoint:
             it.c_corrected[:] = longest * it.c_corrected + it.c_trial
         return False
 
-    def _takes(self, alpha: float) -> bool:
+    def _takes(self, alpha: float, is_likely: bool = False) -> bool:
         """Whether the trial point is good enough, eq. (18) to (20); the filter grows where it takes one for its
         violation.
+
+        Where that is likely, derivatives are computed at once: most of their work is that of the values.
         """
         it, now = self._at, self._now
         theta, phi, m = now.theta, now.phi, now.descent
-        now.f_trial, it.c_trial[:] = self._program.values(it.trial)
+        if is_likely:
+            now.f_trial, _, it.c_trial[:], _ = self._program.slopes(it.trial)
+        else:
+            now.f_trial, it.c_trial[:] = self._program.values(it.trial)
         self._do(barrier.JUDGE)
         theta_new, phi_new = now.theta_trial, now.phi_trial
         if not math.isfinite(now.f_trial) or not theta_new <= self._theta_max:

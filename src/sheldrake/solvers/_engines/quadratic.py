@@ -2,35 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.common.kernel import Bound
 from sheldrake.solvers._engines.choose import Solve
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
+from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._kernels.active_set import solve_dense_program
 from sheldrake.solvers._program.program import MathematicalProgram
 
 _SMALL = 120  # rows and variables up to which dense steps take less time
-
-
-class Columns(NamedTuple):
-    """A sparse matrix by columns with the attributes of SciPy's, which take as long to make as the program to solve."""
-
-    data: np.ndarray
-    indices: np.ndarray
-    indptr: np.ndarray
-    shape: tuple[int, int]
-    has_canonical_format: bool = True
-
-    @classmethod
-    def of(cls, matrix: np.ndarray) -> Columns:
-        """The numbers of a dense matrix that are not zero."""
-        column, row = np.nonzero(matrix.T)
-        starts = np.searchsorted(column, np.arange(matrix.shape[1] + 1))
-        return cls(matrix[row, column], row, starts, (matrix.shape[0], matrix.shape[1]))
 
 
 def solve_quadratic_program(

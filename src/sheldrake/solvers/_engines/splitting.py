@@ -191,6 +191,7 @@ class ScsSolver(SolverInterface):
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         import scs
+        from scipy.sparse import csc_matrix
 
         form = ConicForm(prog)
         order = _rows_for_scs(form)
@@ -202,7 +203,8 @@ class ScsSolver(SolverInterface):
                 cones["ep"] += 1
             else:
                 cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
-        data = {"P": form.upper_P(), "A": form.A()[order].tocsc(), "b": form.b[order], "c": form.q}
+        P, A = (csc_matrix(M[:3], shape=M.shape) for M in (form.upper_P(), form.A()))
+        data = {"P": P, "A": A[order].tocsc(), "b": form.b[order], "c": form.q}
         settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options)}
         settings.update(self._given(options, _SCS_OPTIONS))
         found = scs.SCS(data, cones, **settings).solve()

@@ -38,7 +38,7 @@ class Terms:
         raise NotImplementedError
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Entries of the Hessian of weights' values; of what is learned, as it was at the last slopes."""
+        """Entries of the Hessian of weights' values; where it is learned, from the points where this is asked."""
         raise NotImplementedError
 
 
@@ -154,9 +154,9 @@ class AlikeTerms(Terms):
 class LearnedTerms(Terms):
     """Evaluators of equal shape of which no more than first derivatives are known.
 
-    The Hessian of each value is learned from how gradients change from one evaluation of slopes to the next, by
-    symmetric rank one updates (Griewank and Toint, 1982; Conn, Gould and Toint, 1991): multipliers may change without
-    making it stale, and many small Hessians are learned in few steps.
+    The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
+    those that were only tried), by symmetric rank one updates (Griewank and Toint, 1982; Conn, Gould and Toint, 1991):
+    multipliers may change without making it stale, and many small Hessians are learned in few steps.
 
     Args:
         evaluators: The evaluators.
@@ -183,18 +183,21 @@ class LearnedTerms(Terms):
         return self._values.flatten()
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        self._points[:] = x[self._columns]
-        for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, self._points.copy()):
+        points = x[self._columns]
+        self._points[:] = points
+        for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, points):
             values[:], J[:] = evaluator._eval_with_jacobian(own)
         if np.isnan(self._J.sum()):
             self._J[:] = without_nan(self._J)
+        return self._values.flatten(), self._J.flatten()
+
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        if not np.array_equal(self._points, x[self._columns]):
+            self.slopes(x)
         if not self._has_begun:
             self._has_begun = True
             self._before[:], self._J_before[:] = self._points, self._J.reshape(self._J_before.shape)
         self._learn()
-        return self._values.flatten(), self._J.flatten()
-
-    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         self._weights[:] = weights
         self._weigh()
         return self._total.flatten()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,10 @@ def _bounds(lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     return _arrays.float_vector(np.atleast_1d(lb)), _arrays.float_vector(np.atleast_1d(ub))
 
 
+def _not_finite(cls: type) -> RuntimeError:
+    return RuntimeError(f"{cls.__name__}: A has entries that are not finite.")
+
+
 class LinearConstraint(Constraint):
     """lb <= A x <= ub.
 
@@ -42,10 +47,18 @@ class LinearConstraint(Constraint):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
 
     @classmethod
-    def _of(cls, A: np.ndarray, lb: np.ndarray, ub: np.ndarray) -> Self:
-        """The constraint of arrays that nobody else has."""
+    def _of_row(cls, a: np.ndarray, low: float, high: float) -> Self:
+        """The constraint of one row that nobody else has; its bounds are numbers.
+
+        Raises:
+            RuntimeError: an entry is not finite.
+        """
+        if not all(map(math.isfinite, a.tolist())):
+            raise _not_finite(cls)
         self = cls.__new__(cls)
-        self._set_linear(A, lb, ub)
+        self._A = self._dense = a.reshape(1, -1)
+        self._set_sizes(1, a.size)
+        self._lower, self._upper = np.array([low]), np.array([high])
         return self
 
     def _set_linear(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
@@ -55,7 +68,7 @@ class LinearConstraint(Constraint):
             )
         values = A.data if _arrays.is_sparse(A) else A
         if not np.isfinite(values).all():
-            raise RuntimeError(f"{type(self).__name__}: A has entries that are not finite.")
+            raise _not_finite(type(self))
         self._A, self._dense = A, None if _arrays.is_sparse(A) else A
         self._set_sizes(A.shape[0], A.shape[1], self._description)
         self._set_bounds(lb, ub)
@@ -173,6 +186,15 @@ class BoundingBoxConstraint(LinearConstraint):
         self._dense = None
         self._set_sizes(lower.size, lower.size)
         self._set_bounds(lower, upper)
+
+    @classmethod
+    def _of_variable(cls, low: float, high: float) -> Self:
+        """The bounds of one variable, which are numbers."""
+        self = cls.__new__(cls)
+        self._dense = None
+        self._set_sizes(1, 1)
+        self._lower, self._upper = np.array([low]), np.array([high])
+        return self
 
     @property
     def _A(self) -> np.ndarray:  # type: ignore[override]

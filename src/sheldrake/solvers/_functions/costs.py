@@ -17,6 +17,7 @@ from sheldrake.symbolic import Expression, ToLatex
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
 
 def symmetric(Q: ArrayLike) -> np.ndarray:
@@ -124,6 +125,14 @@ class QuadraticCost(Cost):
             raise RuntimeError(f"QuadraticCost(): Q has {self._Q.shape[0]} rows but b has {self._b.size} elements.")
         self._is_convex = None if is_convex is None else bool(is_convex)
         self._set_sizes(1, self._b.size)
+
+    @classmethod
+    def _of(cls, Q: np.ndarray, b: np.ndarray, c: float, is_convex: bool | None) -> Self:
+        """The cost of arrays that nobody else has, Q being symmetric."""
+        self = cls.__new__(cls)
+        self._Q, self._b, self._c, self._is_convex = Q, b, c, is_convex
+        self._set_sizes(1, b.size)
+        return self
 
     def Q(self) -> np.ndarray:
         """Returns the Hessian, shape `(n, n)`."""

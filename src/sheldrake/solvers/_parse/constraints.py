@@ -81,16 +81,12 @@ def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[Lin
     if math.isnan(low) or math.isnan(high) or not math.isfinite(row.c):
         return None
     if low == high:
-        equal = np.array([low])
-        return bind(
-            LinearEqualityConstraint, LinearEqualityConstraint._of(row.b.reshape(1, -1), equal, equal), row.vars
-        )
+        return bind(LinearEqualityConstraint, LinearEqualityConstraint._of_row(row.b, low, high), row.vars)
     if len(row.vars) > 1:
-        new = LinearConstraint._of(row.b.reshape(1, -1), np.array([low]), np.array([high]))
-        return bind(LinearConstraint, new, row.vars)
+        return bind(LinearConstraint, LinearConstraint._of_row(row.b, low, high), row.vars)
     scale = row.b.item()
     low, high = (low / scale, high / scale) if scale > 0.0 else (high / scale, low / scale)
-    return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.array([low]), np.array([high])), row.vars)
+    return bind(BoundingBoxConstraint, BoundingBoxConstraint._of_variable(low, high), row.vars)
 
 
 def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike) -> BindingBase[Constraint]:
@@ -239,9 +235,9 @@ def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> B
     """
     row = coefficients(expressions) if isinstance(expressions, Expression) else None
     if row is not None and row.degree == 1:
-        right = np.atleast_1d(np.asarray(b, dtype=float)) - row.c
-        of_row = LinearEqualityConstraint._of(row.b.reshape(1, -1), right, right)
-        return bind(LinearEqualityConstraint, of_row, row.vars)
+        right = np.asarray(b, dtype=float)
+        if right.size == 1 and not math.isnan(value := right.item() - row.c):
+            return bind(LinearEqualityConstraint, LinearEqualityConstraint._of_row(row.b, value, value), row.vars)
     es, b, _ = _flat(expressions, b, b)
     rows = affine_rows(es)
     if rows is None:

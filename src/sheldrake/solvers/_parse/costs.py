@@ -27,7 +27,7 @@ def cost(e: Expression) -> BindingBase[Cost]:
     elif found.degree <= 1:
         return bind(LinearCost, LinearCost(found.b, found.c), found.vars)
     elif found.degree == 2:
-        return bind(QuadraticCost, QuadraticCost(found.hessian(), found.b, found.c), found.vars)
+        return bind(QuadraticCost, QuadraticCost._of(found.hessian(), found.b, found.c, None), found.vars)
     new = ExpressionCost(e) if found is None else PolynomialCost(e)
     return bind(Cost, new, new.vars())
 
@@ -51,7 +51,7 @@ def quadratic_cost(e: Expression, is_convex: bool | None) -> BindingBase[Quadrat
         RuntimeError: it is not quadratic.
     """
     found = quadratic(e, "ParseQuadraticCost")
-    return bind(QuadraticCost, QuadraticCost(found.hessian(), found.b, found.c, is_convex), found.vars)
+    return bind(QuadraticCost, QuadraticCost._of(found.hessian(), found.b, found.c, is_convex), found.vars)
 
 
 def l2norm_cost(e: Expression, psd_tol: float, coefficient_tol: float) -> BindingBase[L2NormCost]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import count, instance_of, text
+from sheldrake.common._nonnegative_least_squares import nonnegative_least_squares
 from sheldrake.common._overloads import Mismatch, Ways, dispatch, overload
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import Binding, bind
@@ -331,30 +332,11 @@ def half_newton_basis(p: Polynomial) -> np.ndarray:
 
 
 def _in_hull(x: np.ndarray, points: np.ndarray) -> bool:
-    """Whether x is a convex combination of points: nonnegative least squares (Lawson, Hanson 1974) leave nothing."""
+    """Whether x is a convex combination of points: nonnegative least squares leave nothing."""
     if (points == x).all(axis=1).any():
         return True
     A, b = np.vstack((points.T, np.ones(len(points)))), np.append(x, 1.0)
-    weights, taken = np.zeros(len(points)), np.zeros(len(points), dtype=bool)
-    for _ in range(3 * len(points) + 10):
-        left = b - A @ weights
-        gains = np.where(taken, -np.inf, A.T @ left)
-        best = int(np.argmax(gains))
-        if np.abs(left).max() < 1e-9 or gains[best] <= 1e-9:
-            break
-        taken[best] = True
-        while True:
-            wanted = np.zeros(len(points))
-            wanted[taken] = np.linalg.lstsq(A[:, taken], b, rcond=None)[0]
-            low = taken & (wanted <= 0.0)
-            if not low.any():
-                break
-            part = (weights[low] / np.maximum(weights[low] - wanted[low], 1e-300)).min()
-            weights += part * (wanted - weights)
-            taken &= weights > 1e-12
-            weights[~taken] = 0.0
-        weights = wanted
-    return bool(np.abs(b - A @ weights).max() < 1e-9)
+    return bool(np.abs(b - A @ nonnegative_least_squares(A, b)).max() < 1e-9)
 
 
 def _without_useless(basis: list[Monomial], support: set[Monomial]) -> list[Monomial]:

@@ -229,6 +229,11 @@ class ProgramVariables:
         """Whether a variable is an indeterminate."""
         return var.get_id() in self._indeterminate_places
 
+    def has_binary(self) -> bool:
+        """Whether a decision variable is 0 or 1."""
+        binary = _TYPE.BINARY
+        return any([v._type is binary for v in self._decisions])
+
     def places(self, vars: np.ndarray) -> np.ndarray:
         """Places of decision variables, shape (n,)."""
         places = self._places

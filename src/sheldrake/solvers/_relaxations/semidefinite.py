@@ -13,7 +13,7 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.constraints import LinearConstraint, QuadraticConstraint
-from sheldrake.solvers._functions.costs import QuadraticCost
+from sheldrake.solvers._functions.costs import QuadraticCost, is_semidefinite
 from sheldrake.solvers._ids import ProgramAttribute
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.symbolic import Expression, Variable
@@ -26,34 +26,44 @@ class SemidefiniteRelaxationOptions:
     Args:
         add_implied_linear_equality_constraints: Products of equations with variables.
         add_implied_linear_constraints: Products of inequalities with each other.
+        preserve_convex_quadratic_constraints: Convex quadratic constraints of the program hold for y as they are, as
+            rotated Lorentz cones, and not for the products alone.
     """
 
-    __slots__ = ("add_implied_linear_constraints", "add_implied_linear_equality_constraints")
+    __slots__ = (
+        "add_implied_linear_constraints",
+        "add_implied_linear_equality_constraints",
+        "preserve_convex_quadratic_constraints",
+    )
     __fields__ = (
         SimpleNamespace(name="add_implied_linear_equality_constraints", type=bool),
         SimpleNamespace(name="add_implied_linear_constraints", type=bool),
+        SimpleNamespace(name="preserve_convex_quadratic_constraints", type=bool),
     )
 
     def __init__(
-        self, add_implied_linear_equality_constraints: bool = True, add_implied_linear_constraints: bool = True
+        self,
+        add_implied_linear_equality_constraints: bool = True,
+        add_implied_linear_constraints: bool = True,
+        preserve_convex_quadratic_constraints: bool = False,
     ):
         self.add_implied_linear_equality_constraints = add_implied_linear_equality_constraints
         self.add_implied_linear_constraints = add_implied_linear_constraints
+        self.preserve_convex_quadratic_constraints = preserve_convex_quadratic_constraints
 
     def set_to_strongest(self) -> None:
         """Says all that is implied."""
-        self.add_implied_linear_equality_constraints = self.add_implied_linear_constraints = True
+        for name in self.__slots__:
+            setattr(self, name, True)
 
     def set_to_weakest(self) -> None:
         """Says nothing that is implied: Shor's relaxation."""
-        self.add_implied_linear_equality_constraints = self.add_implied_linear_constraints = False
+        for name in self.__slots__:
+            setattr(self, name, False)
 
     def __repr__(self) -> str:
-        return (
-            "SemidefiniteRelaxationOptions(add_implied_linear_equality_constraints="
-            f"{self.add_implied_linear_equality_constraints}, add_implied_linear_constraints="
-            f"{self.add_implied_linear_constraints})"
-        )
+        values = ", ".join(f"{field.name}={getattr(self, field.name)}" for field in self.__fields__)
+        return f"SemidefiniteRelaxationOptions({values})"
 
 
 _RELAXED = {
@@ -157,6 +167,8 @@ class _Relaxation:
         self.program.AddLinearEqualityConstraint(one == 1)
         self._costs()
         self._quadratic_constraints()
+        if options.preserve_convex_quadratic_constraints:
+            self._convex_constraints()
         for group in self._groups:
             if options.add_implied_linear_constraints:
                 self._inequalities(group)
@@ -187,6 +199,18 @@ class _Relaxation:
                 c = binding._evaluator
                 e = group.lifted(c._Q, c._b, group.numbers(binding._variables))
                 self.program.AddLinearConstraint(e, c._lower[0], c._upper[0])
+
+    def _convex_constraints(self) -> None:
+        """1/2 y' Q y + b' y <= c of y itself, where it is convex; those of no group are there already."""
+        for binding in self._prog.quadratic_constraints():
+            c = binding._evaluator
+            if not any(group.has(binding) for group in self._groups):
+                continue
+            for sign, bound in ((1.0, c._upper[0]), (-1.0, -c._lower[0])):
+                if np.isfinite(bound) and c._Q.any() and is_semidefinite(sign * c._Q):
+                    self.program.AddQuadraticAsRotatedLorentzConeConstraint(
+                        sign * c._Q, sign * c._b, -bound, binding._variables
+                    )
 
     def _agree(self) -> None:
         """Products of variables that are in two groups are the same in both."""

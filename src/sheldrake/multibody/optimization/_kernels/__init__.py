@@ -1,0 +1,1 @@
+"""Loops of optimization that run as machine code."""
