@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from types import SimpleNamespace
 
 import numpy as np
 
 from sheldrake.common._kinds import instance_of
+from sheldrake.common._options import Options
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.constraints import LinearConstraint, QuadraticConstraint
@@ -20,7 +20,7 @@ from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build
 
 
-class SemidefiniteRelaxationOptions:
+class SemidefiniteRelaxationOptions(Options):
     """What a relaxation also says of products of constraints.
 
     Args:
@@ -30,40 +30,19 @@ class SemidefiniteRelaxationOptions:
             rotated Lorentz cones, and not for the products alone.
     """
 
-    __slots__ = (
-        "add_implied_linear_constraints",
-        "add_implied_linear_equality_constraints",
-        "preserve_convex_quadratic_constraints",
-    )
-    __fields__ = (
-        SimpleNamespace(name="add_implied_linear_equality_constraints", type=bool),
-        SimpleNamespace(name="add_implied_linear_constraints", type=bool),
-        SimpleNamespace(name="preserve_convex_quadratic_constraints", type=bool),
-    )
-
-    def __init__(
-        self,
-        add_implied_linear_equality_constraints: bool = True,
-        add_implied_linear_constraints: bool = True,
-        preserve_convex_quadratic_constraints: bool = False,
-    ):
-        self.add_implied_linear_equality_constraints = add_implied_linear_equality_constraints
-        self.add_implied_linear_constraints = add_implied_linear_constraints
-        self.preserve_convex_quadratic_constraints = preserve_convex_quadratic_constraints
+    add_implied_linear_equality_constraints: bool = True
+    add_implied_linear_constraints: bool = True
+    preserve_convex_quadratic_constraints: bool = False
 
     def set_to_strongest(self) -> None:
         """Says all that is implied."""
-        for name in self.__slots__:
+        for name in self._defaults:
             setattr(self, name, True)
 
     def set_to_weakest(self) -> None:
         """Says nothing that is implied: Shor's relaxation."""
-        for name in self.__slots__:
+        for name in self._defaults:
             setattr(self, name, False)
-
-    def __repr__(self) -> str:
-        values = ", ".join(f"{field.name}={getattr(self, field.name)}" for field in self.__fields__)
-        return f"SemidefiniteRelaxationOptions({values})"
 
 
 _RELAXED = {
