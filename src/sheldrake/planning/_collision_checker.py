@@ -224,6 +224,9 @@ class CollisionChecker:
         out._added = {name: list(shapes) for name, shapes in self._added.items()}
         return out
 
+    def __deepcopy__(self, memo: dict) -> CollisionChecker:
+        return self.Clone()
+
     def GetZeroConfiguration(self) -> np.ndarray:
         """Returns the configuration of zeros, shape (nq,)."""
         return np.zeros(self._plant.num_positions())

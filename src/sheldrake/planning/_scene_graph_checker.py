@@ -116,7 +116,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def _max_num_distances(self, context: CollisionCheckerContext) -> int:
         inspector = context.GetQueryObject().inspector()
         bodies = [[self._body_of(inspector, g) for g in pair] for pair in inspector.GetCollisionCandidates()]
-        return sum(self._filter[a, b] == 0 for a, b in bodies)
+        return int(sum(self._filter[a, b] == 0 for a, b in bodies))
 
     def _clearance(self, context: CollisionCheckerContext, influence_distance: float) -> RobotClearance:
         out = RobotClearance(self._plant.num_positions())
