@@ -44,10 +44,13 @@ class Sources(NamedTuple):
     """The level at which the event loop may change it."""
     keys: tuple
     """Names of the sources that Python may write."""
-    unplaced: int
-    """As `level`, without what `places` has."""
     places: tuple[Span, ...]
-    """Time and discrete state, which are compared themselves: the loop counts its updates by level, not by system."""
+    """Time, discrete state and parameters, which are compared themselves where they are floats: the loop counts its
+    updates by level, not by system."""
+    other_level: int
+    """`level` without what `places` has."""
+    other_keys: tuple
+    """`keys` without the parameters."""
 
 
 def freshness(layout: Layout, n: int, needs: Iterable) -> Sources:
@@ -56,14 +59,16 @@ def freshness(layout: Layout, n: int, needs: Iterable) -> Sources:
     while m >= 0:
         chain.append(m)
         m = layout.nodes[m].parent
-    place, level, unplaced = layout.places[n], 0, 0
+    place, level, other = layout.places[n], 0, 0
     keys: set[Any] = {"all"}
+    parameters: set[Any] = set()
     places: set[Span] = set()
     for need in needs:
         if isinstance(need, tuple):
             found = _of_input(layout, place.inputs[need[1]])
-            level, unplaced = max(level, found.level), max(unplaced, found.unplaced)
-            keys.update(found.keys)
+            level, other = max(level, found.level), max(other, found.other_level)
+            keys.update(found.other_keys)
+            parameters.update(found.keys)
             places.update(found.places)
         elif need == Ticket.TIME:
             level = 2
@@ -72,27 +77,29 @@ def freshness(layout: Layout, n: int, needs: Iterable) -> Sources:
         elif need == Ticket.ACCURACY:
             keys.add("accuracy")
         elif need == Ticket.XC:
-            level, unplaced = (2, 2) if place.xc[1] > place.xc[0] else (level, unplaced)
+            level, other = (2, 2) if place.xc[1] > place.xc[0] else (level, other)
             keys.update(("xc", m) for m in chain)
         elif need == Ticket.XA:
             level = max(level, 1)
             keys.update(("xa", m) for m in chain)
         elif need == "work":
-            level, unplaced = max(level, 1), max(unplaced, 1)
+            level, other = max(level, 1), max(other, 1)
             keys.update(("xa", m) for m in chain)
         elif need == Ticket.XD:
             level = max(level, 1)
             keys.update(("xd", g) for g in range(*place.groups))
             places.add(place.xd)
         elif need == Ticket.PN:
-            keys.update(("pn", g) for g in range(*place.parameters))
+            parameters.update(("pn", g) for g in range(*place.parameters))
+            places.add(place.p)
         elif need == Ticket.PA:
             keys.update(("pa", m) for m in chain)
         if need in (Ticket.XC, Ticket.XD, Ticket.XA, "work"):
             keys.update(("x", m) for m in chain)
         elif need in (Ticket.PN, Ticket.PA):
             keys.update(("p", m) for m in chain)
-    return Sources(level, tuple(keys), unplaced, tuple(sorted(span for span in places if span[1] > span[0])))
+    spans = tuple(sorted(span for span in places if span[1] > span[0]))
+    return Sources(level, tuple(keys | parameters), spans, other, tuple(keys))
 
 
 def _of_input(layout: Layout, slot: Slot) -> Sources:
@@ -100,8 +107,8 @@ def _of_input(layout: Layout, slot: Slot) -> Sources:
         row = layout.rows[slot.row]
         return freshness(layout, row.node, layout.needs[row.node, row.output])
     if slot.free >= 0:
-        return Sources(0, (("fixed", slot.free),), 0, ())
+        return Sources(0, (("fixed", slot.free),), (), 0, (("fixed", slot.free),))
     for n in layout.leaves:
         if any(s is slot or s == slot for s in layout.places[n].outputs):
             return freshness(layout, n, {Ticket.XC, Ticket.XD, Ticket.XA})
-    return Sources(2, (), 2, ())
+    return Sources(2, (), (), 2, ())

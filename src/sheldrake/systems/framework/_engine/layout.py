@@ -91,7 +91,10 @@ class Layout(Memory):
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
         self._sources: dict[int, Sources | None] = {}
-        self._takes_all = [Ticket.ALL_SOURCES in self.systems[n]._outputs[j].tickets for n, j in self.ports]
+        self._takes_all = [
+            self.systems[n]._ports_are_lookups or Ticket.ALL_SOURCES in self.systems[n]._outputs[j].tickets
+            for n, j in self.ports
+        ]
         del self.systems  # a layout is owned by the root system: it must not own it in turn
 
     def _shift(self, span: Span, by: int) -> Span:

@@ -218,13 +218,14 @@ class Store:
         """Changes whenever one of the sources does."""
         if self.mine[3]:
             self._note_written()
-        get, S = self.serials.get, self.S
         if self.scalar is float:
-            level, numbers = sources.unplaced, [S[a:b].tobytes() for a, b in sources.places]
+            numbers = [self.S[a:b].tobytes() for a, b in sources.places]
+            level, keys = sources.other_level, sources.other_keys
         else:
-            level, numbers = sources.level, []
+            numbers, level, keys = [], sources.level, sources.keys
+        get = self.serials.get
         by_loop = self.i[level] - self.mine[level] if level else 0
-        return (by_loop, *numbers, *(get(key, 0) for key in sources.keys))
+        return (by_loop, *numbers, *[get(key, 0) for key in keys])
 
     def count_writes_of(self, source: object) -> np.ndarray:
         """A number, shape (1,), for kernels that write a source: each adds one, and one to `by_python[3]`."""
