@@ -27,8 +27,8 @@ from sheldrake.solvers import (
 )
 from sheldrake.solvers._engines import quadratic
 from sheldrake.solvers._engines.clarabel import ClarabelSolver as _Clarabel
-from sheldrake.solvers._engines.conic import _compressed
 from sheldrake.solvers._engines.lemke import solve_lcp
+from sheldrake.solvers._engines.linear_rows import compressed
 from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._engines.splitting import OsqpSolver as _Osqp
 from sheldrake.solvers._engines.splitting import ScsSolver as _Scs
@@ -265,7 +265,7 @@ def test_triplets_are_compressed_as_scipy_does():
     rng = np.random.default_rng(0)
     for count in (0, 1, 40):
         rows, cols, values = rng.integers(0, 5, count), rng.integers(0, 4, count), rng.normal(size=count)
-        ours, scipys = _compressed(rows, cols, values, (5, 4)), csc_matrix((values, (rows, cols)), shape=(5, 4))
+        ours, scipys = compressed(rows, cols, values, (5, 4)), csc_matrix((values, (rows, cols)), shape=(5, 4))
         assert (ours.indptr == scipys.indptr).all() and (ours.indices == scipys.indices).all()
         assert ours.data == pytest.approx(scipys.data, abs=1e-15)
 

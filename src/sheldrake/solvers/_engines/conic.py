@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.linear_rows import LinearRows, compressed
 from sheldrake.solvers._functions.bindings import BindingBase
-from sheldrake.solvers._functions.constraints import LinearConstraint
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
@@ -41,8 +41,7 @@ class ConicForm:
         self.num_rows = 0
         self._duals: list[tuple[BindingBase, Callable[[np.ndarray], np.ndarray]]] = []
         self._objective()
-        self._equalities()
-        self._inequalities()
+        self._linear()
         self._norms_and_lorentz()
         self._rotated()
         self._matrices()
@@ -53,27 +52,32 @@ class ConicForm:
         """The upper triangle of the quadratic cost as a sparse matrix."""
         rows, cols, values = self._triplets_P
         upper = rows <= cols
-        return _compressed(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
+        return compressed(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
 
     def A(self) -> scipy.sparse.csc_matrix:
         """The constraints as a sparse matrix."""
         shape = self.num_rows, self.num_vars
         if not self._rows:
-            return _compressed(np.zeros(0, int), np.zeros(0, int), np.zeros(0), shape)
-        return _compressed(np.concatenate(self._rows), np.concatenate(self._cols), np.concatenate(self._values), shape)
+            return compressed(np.zeros(0, int), np.zeros(0, int), np.zeros(0), shape)
+        return compressed(np.concatenate(self._rows), np.concatenate(self._cols), np.concatenate(self._values), shape)
 
     def _objective(self) -> None:
         prog = self.prog
         rows, cols, values = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)], [np.zeros(0)]
         q, self.constant = np.zeros(prog.num_vars()), 0.0
-        for b in prog.quadratic_costs():
-            at, cost = parts_of(prog).bindings.places(b), b._evaluator
-            i, j = np.nonzero(cost._Q)
+        quadratic = prog.quadratic_costs()
+        places = parts_of(prog).variables.places
+        at_all, n = places(np.concatenate([b._variables for b in quadratic])) if quadratic else rows[0], 0
+        for b in quadratic:
+            cost, n = b._evaluator, n + len(b._variables)
+            at = at_all[n - len(b._variables) : n]
+            i, j = cost._Q.nonzero()
             rows.append(at[i])
             cols.append(at[j])
             values.append(cost._Q[i, j])
-            np.add.at(q, at, cost._b)
             self.constant += cost._c
+        if quadratic:
+            np.add.at(q, at_all, np.concatenate([b._evaluator._b for b in quadratic]))
         for linear in prog.linear_costs():
             np.add.at(q, parts_of(prog).bindings.places(linear), linear.evaluator()._a)
             self.constant += linear.evaluator()._b
@@ -100,38 +104,54 @@ class ConicForm:
         if size:
             self.cones.append(Cone(kind, size))
 
-    def _linear(self) -> Iterator[tuple[BindingBase[LinearConstraint], np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-        """Each linear constraint, its matrix, the places of its variables, and its bounds."""
+    def _linear(self) -> None:
+        """Equations first; then, by constraint, upper bounds, lower bounds, and bounds that no number satisfies."""
         prog = self.prog
-        rows = (*prog.linear_constraints(), *prog.linear_equality_constraints(), *prog.bounding_box_constraints())
-        for b in rows:
-            c = b.evaluator()
-            A = c._jacobian(np.zeros(len(b._variables)))
-            yield b, A, parts_of(self.prog).bindings.places(b), c._lower, c._upper
-
-    def _equalities(self) -> None:
+        kinds = prog.linear_constraints(), prog.linear_equality_constraints(), prog.bounding_box_constraints()
+        table = LinearRows(prog, [b for kind in kinds for b in kind])
+        lower, upper = table.lower, table.upper
+        equal = lower == upper
+        never = np.flatnonzero((lower == np.inf) | (upper == -np.inf))
+        equal_rows = np.flatnonzero(equal)
+        below = np.flatnonzero(~equal & np.isfinite(upper))
+        above = np.flatnonzero(~equal & np.isfinite(lower))
         start = self.num_rows
-        self._kept_equal: dict[int, tuple[np.ndarray, slice]] = {}
-        for b, A, cols, lower, upper in self._linear():
-            equal = np.flatnonzero(lower == upper)
-            if equal.size:
-                self._kept_equal[id(b)] = (equal, self._add(A[equal], cols, upper[equal]))
-        self._cone("zero", self.num_rows - start)
+        self._signs: list[tuple[float, np.ndarray, np.ndarray]] = []  # of duals: sign, rows of the table, of the form
+        self._add_rows(table, 1.0, equal_rows, start + np.arange(len(equal_rows)))
+        self._b.append(upper[equal_rows])
+        self._cone("zero", len(equal_rows))
+        start += len(equal_rows)
+        owner = np.repeat(np.arange(len(table.places)), [rows.stop - rows.start for _, rows in table.places])
+        found = np.concatenate((below, above, never))
+        sort = np.repeat((0, 1, 2), (len(below), len(above), len(never)))
+        order = np.lexsort((found, sort, owner[found]))
+        at = np.empty(len(found), int)
+        at[order] = start + np.arange(len(found))
+        self._add_rows(table, 1.0, below, at[: len(below)])
+        self._add_rows(table, -1.0, above, at[len(below) : len(below) + len(above)])
+        bounds = np.concatenate((upper[below], -lower[above], np.full(len(never), -1.0)))  # never: 0 x <= -1
+        self._b.append(bounds[order])
+        self._cone("nonnegative", len(found))
+        self.num_rows = start + len(found)
+        self._table = table
 
-    def _inequalities(self) -> None:
-        start = self.num_rows
-        for b, A, cols, lower, upper in self._linear():
-            below = np.flatnonzero((lower != upper) & np.isfinite(upper))
-            above = np.flatnonzero((lower != upper) & np.isfinite(lower))
-            parts = [(-1.0, *self._kept_equal[id(b)])] if id(b) in self._kept_equal else []
-            if below.size:
-                parts.append((-1.0, below, self._add(A[below], cols, upper[below])))
-            if above.size:
-                parts.append((1.0, above, self._add(-A[above], cols, -lower[above])))
-            self._duals.append((b, _linear_dual(len(lower), parts)))
-            for _ in range(np.count_nonzero((lower == np.inf) | (upper == -np.inf))):
-                self._add(np.zeros((1, len(cols))), cols, np.array([-1.0]))  # No number is there: 0 x <= -1.
-        self._cone("nonnegative", self.num_rows - start)
+    def _add_rows(self, table: LinearRows, sign: float, rows: np.ndarray, at: np.ndarray) -> None:
+        """Puts `sign` times rows of the table where they shall be in the form."""
+        place = np.full(len(table.lower), -1)
+        place[rows] = at
+        row = place[table.row]
+        taken = row >= 0
+        self._rows.append(row[taken])
+        self._cols.append(table.col[taken])
+        self._values.append(sign * table.value[taken])
+        self._signs.append((-sign, rows, at))
+
+    def _linear_duals(self, z: np.ndarray) -> list[tuple[BindingBase, np.ndarray]]:
+        """Shadow prices: raising an upper bound by one changes the cost by -z, a lower bound by +z."""
+        out = np.zeros(len(self._table.lower))
+        for sign, rows, at in self._signs:
+            out[rows] += sign * z[at]
+        return [(b, out[rows]) for b, rows in self._table.places]
 
     def _norms_and_lorentz(self) -> None:
         for k, b in enumerate(self.prog.l2norm_costs()):
@@ -203,24 +223,7 @@ class ConicForm:
 
     def duals(self, z: np.ndarray) -> list[tuple[BindingBase, np.ndarray]]:
         """Duals of the constraints from those of the rows (of A x + s = b, s in K, as z in the dual cone)."""
-        return [(b, dual(z)) for b, dual in self._duals]
-
-
-def _compressed(
-    rows: np.ndarray, cols: np.ndarray, values: np.ndarray, shape: tuple[int, int]
-) -> scipy.sparse.csc_matrix:
-    """A sparse matrix of triplets; SciPy's own way through two other formats takes three times as long for few."""
-    from scipy.sparse import csc_matrix
-
-    order = np.lexsort((rows, cols))
-    rows, cols, values = rows[order], cols[order], values[order]
-    differs = np.ones(len(rows), bool)
-    differs[1:] = (rows[1:] != rows[:-1]) | (cols[1:] != cols[:-1])
-    if not differs.all():
-        values = np.add.reduceat(values, np.flatnonzero(differs))
-        rows, cols = rows[differs], cols[differs]
-    starts = np.searchsorted(cols, np.arange(shape[1] + 1))
-    return csc_matrix((values, rows.astype(np.int32), starts.astype(np.int32)), shape=shape)
+        return [*self._linear_duals(z), *((b, dual(z)) for b, dual in self._duals)]
 
 
 def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
@@ -228,18 +231,6 @@ def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np
 
     def dual(z: np.ndarray) -> np.ndarray:
         return z[rows] if T is None else T @ z[rows]
-
-    return dual
-
-
-def _linear_dual(count: int, parts: list[tuple[float, np.ndarray, slice]]) -> Callable[[np.ndarray], np.ndarray]:
-    """Shadow prices: raising an upper bound by one changes the cost by -z, a lower bound by +z."""
-
-    def dual(z: np.ndarray) -> np.ndarray:
-        out = np.zeros(count)
-        for sign, at, rows in parts:
-            out[at] += sign * z[rows]
-        return out
 
     return dual
 

@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.linear_rows import LinearRows, compressed
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
@@ -31,24 +32,9 @@ _RESULTS = {
 
 def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray, list]:
     """All linear constraints that are no bounds as lower <= A x <= upper, A sparse; and (binding, rows) of each."""
-    from scipy.sparse import csc_matrix
-
-    rows, cols, values, lower, upper, places, at = [], [], [], [], [], [], 0
-    for b in prog.GetLinearConstraints():
-        block = b._evaluator._jacobian(np.zeros(len(b._variables)))
-        i, j = np.nonzero(block)
-        rows.append(i + at)
-        cols.append(parts_of(prog).bindings.places(b)[j])
-        values.append(block[i, j])
-        lower.append(b._evaluator._lower)
-        upper.append(b._evaluator._upper)
-        places.append((b, slice(at, at + block.shape[0])))
-        at += block.shape[0]
-    if not at:
-        return csc_matrix((0, prog.num_vars())), np.zeros(0), np.zeros(0), []
-    triplet = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
-    M = csc_matrix(triplet, shape=(at, prog.num_vars()))
-    return M, np.concatenate(lower), np.concatenate(upper), places
+    table = LinearRows(prog, prog.GetLinearConstraints())
+    M = compressed(table.row, table.col, table.value, (len(table.lower), prog.num_vars()))
+    return M, table.lower, table.upper, table.places
 
 
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
@@ -66,19 +52,23 @@ def set_box_duals(
     prog: MathematicalProgram, result: MathematicalProgramResult, low: ArrayLike, high: ArrayLike
 ) -> None:
     """Duals of bounding boxes from those of the tightest bounds; the first box that is as tight gets them."""
+    boxes = prog.bounding_box_constraints()
+    if not boxes:
+        return
     lower, upper = variable_bounds(prog)
-    left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)
-    for b in prog.bounding_box_constraints():
-        at, c = parts_of(prog).bindings.places(b), b._evaluator
-        dual = np.zeros(len(at))
-        for i, place in enumerate(at):
-            if c._lower[i] == lower[place]:
-                dual[i] += left_low[place]
-                left_low[place] = 0.0
-            if c._upper[i] == upper[place]:
-                dual[i] += left_high[place]
-                left_high[place] = 0.0
-        result._set_dual(b, dual)
+    at = parts_of(prog).variables.places(np.concatenate([b._variables for b in boxes]))
+    dual = np.zeros(len(at))
+    for given, tightest, bounds in (
+        (low, lower, [b._evaluator._lower for b in boxes]),
+        (high, upper, [b._evaluator._upper for b in boxes]),
+    ):
+        _, first = np.unique(np.where(np.concatenate(bounds) == tightest[at], at, -1), return_index=True)
+        first = first[np.concatenate(bounds)[first] == tightest[at[first]]]
+        dual[first] += np.asarray(given, dtype=float)[at[first]]
+    n = 0
+    for b in boxes:
+        result._set_dual(b, dual[n : n + len(b._variables)])
+        n += len(b._variables)
 
 
 class ClpSolverDetails(NamedTuple):
