@@ -20,7 +20,8 @@ __all__ = ["TemplateBase", "TemplateClass", "TemplateFunction", "TemplateMethod"
 
 def _calling_module(depth: int = 2) -> types.ModuleType:
     """The module whose code runs `depth` frames above."""
-    return sys.modules[sys._getframe(depth).f_globals["__name__"]]
+    name = sys._getframe(depth).f_globals.get("__name__")  # code that `exec` runs may have none
+    return sys.modules.get(name or "__main__", sys.modules["__main__"])
 
 
 def get_or_init(scope: ModuleType | type, name: str, template_cls: type, *args: Any, **kwargs: Any) -> TemplateBase:

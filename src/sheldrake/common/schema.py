@@ -406,6 +406,15 @@ class Transform(_Keywords):
         return m.RigidTransform(m.RotationMatrix(numbers), p)
 
     def Sample(self, generator: RandomGenerator) -> RigidTransform:
-        """A random pose."""
+        """A random pose in the world.
+
+        Raises:
+            RuntimeError: the pose is in another frame, which a RigidTransform cannot tell.
+        """
+        if self.base_frame not in (None, "", "world"):
+            raise RuntimeError(
+                f"Transform.Sample(): the pose is in frame '{self.base_frame}', not in the world, and what is returned "
+                "could not say so."
+            )
         p = ToDistributionVector(self.translation).Sample(generator)
         return _math().RigidTransform(self.rotation._sample(generator), p)

@@ -224,6 +224,9 @@ class CollisionChecker:
         out._added = {name: list(shapes) for name, shapes in self._added.items()}
         return out
 
+    def __deepcopy__(self, memo: dict) -> CollisionChecker:
+        return self.Clone()
+
     def GetZeroConfiguration(self) -> np.ndarray:
         """Returns the configuration of zeros, shape (nq,)."""
         return np.zeros(self._plant.num_positions())
@@ -691,6 +694,8 @@ class CollisionChecker:
 
     def CheckEdgeCollisionFree(self, q1: ArrayLike, q2: ArrayLike, context_number: int | None = None) -> bool:
         """Tells whether the way from one configuration to another is free of collisions."""
+        if context_number is None:
+            return bool(self.CheckEdgesCollisionFree([(q1, q2)], False)[0])
         return self.CheckContextEdgeCollisionFree(self.model_context(context_number), q1, q2)
 
     def CheckContextEdgeCollisionFree(
@@ -725,6 +730,8 @@ class CollisionChecker:
 
     def MeasureEdgeCollisionFree(self, q1: ArrayLike, q2: ArrayLike, context_number: int | None = None) -> EdgeMeasure:
         """Returns how much of the way from one configuration to another is free."""
+        if context_number is None:
+            return self.MeasureEdgesCollisionFree([(q1, q2)], False)[0]
         return self.MeasureContextEdgeCollisionFree(self.model_context(context_number), q1, q2)
 
     def MeasureContextEdgeCollisionFree(

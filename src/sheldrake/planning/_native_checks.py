@@ -46,6 +46,7 @@ class NativeChecks:
         self._bodies = np.array(bodies, np.int64)
         rows = parts_of(plant).kernel_models.rows_of_frames()
         self._places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
+        self._idle: list[_OneWay] = []
 
     @staticmethod
     def can(scene: QueryScene, state: GeometryState, plant: MultibodyPlant, view: View) -> bool:
@@ -89,6 +90,20 @@ class NativeChecks:
         crew.run(work, -(-len(ways) // size))
         return found
 
+    def first_collision(self, way: np.ndarray, filtered: np.ndarray, padding: np.ndarray) -> int:
+        """The same of one way: quick, as memory and call are kept for the next one."""
+        reach = max(0.0, float(padding.max())) if padding.any() else None
+        try:
+            one = self._idle.pop()  # a way is of one thread at a time
+        except IndexError:
+            one = None
+        if one is None or one.reach != reach or one.room < len(way):
+            one = _OneWay(reach, max(64, 2 * len(way)), self, filtered.shape)
+        try:
+            return one.first_collision(way, filtered, padding)
+        finally:
+            self._idle.append(one)
+
     def _bind(self, reach: float | None, configurations: np.ndarray, *given: np.ndarray) -> tuple[Any, Any]:
         """A call with memory of its own, and what it does not keep of that."""
         tree, scene, model = self.view.model, self.scene, self.scene.model
@@ -102,3 +117,26 @@ class NativeChecks:
         rows = Chain([position_kinematics, *search]).table(**values)
         poses = work.X_WB, self._places, placed, table, self._bodies
         return bound_to_all_memory(first_collisions, *rows, configurations, q, *poses, *given, 0, 0), values
+
+
+class _OneWay:
+    """Memory for the configurations of a way, and a call bound to it."""
+
+    def __init__(self, reach: float | None, room: int, checks: NativeChecks, bodies: tuple[int, ...]):
+        self.reach, self.room, self._checks = reach, room, checks
+        self._configurations = np.zeros((room, checks.view.nq))
+        self._filtered, self._padding = np.zeros(bodies, np.int64), np.full(bodies, np.inf)
+        self._begin, self._found = np.zeros(2, np.int64), np.zeros(1, np.int64)
+        given = self._filtered, self._padding, self._begin, self._found
+        self._call, self._values = checks._bind(reach, self._configurations, *given)
+        self._call.set("last", 1)
+
+    def first_collision(self, way: np.ndarray, filtered: np.ndarray, padding: np.ndarray) -> int:
+        self._configurations[: len(way)] = way
+        self._filtered[:], self._begin[1] = filtered, len(way)
+        if self.reach is not None:
+            self._padding[:] = padding
+        self._values["p"][:] = self._checks.view.p
+        if self._call():
+            raise explain_contact_status(self._checks.scene.model, self._values["table"])
+        return int(self._found[0])

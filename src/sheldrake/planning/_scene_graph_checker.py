@@ -68,6 +68,10 @@ class SceneGraphCollisionChecker(CollisionChecker):
         return out
 
     def _is_free(self, context: CollisionCheckerContext) -> bool:
+        checks = self._native_checks() if context is self._contexts[0] else None
+        if checks is not None:
+            q = checks.view.q[None]
+            return checks.first_collision(q, self._filter, self._padding) == 1
         if not self._padding.any():
             query = context.GetQueryObject()
             if not query.HasCollisions():
@@ -85,6 +89,8 @@ class SceneGraphCollisionChecker(CollisionChecker):
             return super()._first_collisions(ways, threads)
         for way in ways:
             self._check_configurations(way)
+        if len(ways) == 1:
+            return [checks.first_collision(ways[0], self._filter, self._padding)]
         return checks.first_collisions(ways, self._filter, self._padding, threads).tolist()
 
     def _native_checks(self) -> NativeChecks | None:
@@ -116,7 +122,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def _max_num_distances(self, context: CollisionCheckerContext) -> int:
         inspector = context.GetQueryObject().inspector()
         bodies = [[self._body_of(inspector, g) for g in pair] for pair in inspector.GetCollisionCandidates()]
-        return sum(self._filter[a, b] == 0 for a, b in bodies)
+        return int(sum(self._filter[a, b] == 0 for a, b in bodies))
 
     def _clearance(self, context: CollisionCheckerContext, influence_distance: float) -> RobotClearance:
         out = RobotClearance(self._plant.num_positions())

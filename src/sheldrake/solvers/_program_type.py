@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sheldrake.solvers._functions.costs import QuadraticCost
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import ProgramType
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -26,7 +27,7 @@ NONLINEAR = (
 
 def quadratic_costs_are_convex(prog: MathematicalProgram) -> bool:
     """Whether each quadratic cost is convex."""
-    return all(b.evaluator().is_convex() for b in prog.quadratic_costs())  # type: ignore[attr-defined]
+    return QuadraticCost.are_convex([b._evaluator for b in prog.quadratic_costs()])
 
 
 def GetProgramType(prog: MathematicalProgram) -> ProgramType:

@@ -1,5 +1,6 @@
 """Collisions, clearances and edges of the same robot: the same in both libraries."""
 
+import copy
 import importlib
 import itertools
 
@@ -273,3 +274,14 @@ def test_clearances_of_many_configurations_are_those_of_each():
         ours.CalcRobotClearances([Q, np.nan * Q], 0.4)
     with pytest.raises(RuntimeError, match="influence_distance"):
         ours.CalcRobotClearances([Q], -0.4)
+
+
+def test_copies_have_paddings_of_their_own():
+    found = []
+    for L in (OURS, THEIRS):
+        original = checker(L)
+        original.CheckConfigCollisionFree(Q)
+        other = copy.deepcopy(original)
+        other.SetPaddingAllRobotEnvironmentPairs(5.0)
+        found.append([type(original.MaxNumDistances()), *(c.CheckConfigCollisionFree(Q) for c in (original, other))])
+    assert found[0] == found[1] == [int, True, False]

@@ -119,7 +119,60 @@ def two_arms_and_a_linkage(m):
     return np.concatenate(found)
 
 
-PROGRAMS = {random_tree: 1e-9, two_arms_and_a_linkage: 1e-6}  # and how far numbers may be apart
+def slow_eyes_and_quick_hands(m):
+    """Perception ten times a second that a quick loop asks all the time: what it said, and how often it was called."""
+    calls = dict.fromkeys(("state", "input", "entry", "everything"), 0)
+
+    class Eyes(m.LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.u = self.DeclareVectorInputPort("u", 1)
+            seen = self.DeclareAbstractState(m.Value([0.0]))
+            self.DeclarePeriodicUnrestrictedUpdateEvent(0.1, 0.0, self.look)
+            named = {self.abstract_state_ticket(seen)}
+            self.DeclareVectorOutputPort("a", 1, lambda c, y: self.say("state", c, y), named)
+            self.DeclareVectorOutputPort("b", 1, lambda c, y: self.follow(c, y), {self.u.ticket()})
+            entry = m.ValueProducer(lambda: m.Value([0.0]), self.keep)
+            self.entry = self.DeclareCacheEntry("seen", entry, named)
+            self.DeclareVectorOutputPort("c", 1, lambda c, y: y.SetFromVector(self.entry.Eval(c)))
+            self.DeclareVectorOutputPort("d", 1, lambda c, y: self.say("everything", c, y))
+
+        def look(self, context, state):
+            state.get_mutable_abstract_state(0).set_value([context.get_time()])
+
+        def say(self, what, context, output):
+            calls[what] += 1
+            output.SetFromVector(context.get_abstract_state(0).get_value())
+
+        def follow(self, context, output):
+            calls["input"] += 1
+            output.SetFromVector(self.u.Eval(context))
+
+        def keep(self, context, value):
+            calls["entry"] += 1
+            value.set_value(context.get_abstract_state(0).get_value())
+
+    builder = m.DiagramBuilder()
+    source = builder.AddSystem(m.DiscreteTimeIntegrator(1, 0.25))
+    one = builder.AddSystem(m.ConstantVectorSource([1.0]))
+    eyes = builder.AddSystem(Eyes())
+    hands = [builder.AddSystem(m.DiscreteTimeIntegrator(1, 0.001)) for _ in range(4)]
+    builder.Connect(one.get_output_port(), source.get_input_port())
+    builder.Connect(source.get_output_port(), eyes.u)
+    for i, hand in enumerate(hands):
+        builder.Connect(eyes.get_output_port(i), hand.get_input_port())
+    simulator = m.Simulator(builder.Build())
+    simulator.AdvanceTo(0.9995)
+    context = simulator.get_context()
+    found = [hand.get_output_port().Eval(hand.GetMyContextFromRoot(context))[0] for hand in hands]
+    return np.array([*found, *calls.values()])
+
+
+PROGRAMS = {
+    random_tree: 1e-9,
+    slow_eyes_and_quick_hands: 1e-9,
+    two_arms_and_a_linkage: 1e-6,
+}  # and how far numbers may be apart
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda p: p.__name__)

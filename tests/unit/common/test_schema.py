@@ -163,3 +163,12 @@ def test_transforms():
 )
 def test_yaml_round_trip(text):
     assert yaml_dump_typed(yaml_load_typed(schema=Transform, data=text)) == text
+
+
+def test_a_sample_of_a_pose_in_another_frame_is_refused():
+    generator = RandomGenerator(3)
+    for frame in (None, "world"):
+        sample = schema.Transform(base_frame=frame, translation=[1.0, 2.0, 3.0]).Sample(generator)
+        np.testing.assert_array_equal(sample.translation(), [1.0, 2.0, 3.0])
+    with pytest.raises(RuntimeError, match="in frame 'hand', not in the world"):
+        schema.Transform(base_frame="hand").Sample(generator)

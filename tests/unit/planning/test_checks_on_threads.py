@@ -132,3 +132,37 @@ def test_regions_do_not_depend_on_threads():
         found.append(planning.IrisZo(c, start, domain, options))
     assert np.array_equal(found[0].A(), found[1].A()) and np.array_equal(found[0].b(), found[1].b())
     assert len(found[0].b()) > 6
+
+
+def test_one_configuration_and_one_edge_are_what_queries_of_another_context_say():
+    """The checker's own context is asked by kernels, one that stands alone by queries."""
+    c = checker()
+    alone = c.MakeStandaloneModelContext()
+    rng = np.random.default_rng(8)
+    link, box = (c.plant().GetBodyByName(name) for name in ("link2", "box"))
+
+    def compare():
+        free = []
+        for _ in range(40):
+            q1, q2 = rng.uniform(-2.5, 2.5, (2, 3))
+            free.append(c.CheckConfigCollisionFree(q1))
+            assert free[-1] is c.CheckContextConfigCollisionFree(alone, q1)
+            assert c.CheckEdgeCollisionFree(q1, q2) is c.CheckContextEdgeCollisionFree(alone, q1, q2)
+            mine, other = c.MeasureEdgeCollisionFree(q1, q2), c.MeasureContextEdgeCollisionFree(alone, q1, q2)
+            assert mine.completely_free() == other.completely_free()
+            assert mine.partially_free() == other.partially_free()
+            assert not mine.partially_free() or mine.alpha() == other.alpha()
+        return sum(free)
+
+    assert 5 < compare() < 38
+    c.SetPaddingAllRobotEnvironmentPairs(0.1)
+    compare()
+    c.SetPaddingOneRobotBodyAllEnvironmentPairs(link.index(), 0.0)
+    compare()
+    c.SetPaddingAllRobotEnvironmentPairs(0.0)
+    c.SetCollisionFilteredBetween(link, box, True)
+    compare()
+    c.AddCollisionShapeToBody("more", link, Sphere(0.5), RigidTransform([0.3, 0.0, 0.0]))
+    compare()
+    c.RemoveAllAddedCollisionShapes()
+    compare()

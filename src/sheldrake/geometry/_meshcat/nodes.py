@@ -5,6 +5,7 @@ The only file of Meshcat that knows what viser calls things in a scene.
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -188,14 +189,28 @@ def split_at_edges(vertices: np.ndarray, faces: np.ndarray, angle: float = 0.5) 
         faces: Shape (m, 3).
         angle: Edges bent by more than this are sharp [rad].
     """
-    import trimesh
-
     if not len(faces) or len(faces) > 200_000:
         return vertices, faces
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    vertices, faces = np.ascontiguousarray(vertices, float), np.ascontiguousarray(faces, np.int64)
+    split = _split if len(faces) <= _KEPT_FACES else _split.__wrapped__
+    return split(vertices.tobytes(), faces.tobytes(), angle)
+
+
+_KEPT_FACES = 20_000  # Meshes of up to so many are remembered: visualizers draw the same ones for each simulation.
+
+
+@functools.lru_cache(64)
+def _split(vertices: bytes, faces: bytes, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    import trimesh
+
+    places, corners = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3)
+    mesh = trimesh.Trimesh(places, corners, process=False)
     mesh.merge_vertices(merge_norm=True, merge_tex=True)
     smooth = trimesh.graph.smooth_shade(mesh, angle=angle)
-    return np.asarray(smooth.vertices), np.asarray(smooth.faces)
+    found = np.array(smooth.vertices), np.array(smooth.faces)
+    for array in found:
+        array.flags.writeable = False
+    return found
 
 
 def base_scale(drawable: Drawable) -> np.ndarray:

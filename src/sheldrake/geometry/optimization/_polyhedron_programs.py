@@ -86,12 +86,50 @@ def is_bounded(A: np.ndarray, b: np.ndarray) -> bool:
 
 def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> list[int]:
     """Rows that the others, without those found before, imply up to a tolerance."""
-    keep = np.ones(b.size, dtype=bool)
-    for i in range(b.size):
+    keep = _last_of_equals(A, b)
+    open_ = keep.copy()
+    open_[keep] = ~_met_alone(A[keep], b[keep], tol)
+    for i in np.flatnonzero(open_):
         keep[i] = False
         loose = np.append(b[keep], b[i] + 1.0)  # One more than wanted bounds the program.
         keep[i] = largest(np.vstack((A[keep], A[i])), loose, A[i]) > b[i] + tol
     return [int(i) for i in np.flatnonzero(~keep)]
+
+
+def _last_of_equals(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Which rows are not said again, maybe at another scale, by a later one."""
+    rows = np.column_stack((A, b))
+    lengths = np.linalg.norm(A, axis=1)
+    if b.size and lengths.all():
+        rows = rows / lengths[:, None]
+    last = np.zeros(b.size, dtype=bool)
+    last[list({row.tobytes(): i for i, row in enumerate(rows + 0.0)}.values())] = True
+    return last
+
+
+def _met_alone(A: np.ndarray, b: np.ndarray, tol: float) -> np.ndarray:
+    """Rows that a ray from inside meets before all others: without them it would go on, beyond the tolerance.
+
+    Not all such rows are found, but each that is saves a linear program.
+    """
+    found = np.zeros(b.size, dtype=bool)
+    try:
+        room = b - A @ (center := chebyshev_center(A, b))
+    except RuntimeError:
+        return found
+    if b.size < 2 or not np.isfinite(center).all() or room.min() <= tol:
+        return found
+    rays = np.concatenate((A, np.random.default_rng(0).normal(size=(16 * b.size, A.shape[1]))))
+    slopes = rays @ A.T
+    with np.errstate(divide="ignore"):
+        reach = np.where(slopes > 0.0, room / slopes, np.inf)
+    first, each = reach.argmin(axis=1), np.arange(len(rays))
+    nearest = reach[each, first]
+    reach[each, first] = np.inf
+    with np.errstate(invalid="ignore"):
+        beyond = slopes[each, first] * (reach.min(axis=1) - nearest)
+    found[first[np.isfinite(nearest) & (beyond > 2.0 * tol)]] = True
+    return found
 
 
 def chebyshev_center(A: np.ndarray, b: np.ndarray) -> np.ndarray:

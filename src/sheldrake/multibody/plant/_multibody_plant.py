@@ -69,6 +69,7 @@ class MultibodyPlant(LeafSystem):
     _complex_rows = True
     _generic = True
     _integers_kept = INTEGERS_KEPT
+    _ports_are_lookups = True
     _picture: ClassVar[Callable[[Any], str] | None] = None
 
     def __init__(self, time_step: float):

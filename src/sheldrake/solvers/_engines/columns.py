@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 
 class Columns(NamedTuple):
@@ -34,3 +37,9 @@ class Columns(NamedTuple):
             values = np.add.reduceat(values, np.flatnonzero(differs))
             rows, cols = rows[differs], cols[differs]
         return cls(values, rows, np.searchsorted(cols, np.arange(shape[1] + 1)), shape)
+
+    def for_scipy(self) -> scipy.sparse.csc_matrix:
+        """The same, for solvers that ask for SciPy's own."""
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix((self.data, self.indices.astype(np.int32), self.indptr.astype(np.int32)), shape=self.shape)

@@ -69,7 +69,7 @@ class NonlinearForm:
         bindings = parts_of(prog).bindings
         low, high = variable_bounds(prog)
         costs = prog.GetAllCosts()
-        self._costs = grouped([(b._evaluator, bindings.places(b), np.array([i])) for i, b in enumerate(costs)])
+        self._costs = grouped([(b._evaluator, bindings.places(b), np.array([i])) for i, b in enumerate(costs)], True)
         self.rows: list[Rows] = []
         found: list[tuple[EvaluatorBase, np.ndarray, np.ndarray]] = []
         lower: list[np.ndarray] = []

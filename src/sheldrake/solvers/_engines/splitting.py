@@ -10,10 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import ConicForm
 from sheldrake.solvers._engines.equality import quadratic_objective
-from sheldrake.solvers._engines.highs import linear_rows, set_box_duals, variable_bounds
+from sheldrake.solvers._engines.highs import set_box_duals, variable_bounds
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -95,23 +97,25 @@ class OsqpSolver(SolverInterface):
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         import osqp
-        from scipy.sparse import csc_matrix, identity, triu, vstack
 
         Q, c, constant = quadratic_objective(prog)
-        M, low, high, places = linear_rows(prog)
-        x_low, x_high = variable_bounds(prog)
-        boxed = bool(prog.bounding_box_constraints())
-        M = vstack((M, identity(prog.num_vars()))) if boxed else M
-        lower = np.concatenate((low, x_low)) if boxed else low
-        upper = np.concatenate((high, x_high)) if boxed else high
+        n, table = prog.num_vars(), LinearRows(prog, prog.GetLinearConstraints())
+        row, col, value, lower, upper = table.rows, table.cols, table.values, table.lower, table.upper
+        m, boxed = len(lower), bool(prog.bounding_box_constraints())
+        if boxed:
+            x_low, x_high = variable_bounds(prog)
+            row, col = np.concatenate((row, m + np.arange(n))), np.concatenate((col, np.arange(n)))
+            value = np.concatenate((value, np.ones(n)))
+            lower, upper = np.concatenate((lower, x_low)), np.concatenate((upper, x_high))
         settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 100000, "polishing": True}
         settings["verbose"] = self._prints(options)
         settings.update(self._given(options, _OSQP_OPTIONS))
         if "polish" in settings:
             settings["polishing"] = bool(settings.pop("polish"))
-        solver = osqp.OSQP()
-        P = triu(csc_matrix(Q), format="csc")
-        solver.setup(P, c, csc_matrix(M), lower, upper, **settings)
+        solver = osqp.OSQP(algebra="builtin")
+        i, j = np.triu(Q).nonzero()
+        P, A = Columns.of_triplets(i, j, Q[i, j], (n, n)), Columns.of_triplets(row, col, value, (len(lower), n))
+        solver.setup(P.for_scipy(), c, A.for_scipy(), lower, upper, **settings)
         found = solver.solve(raise_error=False)
         result._details = _osqp_details(found.info, found.y)
         outcome = _OSQP_RESULTS.get(found.info.status, SolutionResult.kSolverSpecificError)
@@ -119,9 +123,9 @@ class OsqpSolver(SolverInterface):
         result._finish(outcome, x, 0.5 * x @ Q @ x + c @ x + constant)
         if outcome is SolutionResult.kSolutionFound:
             dual = -np.asarray(found.y)
-            for b, rows in places:
+            for b, rows in table.places:
                 result._set_dual(b, dual[rows])
-            box = dual[len(low) :] if boxed else np.zeros(prog.num_vars())
+            box = dual[m:] if boxed else np.zeros(n)
             set_box_duals(prog, result, np.maximum(box, 0.0), np.minimum(box, 0.0))
 
 

@@ -151,26 +151,34 @@ class AlikeTerms(Terms):
         return without_nan(self._many.hessian(x[self._columns], weights.reshape(self._shape))).ravel()
 
 
+_LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
+
+
 class LearnedTerms(Terms):
     """Evaluators of equal shape of which no more than first derivatives are known.
 
     The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
     those that were only tried), by symmetric rank one updates (Griewank and Toint, 1982; Conn, Gould and Toint, 1991):
-    multipliers may change without making it stale, and many small Hessians are learned in few steps.
+    multipliers may change without making it stale, and many small Hessians are learned in few steps. Those of costs
+    begin as a multiple of the identity: with none, nothing would say how far to go where no constraint does.
 
     Args:
         evaluators: The evaluators.
         columns: Of the variables of each, shape (evaluators, n).
         rows: Of the values of each, shape (evaluators, m).
+        are_costs: Whether they are costs, which have one value each.
     """
 
-    def __init__(self, evaluators: Sequence[EvaluatorBase], columns: np.ndarray, rows: np.ndarray):
+    def __init__(
+        self, evaluators: Sequence[EvaluatorBase], columns: np.ndarray, rows: np.ndarray, are_costs: bool = False
+    ):
         (count, m), n = rows.shape, columns.shape[1]
         self._evaluators, self._columns, self.places = list(evaluators), columns, rows.ravel()
         self.J_rows, self.J_cols = np.repeat(self.places, n), np.repeat(columns, m, axis=0).ravel()
         self.H_rows, self.H_cols = np.repeat(columns, n), np.repeat(columns, n, axis=0).ravel()
         self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
         self._before, H = np.zeros((count, n)), np.zeros((count * m, n * n))
+        self._H, self._are_costs = H, are_costs
         self._J_before, J = np.zeros((count * m, n)), self._J.reshape(count * m, n)
         self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
         self._learn = learned.learn.bind(self._before, self._points, self._J_before, J, H, np.zeros(n))
@@ -197,13 +205,25 @@ class LearnedTerms(Terms):
         if not self._has_begun:
             self._has_begun = True
             self._before[:], self._J_before[:] = self._points, self._J.reshape(self._J_before.shape)
+            if self._are_costs:
+                self._look_around()
         self._learn()
         self._weights[:] = weights
         self._weigh()
         return self._total.flatten()
 
+    def _look_around(self) -> None:
+        """Begins with the curvature of each cost downhill, in all directions."""
+        n = self._points.shape[1]
+        for H, evaluator, own, slope in zip(self._H, self._evaluators, self._points, self._J[:, 0].copy()):
+            steepness = float(np.linalg.norm(slope))
+            if steepness > 0.0:
+                step = -_LOOK * max(1.0, float(np.abs(own).max())) * slope / steepness
+                change = without_nan(evaluator._eval_with_jacobian(own + step)[1])[0] - slope
+                H[:: n + 1] = max(0.0, float(step @ change / (step @ step)))
 
-def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]]) -> list[Terms]:
+
+def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool = False) -> list[Terms]:
     """Groups of evaluators, given with the columns of their variables and the rows of their values."""
     from sheldrake.solvers._functions.constraints import LinearConstraint, QuadraticConstraint
     from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
@@ -234,5 +254,5 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]]) -> list[Terms]:
         out.append(AlikeTerms(members[0][0]._many(), columns, rows))
     for members in rest.values():
         columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
-        out.append(LearnedTerms([e for e, *_ in members], columns, rows))
+        out.append(LearnedTerms([e for e, *_ in members], columns, rows, are_costs))
     return out

@@ -5,6 +5,7 @@ What a program's costs are made of; `_program_costs` makes them of expressions a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -151,6 +152,20 @@ class QuadraticCost(Cost):
         if self._is_convex is None:
             self._is_convex = is_semidefinite(self._Q)
         return self._is_convex
+
+    @staticmethod
+    def are_convex(costs: Sequence[QuadraticCost]) -> bool:
+        """Tells whether all are; for many, as the eigenvalues of those of a size are found at once."""
+        unknown: dict[int, list[QuadraticCost]] = {}
+        for cost in costs:
+            if cost._is_convex is None and cost._Q.size:
+                unknown.setdefault(len(cost._Q), []).append(cost)
+        for alike in unknown.values():
+            values = np.linalg.eigvalsh(np.stack([cost._Q for cost in alike]))
+            rounding = 1e-12 * np.maximum(1.0, np.abs(values).max(axis=1))
+            for cost, convex in zip(alike, (values[:, 0] >= -rounding).tolist()):
+                cost._is_convex = convex
+        return all(cost.is_convex() for cost in costs)
 
     def UpdateCoefficients(
         self, new_Q: ArrayLike, new_b: ArrayLike, new_c: float = 0.0, is_convex: bool | None = None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework._engine.freshness import freshness
+from sheldrake.systems.framework._engine.freshness import Sources, freshness
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
 
 if TYPE_CHECKING:
@@ -69,12 +69,12 @@ class CacheEntryValue:
 class _Record:
     """What a root context keeps for a cache entry of one of its systems."""
 
-    __slots__ = ("enabled", "keys", "level", "stamp", "value")
+    __slots__ = ("enabled", "sources", "stamp", "value")
 
-    def __init__(self, enabled: bool, level: int, keys: tuple):
+    def __init__(self, enabled: bool, sources: Sources):
         self.value: AbstractValue | None = None
         self.stamp: tuple | None = None  # of the store, when the value was computed
-        self.enabled, self.level, self.keys = enabled, level, keys
+        self.enabled, self.sources = enabled, sources
 
 
 class CacheEntry:
@@ -130,8 +130,8 @@ class CacheEntry:
             from sheldrake.systems.framework._engine.topology import expand_tickets
 
             needs = expand_tickets(self._system, self._declaration.tickets)
-            level, keys = freshness(store.layout, context._node, needs)
-            record = store.cache[key] = _Record(self._declaration.enabled, level, keys)
+            sources = freshness(store.layout, context._node, needs)
+            record = store.cache[key] = _Record(self._declaration.enabled, sources)
         return record
 
     def _row(self, context: Context) -> int:
@@ -156,14 +156,14 @@ class CacheEntry:
         if r >= 0:
             return store.i[store.layout.stamp0 + r] != store.i[store.layout._stamps[r]]
         record = self._record(context)
-        return record.stamp != store.stamp(record.level, record.keys)
+        return record.stamp != store.stamp(record.sources)
 
     def EvalAbstract(self, context: Context) -> AbstractValue:
         """The value as an AbstractValue, computed if needed."""
         if self._declaration.output >= 0:
             return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
         store, record = context._store, self._record(context)
-        stamp = store.stamp(record.level, record.keys)
+        stamp = store.stamp(record.sources)
         if (
             record.stamp == stamp
             and record.value is not None

@@ -68,6 +68,10 @@ class LeafSystem(LeafEvents):
     """Whether its kernels may be compiled on complex numbers (see `_engine/complex_rows.py`): none asks for an absolute
     value, a minimum, a maximum or an integer of what has derivatives."""
 
+    _ports_are_lookups = False
+    """Whether its functions of ports only show what it keeps anyway: calling one is quicker than finding out whether
+    what it names has changed."""
+
     def __init__(self, converter: SystemScalarConverter | None = None):
         super().__init__()
         self._scalar_converter = converter

@@ -134,10 +134,10 @@ class VectorBase:
 
     def _checked(self, value: Any) -> np.ndarray:
         a = value
-        if type(a) is not np.ndarray or a.ndim != 1 or a.dtype != self._v.dtype:
-            a = as_vector(value, None if self._v.dtype == object else self._v.dtype)
-            if self._v.dtype == object:
-                a = lifted(a, self._number_type())
+        if self._v.dtype == object:
+            a = lifted(as_vector(value), self._number_type())
+        elif type(a) is not np.ndarray or a.ndim != 1 or a.dtype != self._v.dtype:
+            a = as_vector(value, self._v.dtype)
         if a.shape != self._v.shape:
             if np.ndim(value) == 0 and not isinstance(value, VectorBase):
                 raise Mismatch(f"incompatible function arguments: expected a vector, got {value!r}")
@@ -180,7 +180,7 @@ class VectorBase:
         v, kind = self._v, type(value)
         if self._on_write is not None:
             self._on_write()  # first: it refuses other threads
-        if kind is np.ndarray and value.dtype is v.dtype and value.shape == v.shape:
+        if kind is np.ndarray and value.dtype is v.dtype is _FLOAT and value.shape == v.shape:
             v[:] = value
         elif not (kind is list and v.dtype is _FLOAT and len(value) == v.size and _filled(v, value)):
             v[:] = self._checked(value)
@@ -224,9 +224,11 @@ class VectorBase:
 
     def __setitem__(self, index: SupportsIndex | slice, value: Any) -> None:
         if isinstance(index, slice):
+            if self._v.dtype == object:
+                value = self._number(value) if np.ndim(value) == 0 else lifted(as_vector(value), self._number_type())
             self._v[index] = value
         else:
-            if type(value) is not float:
+            if type(value) is not float or self._v.dtype == object:
                 value = self._number(value)
             self._v[self._index(index)] = value
         if self._on_write is not None:

@@ -210,3 +210,10 @@ def test_the_one_model_of_a_world(tmp_path):
         pose = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), body)
         np.testing.assert_allclose(pose.translation(), [1.0, 2.0, 4.0])
         assert not plant.HasFrameNamed("f")
+
+
+def test_a_prefix_of_the_parser_needs_no_model_instance_of_its_name(plant):
+    text = "directives:\n- add_model_instance: {name: more}\n- add_frame: {name: f, X_PF: {base_frame: world}}\n"
+    Parser(plant, "cell").AddModelsFromString(text, "dmd.yaml")
+    assert plant.HasModelInstanceNamed("cell::more") and plant.HasFrameNamed("f")
+    assert not plant.HasModelInstanceNamed("cell")

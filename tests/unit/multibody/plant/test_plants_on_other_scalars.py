@@ -21,7 +21,7 @@ from sheldrake.multibody.tree import (
     UniversalJoint,
     WeldJoint,
 )
-from sheldrake.symbolic import Expression
+from sheldrake.symbolic import Expression, Variable
 from sheldrake.systems.framework import DiagramBuilder_
 
 Z = [0.0, 0.0, 1.0]
@@ -164,3 +164,24 @@ def test_answers_are_of_the_scalar_throughout(T):
         plant.CalcGravityGeneralizedForces(context),
     ):
         assert is_of(T, answer)
+
+
+def test_positions_and_velocities_become_numbers_of_the_scalar():
+    plant = MultibodyPlant(0.0)
+    body = plant.AddRigidBody("body", SpatialInertia.SolidCubeWithDensity(1000.0, 0.1))
+    plant.AddJoint(RevoluteJoint("joint", plant.world_frame(), body.body_frame(), Z))
+    plant.Finalize()
+    q, v = Variable("q"), Variable("v")
+    for copy_, scalar, given in (
+        (plant.ToSymbolic(), Expression, [[q, v], np.array([q, v]), [1, 2]]),
+        (plant.ToAutoDiffXd(), AutoDiffXd, [[1, 2], np.array([1, AutoDiffXd(2.0, [1.0])])]),
+    ):
+        context = copy_.CreateDefaultContext()
+        for values in given:
+            copy_.SetPositions(context, values[:1])
+            copy_.SetVelocities(context, values[1:])
+            apart = copy_.GetPositionsAndVelocities(context)
+            copy_.SetPositionsAndVelocities(context, values)
+            for found in (apart, copy_.get_state_output_port().Eval(context)):
+                assert [type(x) for x in found] == [scalar, scalar]
+                assert [str(x) for x in found] == [str(x if isinstance(x, scalar) else scalar(x)) for x in values]

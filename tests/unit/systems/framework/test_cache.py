@@ -1,5 +1,6 @@
 """Cache entries and output ports: computed when needed, never stale."""
 
+import numpy as np
 import pytest
 
 from sheldrake.common.value import Value
@@ -221,3 +222,132 @@ def test_entries_and_their_values_are_the_same_objects_while_somebody_holds_them
     value = entry.get_cache_entry_value(first)
     assert entry.get_cache_entry_value(first) is value is entry.get_mutable_cache_entry_value(first)
     assert entry.get_cache_entry_value(second) is not value
+
+
+class Perception(LeafSystem):
+    """Sees something anew ten times a second; what it makes of that is named to depend on that alone."""
+
+    def __init__(self):
+        super().__init__()
+        self.counts = dict.fromkeys(("port", "vector", "entry", "follower"), 0)
+        self.image = self.DeclareAbstractInputPort("image", Value([0.0]))
+        seen, number = self.DeclareAbstractState(Value([0.0])), self.DeclareDiscreteState(1)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(0.1, 0.0, self.look)
+        named = {self.abstract_state_ticket(seen)}
+        self.DeclareAbstractOutputPort("seen", lambda: Value([0.0]), self.say, named)
+        self.DeclareVectorOutputPort("number", 1, self.count, {self.discrete_state_ticket(number)})
+        self.DeclareAbstractOutputPort("follower", lambda: Value([0.0]), self.follow, {self.image.ticket()})
+        self.entry = self.DeclareCacheEntry("entry", ValueProducer(lambda: Value([0.0]), self.keep), named)
+        self.DeclareVectorOutputPort("kept", 1, lambda context, y: y.SetFromVector(self.entry.Eval(context)))
+
+    def look(self, context, state):
+        state.get_mutable_abstract_state(0).set_value([context.get_time()])
+        state.get_mutable_discrete_state()[0] += 1.0
+
+    def say(self, context, output):
+        self.counts["port"] += 1
+        output.set_value(context.get_abstract_state(0).get_value())
+
+    def count(self, context, output):
+        self.counts["vector"] += 1
+        output.SetFromVector([context.get_discrete_state_vector()[0]])
+
+    def follow(self, context, output):
+        self.counts["follower"] += 1
+        output.set_value(self.image.Eval(context))
+
+    def keep(self, context, value):
+        self.counts["entry"] += 1
+        value.set_value(context.get_abstract_state(0).get_value())
+
+
+class Reader(LeafSystem):
+    """Asks for everything a thousand times a second, and sums it up."""
+
+    def __init__(self):
+        super().__init__()
+        self.reads = 0
+        self.sum = self.DeclareDiscreteState(4)
+        self.seen = self.DeclareAbstractInputPort("seen", Value([0.0]))
+        self.number = self.DeclareVectorInputPort("number", 1)
+        self.followed = self.DeclareAbstractInputPort("followed", Value([0.0]))
+        self.kept = self.DeclareVectorInputPort("kept", 1)
+        self.DeclarePeriodicDiscreteUpdateEvent(0.001, 0.0005, self.read)
+
+    def read(self, context, discrete):
+        self.reads += 1
+        read = [port.Eval(context)[0] for port in (self.seen, self.number, self.followed, self.kept)]
+        discrete.get_mutable_vector().SetFromVector(context.get_discrete_state_vector().CopyToVector() + read)
+
+
+class Camera(LeafSystem):
+    """An image as its state."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareStateOutputPort("image", self.DeclareAbstractState(Value([0.0])))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(0.25, 0.0, self.take)
+
+    def take(self, context, state):
+        state.get_mutable_abstract_state(0).set_value([context.get_time()])
+
+
+def test_what_is_named_to_depend_on_seldom_updates_is_computed_as_seldom():
+    builder = DiagramBuilder()
+    camera, perception = builder.AddSystem(Camera()), builder.AddSystem(Perception())
+    reader = builder.AddSystem(Reader())
+    builder.Connect(camera.get_output_port(), perception.image)
+    builder.Connect(perception.GetOutputPort("seen"), reader.seen)
+    builder.Connect(perception.GetOutputPort("number"), reader.number)
+    builder.Connect(perception.GetOutputPort("follower"), reader.followed)
+    builder.Connect(perception.GetOutputPort("kept"), reader.kept)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(1.0)
+    assert reader.reads == 1000
+    assert perception.counts == {"port": 10, "vector": 10, "entry": 10, "follower": 4}
+    times = np.arange(1000) / 1000 + 0.0005
+    looks, images = np.floor(times * 10), np.floor(times * 4)
+    expected = [np.sum(looks / 10), np.sum(looks + 1), np.sum(images / 4), np.sum(looks / 10)]
+    context = reader.GetMyContextFromRoot(simulator.get_context())
+    np.testing.assert_allclose(context.get_discrete_state_vector().value(), expected, rtol=1e-12)
+
+
+def test_a_calculation_that_failed_is_not_taken_for_done():
+    class Fails(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.broken = True
+            self.DeclareVectorOutputPort("y", 1, self.calc, {self.nothing_ticket()})
+
+        def calc(self, context, output):
+            if self.broken:
+                raise ValueError("not yet")
+            output.SetFromVector([3.0])
+
+    system = Fails()
+    context = system.CreateDefaultContext()
+    with pytest.raises(ValueError, match="not yet"):
+        system.get_output_port().Eval(context)
+    system.broken = False
+    assert system.get_output_port().Eval(context) == 3.0
+
+
+def test_time_does_not_concern_what_depends_on_state():
+    class System(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.calls = 0
+            self.DeclareContinuousState(1)
+            self.DeclareVectorOutputPort("y", 1, self.calc, {self.xc_ticket()})
+
+        def calc(self, context, output):
+            self.calls += 1
+            output.SetFromVector(context.get_continuous_state_vector().CopyToVector())
+
+    system = System()
+    context = system.CreateDefaultContext()
+    found = []
+    for change in (lambda: None, lambda: context.SetTime(1.0), lambda: context.SetContinuousState([2.0])):
+        change()
+        found.append((system.get_output_port().Eval(context)[0], system.calls))
+    assert found == [(0.0, 1), (0.0, 1), (2.0, 2)]

@@ -244,3 +244,25 @@ def test_system_of_a_template_clones_by_way_of_another_scalar():
 
 def test_a_family_of_systems_says_what_it_is():
     assert str(Quadratic_) == f"<TemplateSystem {__name__}.Quadratic_>"
+
+
+@pytest.mark.parametrize("scalar", [AutoDiffXd, Expression])
+def test_what_is_written_becomes_a_number_of_the_contexts_scalar(scalar):
+    variables = [Variable("a"), Variable("b")]
+    system = LinearSystem(np.eye(2), np.zeros((2, 0)), np.eye(2), np.zeros((2, 0)), 0.1)
+    context = (system.ToAutoDiffXd() if scalar is AutoDiffXd else system.ToSymbolic()).CreateDefaultContext()
+    state = context.get_mutable_discrete_state_vector()
+    given = [[1, 2], np.array([1, 2], object), np.array([1.0, AutoDiffXd(2.0) if scalar is AutoDiffXd else 2.0])]
+    given += [variables, np.array(variables)] if scalar is Expression else []
+    for values in given:
+        for write in (
+            state.SetFromVector,
+            context.SetDiscreteState,
+            lambda v: state.__setitem__(slice(0, 2), v),
+            lambda v: [state.SetAtIndex(i, x) for i, x in enumerate(v)],
+        ):
+            state.SetZero()
+            write(values)
+            found = context.get_discrete_state_vector().CopyToVector()
+            assert [type(x) for x in found] == [scalar, scalar]
+            assert [str(x) for x in found] == [str(x if isinstance(x, scalar) else scalar(x)) for x in values]

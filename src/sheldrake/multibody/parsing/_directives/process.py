@@ -153,13 +153,11 @@ class DirectivesProcessor:
         self._inclusions = _Inclusions(self._policy)
 
     def process(self, directives: ModelDirectives, namespace: str, where: Location) -> None:
-        """Carries out directives whose names are relative to an existing model instance (or to none).
+        """Carries out directives whose names are relative to a namespace (or to none).
 
         Raises:
             ParseError: When something is wrong; what was added before stays.
         """
-        if namespace and not self._plant.HasModelInstanceNamed(namespace):
-            self._policy.Error(where, f"The namespace '{namespace}' does not exist as a model instance.")
         for directive in directives.directives:
             here = place_of(directive, where)
             kind = check_directive(directive, here, self._policy)
@@ -258,5 +256,7 @@ class DirectivesProcessor:
     def _add_directives(self, directives, namespace: str, where: Location) -> None:
         path = resolve_uri(directives.file, self._parser.package_map(), None, where, self._policy)
         inner = join_names(namespace, directives.model_namespace) if directives.model_namespace else namespace
+        if inner and not self._plant.HasModelInstanceNamed(inner):
+            self._policy.Error(where, f"The namespace '{inner}' does not exist as a model instance.")
         with self._inclusions.opened(path, where) as included:
             self.process(included, inner, Location(os.path.abspath(path)))

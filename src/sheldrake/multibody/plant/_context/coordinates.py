@@ -378,6 +378,7 @@ class Coordinates:
                 f"{call}(): {whose} has {size} {_WORDS[parts]}, but the given array has shape {array.shape}."
             )
         finite(call, "the values", array)
+        array = lifted(array, view.T)
         context._store.check_thread()
         if "q" in parts:
             view.q[at[0]] = array[: sizes[0]]

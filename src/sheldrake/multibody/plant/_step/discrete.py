@@ -152,15 +152,15 @@ def _infos(contacts: StepContacts, arrays: PointContactArrays) -> list[PointPair
             bodies[b],
             contacts.f_Bc_W[i],
             contacts.p_WC[i],
-            contacts.separation_speed[i],
-            contacts.slip_speed[i],
+            contacts.separation_speed.item(i),
+            contacts.slip_speed.item(i),
             point_pair(
                 geometries[A],
                 geometries[B],
                 contacts.p_WCa[i],
                 contacts.p_WCb[i],
                 contacts.nhat_BA_W[i],
-                contacts.depth[i],
+                contacts.depth.item(i),
             ),
         )
         for i, (A, B, a, b) in enumerate(arrays.pair.tolist())

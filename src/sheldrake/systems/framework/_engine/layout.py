@@ -17,19 +17,20 @@ from sheldrake.systems.framework._declarations import (
     OUTPUT,
     PUBLISH,
     UNRESTRICTED,
+    Callback,
     EventDeclaration,
     FedStage,
     PythonStage,
     Stages,
 )
-from sheldrake.systems.framework._engine.freshness import level_of_needs
+from sheldrake.systems.framework._engine.freshness import Sources, freshness, level_of_needs
 from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, Slot, Span
 from sheldrake.systems.framework._engine.scratch import places_of
 from sheldrake.systems.framework._engine.topology import inputs_as, kernel_needs
+from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._kernels import program as _program
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework._declarations import Callback
     from sheldrake.systems.framework._system import System
 
 NO_ROW = -(10**9)
@@ -89,6 +90,11 @@ class Layout(Memory):
         self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
+        self._sources: dict[int, Sources | None] = {}
+        self._takes_all = [
+            self.systems[n]._ports_are_lookups or Ticket.ALL_SOURCES in self.systems[n]._outputs[j].tickets
+            for n, j in self.ports
+        ]
         del self.systems  # a layout is owned by the root system: it must not own it in turn
 
     def _shift(self, span: Span, by: int) -> Span:
@@ -361,6 +367,17 @@ class Layout(Memory):
         if r not in self._pulls:
             self._pulls[r] = self.upstream([r])
         return self._pulls[r]
+
+    def sources_named_by(self, r: int) -> Sources | None:
+        """What output row `r` is computed from, if it is a function that names that; None if it takes everything."""
+        if r not in self._sources:
+            found = None
+            if r < len(self.ports):
+                (n, j), row = self.ports[r], self.rows[r]
+                if isinstance(row.calc, Callback) and not self._takes_all[r]:
+                    found = freshness(self, n, self.needs[n, j])
+            self._sources[r] = found
+        return self._sources[r]
 
     def _levels(self) -> list[int]:
         """How often the values of each row can change at most; what updates and publishes do has no such level."""

@@ -21,6 +21,7 @@ from sheldrake.systems.framework._vector import BasicVector
 if TYPE_CHECKING:
     from sheldrake.common.value import AbstractValue
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.freshness import Sources
     from sheldrake.systems.framework._engine.store import Store
     from sheldrake.systems.framework._state import State
     from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
@@ -32,8 +33,9 @@ def call(store: Store, r: int, row: Row) -> Any:
     if isinstance(row.calc, PythonStage):
         return row.calc.function(system, context)
     if row.event is None:
-        row.calc(system, context, _target(store, r, row, context))
-        return None
+        compute = functools.partial(row.calc, system, context, _target(store, r, row, context))
+        sources = store.layout.sources_named_by(r)
+        return compute() if sources is None else _if_changed(store, r, sources, compute)
     if row.kind == PUBLISH:
         return row.event.call(system, context)
     return row.event.call(system, context, event_argument(store, row.kind, context))
@@ -50,7 +52,17 @@ def bound(store: Store, r: int) -> Callable[[], Any]:
     if abstract or not isinstance(calc, Callback):
         return lambda: call(store, r, row)
     target = () if row.kind == PUBLISH else (_target(store, r, row, context),)
-    return functools.partial(calc.function, *((system,) if calc.owned else ()), context, *target)
+    compute = functools.partial(calc.function, *((system,) if calc.owned else ()), context, *target)
+    sources = store.layout.sources_named_by(r) if row.kind == OUTPUT else None
+    return compute if sources is None else functools.partial(_if_changed, store, r, sources, compute)
+
+
+def _if_changed(store: Store, r: int, sources: Sources, compute: Callable[[], Any]) -> None:
+    """Computes output row `r` unless what it names is as it was, however much else the loop has written since."""
+    stamp = store.stamp(sources)
+    if store.computed_from.get(r) != stamp or store.uncached or r in store._cold:
+        compute()
+        store.computed_from[r] = stamp
 
 
 def _target(

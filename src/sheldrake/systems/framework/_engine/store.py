@@ -24,6 +24,7 @@ from sheldrake.systems.framework._vector import BasicVector, lifted
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.freshness import Sources
     from sheldrake.systems.framework._engine.memory import Slot
     from sheldrake.systems.framework._system import System
 
@@ -126,6 +127,7 @@ class Store:
         self.uncached = self.frozen = False
         self.cache: dict[tuple[int | str, int], Any] = {}
         self.serials: dict[Any, int] = {}
+        self.computed_from: dict[int, tuple] = {}  # stamps of output rows that name their sources
         self.by_python = np.zeros(4, np.int64)  # how many of the changes in I came from Python; written sources
         self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
         self.written: list[tuple[Any, Any]] = []
@@ -212,12 +214,18 @@ class Store:
         """All computed values become out of date."""
         self.touch(CONSTANT, "all")
 
-    def stamp(self, level: int, keys: tuple) -> tuple:
-        """Changes whenever one of the sources does; see `Layout.freshness`."""
+    def stamp(self, sources: Sources) -> tuple:
+        """Changes whenever one of the sources does."""
         if self.mine[3]:
             self._note_written()
+        if self.scalar is float:
+            numbers = [self.S[a:b].tobytes() for a, b in sources.places]
+            level, keys = sources.other_level, sources.other_keys
+        else:
+            numbers, level, keys = [], sources.level, sources.keys
         get = self.serials.get
-        return (self.i[level] - self.mine[level], *(get(key, 0) for key in keys))
+        by_loop = self.i[level] - self.mine[level] if level else 0
+        return (by_loop, *numbers, *[get(key, 0) for key in keys])
 
     def count_writes_of(self, source: object) -> np.ndarray:
         """A number, shape (1,), for kernels that write a source: each adds one, and one to `by_python[3]`."""
@@ -523,6 +531,7 @@ class Store:
         for n, values in self.pending.items():
             first, last = self.layout.places[n].abstract
             self.abstract[first:last] = values
+            self.serials["xa", n] = self.serials.get(("xa", n), 0) + 1
         self.pending.clear()
 
     def output_value(self, r: int) -> AbstractValue:
