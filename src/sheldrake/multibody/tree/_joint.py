@@ -359,7 +359,7 @@ class Joint(NamedElement):
         """Sets the velocities that give M the spatial velocity V_FM, expressed in F."""
         return self._write_v(context, "SetSpatialVelocity", self._velocities_of(V_FM))
 
-    def _velocities_of(self, V_FM: SpatialVelocity) -> np.ndarray:
+    def _velocities_of(self, V_FM: SpatialVelocity) -> Vector:
         raise RuntimeError(f"The function SetSpatialVelocity() has not been implemented for {self.kTypeName} joints.")
 
     # --- state in a context
