@@ -40,6 +40,8 @@ class Hulls:
         vertex = np.zeros((self._num_vertices, HullVertex.SIZE))
         face = np.zeros((self._num_faces, HullFace.SIZE))
         loop = np.zeros((self._num_faces, FaceLoop.SIZE), np.int64)
+        if not self._meshes:  # as in many models: two lists of nothing
+            return vertex, face, loop, np.full(2, 2)
         corners = [np.zeros(0, np.int64)]
         v0 = f0 = 0
         for mesh in self._meshes:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def _bounds(lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    return _arrays.float_vector(np.atleast_1d(lb)), _arrays.float_vector(np.atleast_1d(ub))
+    return tuple(_arrays.float_vector(b if type(b) is np.ndarray and b.ndim else np.atleast_1d(b)) for b in (lb, ub))
 
 
 class LinearConstraint(Constraint):
@@ -169,7 +169,15 @@ class BoundingBoxConstraint(LinearConstraint):
     """
 
     def __init__(self, lb: ArrayLike, ub: ArrayLike):
-        lower, upper = _bounds(lb, ub)
+        self._set_box(*_bounds(lb, ub))
+
+    @classmethod
+    def _of(cls, lb: np.ndarray, ub: np.ndarray) -> Self:  # type: ignore[override]
+        self = cls.__new__(cls)
+        self._set_box(lb, ub)
+        return self
+
+    def _set_box(self, lower: np.ndarray, upper: np.ndarray) -> None:
         self._dense = None
         self._set_sizes(lower.size, lower.size)
         self._set_bounds(lower, upper)
