@@ -82,6 +82,27 @@ def test_results_do_not_depend_on_what_was_asked_before(scene):
     assert len(sizes) == 2  # with and without a contact
 
 
+def test_results_that_are_kept_stay_as_they_are(scene):
+    _, plant, _ = scene
+    context, ball = new_context(scene), plant.GetBodyByName("ball")
+
+    def said_of(info):
+        pair = info.point_pair()
+        vectors = (info.contact_point(), info.contact_force(), pair.p_WCa, pair.p_WCb, pair.nhat_BA_W)
+        return np.concatenate([*vectors, [pair.depth, info.slip_speed()]])
+
+    plant.SetFreeBodyPose(context, ball, RigidTransform([0.1, 0.2, 0.098]))
+    info = plant.GetOutputPort("contact_results").Eval(context).point_pair_contact_info(0)
+    vdot = plant.GetOutputPort("generalized_acceleration").Eval(context)
+    before = said_of(info).copy(), vdot.copy()
+    plant.SetFreeBodyPose(context, ball, RigidTransform([0.5, -0.2, 0.09]))
+    again = plant.GetOutputPort("contact_results").Eval(context).point_pair_contact_info(0)
+    plant.GetOutputPort("generalized_acceleration").Eval(context)
+    assert not np.array_equal(said_of(again), before[0])
+    np.testing.assert_array_equal(said_of(info), before[0])
+    np.testing.assert_array_equal(vdot, before[1])
+
+
 def test_geometry_that_changes_in_a_context_is_seen(scene):
     _, plant, scene_graph = scene
     context = new_context(scene)
@@ -102,6 +123,7 @@ def test_geometry_that_changes_in_a_context_is_seen(scene):
 def test_kernels_are_bound_once_and_none_runs_as_python(scene, monkeypatch):
     _, plant, _ = scene
     context = new_context(scene)
+    write(plant, context, np.random.default_rng(0))
     plant.SetFreeBodyPose(context, plant.GetBodyByName("ball"), RigidTransform([0.1, 0.2, 0.098]))
     numbers(plant, context)
 
