@@ -325,7 +325,7 @@ class QueryObject(Images):
 
     def _surfaces(
         self, call: str, representation: HydroelasticContactRepresentation
-    ) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
+    ) -> tuple[list[ContactSurface], FoundPoints, list[GeometryId]]:
         """The contact surfaces, and points of the pairs that can have none."""
         if not isinstance(representation, HydroelasticContactRepresentation):
             raise TypeError(
@@ -333,13 +333,16 @@ class QueryObject(Images):
                 f"{representation!r}."
             )
         scene_graph, _ = self._required()
-        _, ids, X_WB = self._placed()
+        scene = self._scene()
+        ids, X_WB = scene.ids, self._body_poses(scene)
         pairs = scene_graph._hydro_for_queries(self._state, representation)
+        if X_WB.dtype != object:
+            return (*scene.find_surfaces(pairs, representation, X_WB), ids)
         points = _find_points(pairs.points, X_WB)
         if len(pairs.model.pair) == 0:
-            return [], points, ids
+            return [], FoundPoints.of(points), ids
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
-        return [surface for _, surface in surfaces], points, ids
+        return [surface for _, surface in surfaces], FoundPoints.of(points), ids
 
     def ComputeContactSurfaces(self, representation: HydroelasticContactRepresentation) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.
@@ -352,7 +355,7 @@ class QueryObject(Images):
                 representation, or a compliant half space with another compliant one.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfaces", representation)
-        if points.count[Found.num_contacts] > 0:
+        if len(points.pair) > 0:
             a, b = points.pair[0, :2]
             raise explain_unsupported(self._state, ids[a], ids[b])
         return surfaces
@@ -366,7 +369,7 @@ class QueryObject(Images):
             representation: HydroelasticContactRepresentation, what faces are.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfacesWithFallback", representation)
-        return surfaces, self._point_pairs(FoundPoints.of(points), ids)
+        return surfaces, self._point_pairs(points, ids)
 
     # ---- what is not there
 

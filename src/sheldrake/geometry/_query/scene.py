@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common.chain import Chain
+from sheldrake.geometry._compiled.hydroelastic import HydroPairs, SurfaceSearch
 from sheldrake.geometry._compiled.search import family_kernels
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._kernels.contacts import place_geometries
@@ -25,6 +26,8 @@ from sheldrake.geometry._kernels.model import (
 )
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
+from sheldrake.geometry._roles import HydroelasticContactRepresentation
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.geometry._state.state import GeometryState
 
@@ -85,6 +88,7 @@ class QueryScene:
         self.at_home = world_poses(len(frames), float)
         self.memo: dict = {}
         self._idle: list[_Search] = []
+        self._idle_surfaces: dict[HydroelasticContactRepresentation, list[_Surfaces]] = {}
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
 
     def place_bodies(self, X_WF: np.ndarray) -> np.ndarray:
@@ -123,6 +127,17 @@ class QueryScene:
             return self._idle.pop()
         except IndexError:
             return _Search(self.model, self.num_bodies)
+
+    def find_surfaces(
+        self, pairs: HydroPairs, representation: HydroelasticContactRepresentation, X_WB: np.ndarray
+    ) -> tuple[list[ContactSurface], FoundPoints]:
+        """Contact surfaces at these poses, and points of the pairs that can have none; `pairs` are of this scene."""
+        idle = self._idle_surfaces.setdefault(representation, [])
+        search = idle.pop() if idle else _Surfaces(pairs, self.num_bodies)
+        try:
+            return search.find(X_WB, self.ids)
+        finally:
+            idle.append(search)
 
     def find_distances(self, X_WB: np.ndarray, reach: float) -> FoundDistances:
         """All pairs no farther apart than `reach` [m] at poses that are numbers, shape (num_bodies, 12)."""
@@ -164,23 +179,38 @@ class _Search:
 
     def __init__(self, model: GeometryModel, num_bodies: int):
         self._model, self._X_WB = model, np.empty((num_bodies, BodyPose.SIZE))
-        self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
+        self.table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
-            geometry_model=model, bodies=BodyPoses(self._X_WB), table=self._table, cells=make_cells(model)
+            geometry_model=model, bodies=BodyPoses(self._X_WB), table=self.table, cells=make_cells(model)
         )
 
     def run(self, X_WB: np.ndarray) -> int:
         """Looks at all pairs; how many contacts there are."""
         self._X_WB[:] = X_WB
         self._run()
-        count = self._table.count
+        count = self.table.count
         if count.item(_STATUS):
-            raise explain_contact_status(self._model, self._table)
+            raise explain_contact_status(self._model, self.table)
         return count.item(_NUM_CONTACTS)
 
     def found(self) -> FoundPoints:
         """What `run` has found."""
-        return FoundPoints.of(self._table)
+        return FoundPoints.of(self.table)
+
+
+class _Surfaces:
+    """The same for contact surfaces."""
+
+    def __init__(self, pairs: HydroPairs, num_bodies: int):
+        self._pairs, self._points = pairs, _Search(pairs.points, num_bodies)
+        self._surfaces = SurfaceSearch(pairs.model, self._points.table) if len(pairs.model.pair) else None
+
+    def find(self, X_WB: np.ndarray, ids: list[GeometryId]) -> tuple[list[ContactSurface], FoundPoints]:
+        self._points.run(X_WB)
+        if self._surfaces is None:
+            return [], self._points.found()
+        surfaces = surfaces_of(self._surfaces.find(), self._pairs.model, ids)
+        return [surface for _, surface in surfaces], self._points.found()
 
 
 class _Distances:
