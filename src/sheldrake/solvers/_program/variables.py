@@ -5,6 +5,7 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from sheldrake.solvers._arrays import VariablesLike
 
 _TYPE = VariableType
+_type_of = operator.attrgetter("_type")
 
 
 class ProgramVariables:
@@ -46,6 +48,10 @@ class ProgramVariables:
         return out
 
     # New variables
+
+    def has_binaries(self) -> bool:
+        """Whether a decision variable is 0 or 1."""
+        return _TYPE.BINARY in map(_type_of, self._decisions)
 
     def _append(self, v: Variable) -> None:
         if v._id in self._indeterminate_places:
