@@ -20,7 +20,7 @@ from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
 from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
-from sheldrake.multibody.plant._step.input_ports import input_vector, sees_geometry
+from sheldrake.multibody.plant._step.input_ports import read_inputs, sees_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
@@ -166,9 +166,7 @@ class Advance:
         work = rehearsal.afresh()
         self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
         getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
-        for i, values in enumerate(rehearsal.u):
-            if len(values):
-                values[:] = input_vector(context, i)
+        read_inputs(context, rehearsal.u)
         if self._models.misses_geometry(connected):
             raise self._failures.explain(GEOMETRY_NOT_CONNECTED, context)
         if self._elements.constraints and not self._settings.is_discrete():
