@@ -270,7 +270,10 @@ class ProgramVariables:
             return float(self._guess[self.FindDecisionVariableIndex(v)])
         array = np.asarray(decision_variable, dtype=object)
         vars = self._expect_variables("GetInitialGuess", array)
-        values = [self._guess[self.FindDecisionVariableIndex(v)] for v in vars]
+        places = self._places
+        if not all(v._id in places for v in vars.tolist()):
+            self.FindDecisionVariableIndices(vars)  # says which one is none
+        values = [self._guess[places[v._id]] for v in vars.tolist()]
         return np.array(values, dtype=float).reshape(array.shape, order="F")
 
     def SetInitialGuess(self, decision_variable: Variable | VariablesLike, variable_guess: ArrayLike) -> None:
