@@ -25,7 +25,7 @@ _COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
 _FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
 _THICKNESS = 1e-6  # relative to the size: height of the apex that makes a flat hull solid
 _SAME_PLANE = 1e-9  # normals of two facets of one face differ by less
-_MADE_BY = (__file__, *(m.__file__ for m in (mesh_files, polytope_hull, read_dae, read_obj, read_stl, read_vtk)))
+_MADE_BY = (__file__, *(str(m.__file__) for m in (mesh_files, polytope_hull, read_dae, read_obj, read_stl, read_vtk)))
 
 
 def make_convex_hull_of_source(source: MeshSource, scale3: np.ndarray) -> PolygonSurfaceMesh:

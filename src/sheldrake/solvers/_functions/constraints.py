@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 
 def _bounds(lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    return tuple(_arrays.float_vector(b if type(b) is np.ndarray and b.ndim else np.atleast_1d(b)) for b in (lb, ub))
+    return _bound(lb), _bound(ub)
+
+
+def _bound(b: ArrayLike) -> np.ndarray:
+    return _arrays.float_vector(b if type(b) is np.ndarray and b.ndim else np.atleast_1d(b))
 
 
 class LinearConstraint(Constraint):
