@@ -1,6 +1,8 @@
 """Small calls as programs make them many times, against Drake: CPU time of one, in microseconds.
 
-    python benchmarks/small_calls.py [values contexts plant python programs setting_up] [--rounds 5] [--slower]
+    python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
+
+Families: values, contexts, plant, python, present, questions, programs, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
 `--slower` prints those lines only in which Drake is faster. What Drake keeps in its cache costs it a look in lines that
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import functools
 import importlib
+import itertools
 import pathlib
 import statistics
 import sys
@@ -440,6 +443,74 @@ def python(lib: Any) -> Calls:
         "10 steps of a loop with feedback": ten(loop),
         "a LeafSystem": lambda: Feedback(),
         "a LeafSystem with state": lambda: Periodic(),
+    }
+
+
+@family
+def present(lib: Any) -> Calls:
+    """Ports of a continuous plant, and what a discrete one is asked between steps, each after a write."""
+    builder, plant, _ = arm(lib, 0.0)
+    diagram = builder.Build()
+    context = plant.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    plant.get_actuation_input_port().FixValue(context, np.zeros(plant.num_actuators()))
+    plant.SetFreeBodyPose(context, plant.GetBodyByName("ball"), lib.RigidTransform([0.5, 0.5, 0.099]))
+    hand, q = plant.GetBodyByName("link7"), plant.GetPositions(context)
+    names = ("contact_results", "net_actuation", "generalized_acceleration", "body_spatial_accelerations")
+    ports = {f"{name} of a continuous plant": plant.GetOutputPort(name) for name in names}
+
+    def after_write(ask: Callable[[], Any]) -> Callable[[], Any]:
+        return lambda: (plant.SetPositions(context, q), ask())
+
+    calls = {title: after_write(functools.partial(port.Eval, context)) for title, port in ports.items()}
+    of_hand = after_write(lambda: plant.EvalBodySpatialAccelerationInWorld(context, hand))
+    return {**calls, "EvalBodySpatialAccelerationInWorld": of_hand}
+
+
+@family
+def questions(lib: Any) -> Calls:
+    """Contact surfaces, constraints of inverse kinematics, and trajectories."""
+    builder = lib.DiagramBuilder()
+    plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, 0.001)
+    for name in ("a", "b"):
+        body = plant.AddRigidBody(name, lib.SpatialInertia.SolidBoxWithMass(1.0, 0.2, 0.2, 0.2))
+        properties = lib.ProximityProperties()
+        lib.AddContactMaterial(None, None, lib.CoulombFriction(0.5, 0.5), properties)
+        lib.AddCompliantHydroelasticProperties(0.1, 1e7, properties)
+        plant.RegisterCollisionGeometry(body, lib.RigidTransform(), lib.Box(0.2, 0.2, 0.2), name, properties)
+    plant.Finalize()
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    context, geometry = plant.GetMyContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
+    plant.SetFreeBodyPose(context, plant.GetBodyByName("b"), lib.RigidTransform([0.01, 0.02, 0.19]))
+    q, polygons = plant.GetPositions(context), lib.HydroelasticContactRepresentation.kPolygon
+
+    def surfaces() -> Any:
+        plant.SetPositions(context, q)
+        return scene_graph.get_query_output_port().Eval(geometry).ComputeContactSurfaces(polygons)
+
+    arm_builder, robot, _ = arm(lib, 0.001)
+    arm_diagram = arm_builder.Build()
+    posture = robot.GetMyContextFromRoot(arm_diagram.CreateDefaultContext())
+    ik = lib.InverseKinematics(robot, posture)
+    hand, world = robot.GetFrameByName("link7"), robot.world_frame()
+    reach = ik.AddPositionConstraint(hand, [0, 0, 0], world, [-1, -1, -1], [1, 1, 1]).evaluator()
+    apart = ik.AddMinimumDistanceLowerBoundConstraint(0.01).evaluator()
+    postures = itertools.cycle([robot.GetPositions(posture) + 1e-3 * k for k in range(8)])
+    times = np.linspace(0.0, 1.0, 11)
+    values = np.random.default_rng(0).normal(size=(7, 11))
+    cubic = lib.PiecewisePolynomial.CubicShapePreserving(times, values)
+    spline = lib.BsplineTrajectory(lib.BsplineBasis(4, 8), values[:3, :8])
+    return {
+        "ComputeContactSurfaces": surfaces,
+        "PositionConstraint.Eval": lambda: reach.Eval(next(postures)),
+        "MinimumDistance.Eval": lambda: apart.Eval(next(postures)),
+        "MinimumDistance.Eval, AutoDiff": lambda: apart.Eval(lib.InitializeAutoDiff(next(postures))),
+        "InverseKinematics()": lambda: lib.InverseKinematics(robot, posture),
+        "PiecewisePolynomial.value": lambda: cubic.value(0.33),
+        "PiecewisePolynomial.vector_values": lambda: cubic.vector_values(times),
+        "PiecewisePolynomial.EvalDerivative": lambda: cubic.EvalDerivative(0.33, 1),
+        "BsplineTrajectory.value": lambda: spline.value(0.33),
+        "BsplineTrajectory.EvalDerivative": lambda: spline.EvalDerivative(0.33, 1),
     }
 
 

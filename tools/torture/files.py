@@ -24,7 +24,7 @@ import numpy as np
 from tests.unit.systems.framework.saved_run import build
 from tools.torture.meshes import damage
 
-from sheldrake.common._native import own_files, store
+from sheldrake.common._native import kept_files, own_files, store
 from sheldrake.common.kernel import Vector, kernel
 from sheldrake.common.yaml import yaml_dump
 from sheldrake.systems.analysis import Simulator
@@ -291,7 +291,7 @@ def caches(chance: random.Random, number: int) -> None:
             with contextlib.suppress(PermissionError):
                 os.close(own_files._open(path))
                 raise AssertionError("a file is opened in a folder that became another's")
-        found = store._read(path)
+        found = kept_files.read(path)
         is_right = found == code and bytes(wrong) == data
         assert found is None or (is_right and kind not in ("mode", "huge", "elsewhere", "exchanged")), kind
         if number % 20 == 0:
@@ -311,12 +311,12 @@ def killed_compiles(chance: random.Random, number: int) -> None:
     if (child := os.fork()) == 0:
         _compile_until(last)
     os.waitpid(child, 0)
-    found = store._read(store._path(thrice))
+    found = kept_files.read(store._path(thrice))
     assert found is None or found == _code()[1]
     thrice.__dict__.pop("_native", None)
     assert thrice.native(x := np.ones(2)) == 0
     assert x.tolist() == [3.0, 3.0]
-    assert store._read(store._path(thrice)) == _code()[1]
+    assert kept_files.read(store._path(thrice)) == _code()[1]
     shutil.rmtree(folder)
 
 

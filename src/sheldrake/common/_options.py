@@ -88,8 +88,7 @@ class Options:
     def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
         for name in self._defaults:
-            value = getattr(self, name)
-            object.__setattr__(new, name, value if type(value) in _NEVER_COPIED else copied(value))
+            object.__setattr__(new, name, copied(getattr(self, name)))
         return new
 
 
@@ -98,6 +97,10 @@ _NEVER_COPIED = {float, int, bool, str, type(None)}
 
 def copied(value: Any) -> Any:
     """A value of a setting for another owner: data are copied, objects that others share are shared."""
+    if type(value) in _NEVER_COPIED:
+        return value
+    if isinstance(value, Options):  # not by its `__fields__`, which look up types
+        return value.__deepcopy__({})
     if isinstance(value, (list, tuple)) and not hasattr(value, "_fields"):
         return type(value)(copied(v) for v in value)
     if isinstance(value, dict):

@@ -36,6 +36,7 @@ class Calls:
         self._table: np.ndarray = np.zeros(0, np.int64)
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
+        self._blocks: dict = {}  # what kernels on the same NamedTuples have in common
 
     def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Adds a stage; stages run in the order in which they were added.
@@ -59,7 +60,7 @@ class Calls:
             if not self.native:
                 self._runs[bit] = _plain_run(kernel, args)
                 continue
-            self._runs[bit] = bound = kernel.bind(*args)
+            self._runs[bit] = bound = kernel.bind(*args, blocks=self._blocks)
             words, _ = bound.keep
             self._table[3 * i + 1 : 3 * i + 3] = HERE.address(kernel), HERE.place(words)
 
@@ -131,7 +132,7 @@ class Calls:
     ) -> Query:
         from sheldrake.common._native import builtin
 
-        bound = kernel.bind(*args)
+        bound = kernel.bind(*args, blocks=self._blocks)
         words, _ = bound.keep
         time = next((a for p, a in zip(kernel.parameters, args) if p.kind == "t"), 0.0)
         head = [HERE.address(kernel), int(np.float64(time).view(np.int64)), *builtin.constants(), len(given), needs]
@@ -144,7 +145,7 @@ class Calls:
         return builtin.make([*head, *words.tolist()], (self, self._table, bound, answer))
 
     def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
-        bound, slots = kernel.bind(*args), self._given(kernel, args, given)
+        bound, slots = kernel.bind(*args, blocks=self._blocks), self._given(kernel, args, given)
         words, _ = bound.keep
 
         def call(*arrays: Any) -> int:

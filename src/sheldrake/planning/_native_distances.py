@@ -40,11 +40,12 @@ class NativeDistances:
         query = port.Eval(context)
         scene = query._scene()
         slot = context._store.layout.input_slot(context._node, int(port.get_index()))
-        known = slot.free < 0 and plant.IsVelocityEqualToQDot() and NativeChecks.can(scene, query._state, plant, view)
+        known = slot.free < 0 and NativeChecks.can(scene, query._state, plant, view)
         return NativeDistances(plant, context, view, query, reach) if known else None
 
     def __init__(self, plant: MultibodyPlant, context: Any, view: Any, query: Any, reach: float):
         self._contexts, self._context, self._layout = parts_of(plant).contexts, context, context._store.layout
+        self._dynamics = parts_of(plant).dynamics
         self._query, self._scene, self._view = query, query._scene(), view
         scene = self._scene
         rows, inspector = parts_of(plant).kernel_models.rows_of_frames(), query.inspector()
@@ -80,6 +81,7 @@ class NativeDistances:
         return -self._table.point[: self._table.count[Found.num_contacts], _DEPTH]
 
     def slopes(self) -> np.ndarray:
-        """Derivatives by q of the distances that were found last, shape (pairs, nq)."""
+        """Derivatives by q of the distances found last, shape (pairs, nq); the context is at these positions."""
         self._differentiate()
-        return self._slopes[: self._table.count[Found.num_contacts]].copy()
+        slopes = self._slopes[: self._table.count[Found.num_contacts]]
+        return slopes.copy() if self._view.frozen.v_is_qdot else slopes @ self._dynamics.qdot_to_velocity(self._context)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Matrix: TypeAlias = "np.ndarray | scipy.sparse.spmatrix"
 VariablesLike: TypeAlias = "Sequence[Variable] | np.ndarray"
 
+_FLOAT = np.dtype(float)
 _ONLY_VARIABLES = {Variable}
 FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
 
@@ -72,6 +73,8 @@ def float_vector(value: Any) -> np.ndarray:
     Raises:
         Mismatch: it is none.
     """
+    if type(value) is np.ndarray and value.dtype == _FLOAT and value.ndim == 1:
+        return value.copy()  # what is given most often
     if np.ndim(value) == 0 or _is_object(value):
         raise Mismatch
     try:
@@ -101,6 +104,8 @@ def float_matrix(value: Any) -> Matrix:
     Raises:
         Mismatch: it is none.
     """
+    if type(value) is np.ndarray and value.dtype == _FLOAT and value.ndim == 2:
+        return value.copy("K")
     if is_sparse(value):
         return value
     if np.ndim(value) == 0 or _is_object(value):

@@ -48,7 +48,7 @@ class Variable(Operators):
         if not isinstance(name, str) or not isinstance(type, VariableType):
             raise TypeError(f"Variable(): expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
         # The type is in the upper bits, as in Drake: continuous variables come before integer, binary and Boolean ones.
-        self._id = 0 if is_dummy else next(_ids) | (type.value << 56)
+        self._id = 0 if is_dummy else next(_ids) | (type._value_ << 56)
         self._name, self._type = name, type
         self._expression = None
 

@@ -33,6 +33,9 @@ class BsplineTrajectory(Trajectory):
         RuntimeError: another number of points than of basis functions, or points of different shapes.
     """
 
+    _derivative: tuple[int, list, BsplineTrajectory] | None = None
+    """The derivative asked for last: its order, the points it is made of, and it."""
+
     def __init__(self, basis: Any = None, control_points: Any = None):
         self._basis, self._points = basis, []
         if basis is None:
@@ -210,7 +213,10 @@ class BsplineTrajectory(Trajectory):
 
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative at time t."""
-        return self.DoMakeDerivative(derivative_order).value(t)
+        known = self._derivative
+        if known is None or known[0] != derivative_order or known[1] is not self._points:
+            known = self._derivative = derivative_order, self._points, self.DoMakeDerivative(derivative_order)
+        return known[2].value(t)
 
     def DoMakeDerivative(self, derivative_order: int) -> BsplineTrajectory:
         """The derivative, a B-spline of lower order."""

@@ -73,7 +73,8 @@ def test_a_query_takes_given_arrays_and_runs_the_stages_it_needs_once(way):
 
 def test_a_stage_that_no_query_needs_is_not_even_compiled(monkeypatch):
     bound = []
-    monkeypatch.setattr(Kernel, "bind", lambda self, *args, bind=Kernel.bind: bound.append(self) or bind(self, *args))
+    bind = Kernel.bind
+    monkeypatch.setattr(Kernel, "bind", lambda self, *args, **more: bound.append(self) or bind(self, *args, **more))
     x, y, z, runs, counter = np.ones(3), np.zeros(3), np.zeros(3), np.zeros(1, np.int64), np.zeros(1, np.int64)
     calls = Calls(counter)
     first, second = calls.stage(square, x, y, runs), calls.stage(square, y, z, runs)

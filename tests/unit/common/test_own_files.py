@@ -88,7 +88,9 @@ def test_what_others_may_write_is_refused_with_one_line(tmp_path, up, bits):
     path = kept(tmp_path)
     place = [path, *path.parents][up]
     place.chmod(place.stat().st_mode | bits)
-    with pytest.warns(UserWarning, match=f"Compiled kernels in {place} are not used: it may be written by others") as w:
+    with pytest.warns(
+        UserWarning, match=f"Compiled kernels and hulls in {place} are not used: it may be written by others"
+    ) as w:
         assert own_files.read(path) is None
     assert len(w) == 1
     assert own_files.is_trusted(path.parent) == (up == 0)

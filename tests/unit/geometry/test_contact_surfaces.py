@@ -15,6 +15,7 @@ from sheldrake.geometry._compiled.hydroelastic import (
     order_of_leaves,
 )
 from sheldrake.geometry._kernels.hydro_model import NO_ROOM, NUM_PARTS, Part, hydro_table
+from sheldrake.geometry._query.query_object import _find_points
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 KINDS = g.HydroelasticContactRepresentation
@@ -160,6 +161,13 @@ def compiled(*geometries, kind=KINDS.kPolygon):
     return scene, compile_hydro(state, model, ids, kind).model
 
 
+def placed(query):
+    """The table with all geometry of a query where it is."""
+    scene_graph, _ = query._required()
+    pairs = scene_graph._hydro_for_queries(query._state, KINDS.kPolygon)
+    return _find_points(pairs.points, query._placed()[2])
+
+
 @pytest.mark.parametrize(
     "first, second",
     [
@@ -174,7 +182,7 @@ def test_python_source_and_native_code_agree(first, second):
     other = (g.HalfSpace(), ground) if second is None else (g.Box(1, 1, 1), second)
     scene, model = compiled((g.Sphere(1.0), first), other)
     query = scene.query(at(0.1, 0.2, 0.8, (0.1, 0.2, 0.3)), at())
-    table = query._surfaces("test", KINDS.kPolygon)[1]
+    table = placed(query)
     native, twin = find_surfaces(model, table), find_surfaces(model, table, native=False)
     assert native.num_faces == twin.num_faces > 0
     for a, b in zip(native[:5], twin[:5]):
@@ -183,7 +191,7 @@ def test_python_source_and_native_code_agree(first, second):
 
 def test_a_table_that_is_too_small_says_so():
     scene, model = compiled((g.Sphere(1.0), {"soft": 0.3}), (g.HalfSpace(), {"rigid": 1.0}))
-    table = scene.query(at(), at())._surfaces("test", KINDS.kPolygon)[1]
+    table = placed(scene.query(at(), at()))
     from sheldrake.common.chain import Chain
     from sheldrake.geometry._compiled.hydroelastic import hydro_kernels
 
@@ -251,7 +259,7 @@ def test_thin_parts_leave_out_no_face(first, second):
     for distance in np.concatenate([rng.uniform(0.0, 0.25, 15), rng.uniform(0.1, 0.16, 15)]):
         direction = rng.normal(size=3)
         p = distance * direction / np.linalg.norm(direction)
-        table = scene.query(at(), at(*p, rng.uniform(-3, 3, 3)))._surfaces("test", KINDS.kPolygon)[1]
+        table = placed(scene.query(at(), at(*p, rng.uniform(-3, 3, 3))))
         expected = faces_of(whole, table)
         np.testing.assert_array_equal(faces_of(model, table), expected)
         num_faces += len(expected)
@@ -298,3 +306,17 @@ def test_filtered_pairs_have_no_surface():
     manager = scene.scene_graph.collision_filter_manager(scene.context)
     manager.Apply(g.CollisionFilterDeclaration().ExcludeWithin(ids))
     assert scene.surfaces(at(), at()) == []
+
+
+def test_surfaces_do_not_depend_on_what_was_asked_before():
+    scene, _ = compiled((g.Sphere(1.0), {"soft": 0.1}), (g.Box(1, 1, 1), {"rigid": 0.3}))
+    kept, found = [], []
+    for height in (1.2, 0.4, 3.0, 1.2):  # a surface, another, none, and the first again
+        query = scene.query(at(0.1, 0.2, height), at())
+        surfaces = query.ComputeContactSurfaces(KINDS.kPolygon)
+        kept.append([surface.total_area() for surface in surfaces])
+        found.append(surfaces)
+    assert [len(surfaces) for surfaces in found] == [1, 1, 0, 1]
+    assert found[0][0].Equal(found[3][0])
+    assert [[surface.total_area() for surface in surfaces] for surfaces in found] == kept
+    assert kept[1] != kept[0]

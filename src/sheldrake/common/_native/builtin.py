@@ -311,19 +311,19 @@ def _address() -> int | None:
 
 def code_address(symbol: str, text: str) -> int | None:
     """Address of a function in LLVM's language: from the wheel's library, the user's cache, or made now."""
-    from sheldrake.common._native import prebuilt, store
+    from sheldrake.common._native import kept_files, prebuilt, store
 
     found, _ = prebuilt.library()
     if found is not None and hasattr(found.dll, symbol):
         return ctypes.cast(getattr(found.dll, symbol), ctypes.c_void_p).value
     try:
         path = store.cache_folder() / f"{symbol}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.o"
-        code = store._read(path)
+        code = kept_files.read(path)
         if code is None:
             from sheldrake.common._native.target import host
 
             code = assemble(text, host())
-            store._write(path, code)
+            kept_files.write(path, code)
         return store._link(code, symbol)
     except ModuleNotFoundError:
         return None

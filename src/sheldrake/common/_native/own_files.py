@@ -1,4 +1,4 @@
-"""The folder of compiled kernels: what lies there is run, so nobody but the user may have put it there."""
+"""The cache folder, with compiled kernels: what lies there is run, so nobody but the user may have put it there."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import tempfile
 import warnings
 
 MOST = 1 << 28
-"""A compiled kernel has no more bytes than this."""
+"""No file there has more bytes than this."""
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -150,4 +150,4 @@ def _fault(found: os.stat_result) -> str:
 
 @functools.cache
 def _refuse(path: str, reason: str) -> None:
-    warnings.warn(f"Compiled kernels in {path} are not used: it {reason}.", stacklevel=2)
+    warnings.warn(f"Compiled kernels and hulls in {path} are not used: it {reason}.", stacklevel=2)

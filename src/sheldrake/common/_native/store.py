@@ -16,20 +16,18 @@ import platform
 import sys
 import time
 import types
-import warnings
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native import living, own_files
+from sheldrake.common._native import kept_files, living, own_files
 from sheldrake.common._native.target import NO_COMPILER, Target, host, initialise
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
 ABI = "8"
-DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
 _engines: list[Any] = []
@@ -43,7 +41,7 @@ def load(kernel: Kernel) -> tuple[Any, int]:
     if (ready := prebuilt.load(kernel)) is not None:
         TIERS[prebuilt.qualified(kernel)] = "prebuilt"
         return ready
-    code = _read(_path(kernel))
+    code = kept_files.read(_path(kernel))
     TIERS[prebuilt.qualified(kernel)] = "compiled" if code is None else "cache"
     address = _link(code or make(kernel), symbol_of(kernel))
     return prebuilt.PROTOTYPE(address), address
@@ -90,17 +88,17 @@ def code_of_text(text: str, symbol: str, short_loops: bool, target: Target, rena
 def kept(name: str, make: Callable[[], bytes]) -> bytes:
     """An object file of the cache by its name, which says all that it depends on; it is made now if it is not there."""
     path = cache_folder() / name
-    code = _read(path)
+    code = kept_files.read(path)
     if code is None:
         code = make()
-        _write(path, code)
+        kept_files.write(path, code)
     return code
 
 
 def make(kernel: Kernel, tell: bool = True) -> bytes:
     """Compiles an entry and keeps it in the cache; its machine code."""
     code = _compile(kernel, symbol_of(kernel), tell)
-    _write(_path(kernel), code)
+    kept_files.write(_path(kernel), code)
     return code
 
 
@@ -297,47 +295,6 @@ def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
         if tell:
             say(f" {time.perf_counter() - start:.1f} s")
     return code
-
-
-def _read(path: pathlib.Path) -> bytes | None:
-    """The object file at `path`, or None when there is none or it is damaged (its own hash stands before it)."""
-    try:
-        data = own_files.read(path)
-        if data is not None and time.time() - path.stat().st_mtime > DAY:
-            path.touch()  # what is in use does not grow old
-    except OSError:
-        return None
-    if data is None:
-        return None
-    return data[32:] if hashlib.sha256(data[32:]).digest() == data[:32] else None
-
-
-def _write(path: pathlib.Path, code: bytes) -> None:
-    if not own_files.is_trusted(path.parent):
-        return
-    try:
-        own_files.write(path, hashlib.sha256(code).digest() + code)
-    except OSError as error:
-        _warn_once(str(path.parent), str(error))
-    else:
-        _prune(path.parents[1])
-
-
-@functools.cache
-def _prune(root: pathlib.Path) -> None:
-    """Removes what no process has read for three months: other versions' kernels, and files that a crash left."""
-    for file in root.glob("abi*/*"):
-        try:
-            if time.time() - file.stat().st_mtime > UNUSED:
-                file.unlink()
-                file.parent.rmdir()  # refuses while files are left
-        except OSError:
-            continue
-
-
-@functools.cache
-def _warn_once(folder: str, reason: str) -> None:
-    warnings.warn(f"Compiled kernels cannot be kept in {folder} ({reason}): each process compiles anew.", stacklevel=2)
 
 
 def _link(code: bytes, symbol: str) -> int:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import functools
+from typing import NamedTuple
+
 import numpy as np
 
+from sheldrake.common.kept_arrays import kept_arrays
 from sheldrake.geometry._kernels.model import CELLS, DIVIDED, HULL, FaceLoop, Geometry, HullFace, HullVertex
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
@@ -36,6 +40,8 @@ class Hulls:
         vertex = np.zeros((self._num_vertices, HullVertex.SIZE))
         face = np.zeros((self._num_faces, HullFace.SIZE))
         loop = np.zeros((self._num_faces, FaceLoop.SIZE), np.int64)
+        if not self._meshes:  # as in many models: two lists of nothing
+            return vertex, face, loop, np.full(2, 2)
         corners = [np.zeros(0, np.int64)]
         v0 = f0 = 0
         for mesh in self._meshes:
@@ -50,7 +56,7 @@ class Hulls:
         starts, at, v0 = [], sum(map(len, topology)), 0
         for mesh in self._meshes:
             starts.append(at)
-            topology.append(_cells(v0, at, mesh._vertices))
+            topology.append(_cells(mesh._vertices).from_index(v0, at))
             at, v0 = at + len(topology[-1]), v0 + mesh.num_vertices()
         for row in geometry:
             if row[Geometry.kind] == HULL:
@@ -113,30 +119,57 @@ def lowest_in_parts(vertices: np.ndarray, cell: int, slack: float) -> np.ndarray
     return _lowest_in_grid(part_corners(side, *divmod(place, CELLS)), vertices, slack)
 
 
-def _cells(v0: int, at: int, vertices: np.ndarray) -> np.ndarray:
-    """Where in `topology` the vertices of each cell start, and they; for index `at` on.
+class _Cells(NamedTuple):
+    """Where in `topology` the vertices of each cell start, and they; as if both vertices and cells began at 0.
 
     Of a cell in which `DIVIDED` or more may be lowest there is one number instead: less than zero, where the same
     begins for its parts.
     """
+
+    numbers: np.ndarray
+    is_vertex: np.ndarray
+    """Which numbers are vertices; the others are places in `topology`."""
+
+    def from_index(self, v0: int, at: int) -> np.ndarray:
+        """The same where the first vertex is v0, and the first number has the place `at`."""
+        return self.numbers + np.where(self.is_vertex, v0, np.where(self.numbers < 0, -at, at))
+
+
+def _cells(vertices: np.ndarray) -> _Cells:
+    """The cells of a hull: made once for each, and kept on disk."""
+    return _cells_of_bytes(np.ascontiguousarray(vertices, float).tobytes())
+
+
+@functools.lru_cache(maxsize=512)
+def _cells_of_bytes(data: bytes) -> _Cells:
+    def make() -> tuple[np.ndarray, np.ndarray]:
+        return _make_cells(np.frombuffer(data).reshape(-1, 3))
+
+    return _Cells(*kept_arrays("cells", (__file__,), (repr((CELLS, DIVIDED)).encode(), data), make))
+
+
+def _make_cells(vertices: np.ndarray) -> _Cells:
     may = lowest_in_cells(vertices)
     divided = np.flatnonzero(may.sum(axis=1) >= DIVIDED)
     those = [np.flatnonzero(may[cell]) for cell in divided]
     may[divided, 1:], may[divided, 0] = False, True
-    tables = [_table(v0, at, may, np.arange(len(vertices)))]
-    end = at + len(tables[0])
+    tables = [_table(0, may, np.arange(len(vertices)))]
+    end = len(tables[0].numbers)
     slack = _slack(vertices)
     for cell, few in zip(divided, those):
-        tables[0][tables[0][cell] - at] = -end
-        tables.append(_table(v0, end, lowest_in_parts(vertices[few], int(cell), slack), few))
-        end += len(tables[-1])
-    return np.concatenate(tables)
+        tables[0].numbers[tables[0].numbers[cell]] = -end
+        tables[0].is_vertex[tables[0].numbers[cell]] = False
+        tables.append(_table(end, lowest_in_parts(vertices[few], int(cell), slack), few))
+        end += len(tables[-1].numbers)
+    return _Cells(*(np.concatenate(parts) for parts in zip(*tables)))
 
 
-def _table(v0: int, at: int, may: np.ndarray, which: np.ndarray) -> np.ndarray:
+def _table(at: int, may: np.ndarray, which: np.ndarray) -> _Cells:
     """Where the lists of rows start, and where the last one ends, then which may be; for index `at` on."""
     starts = at + len(may) + 1 + np.concatenate([[0], np.cumsum(may.sum(axis=1))])
-    return np.concatenate([starts, v0 + which[np.nonzero(may)[1]]])
+    vertices = which[np.nonzero(may)[1]]
+    is_vertex = np.arange(len(starts) + len(vertices)) >= len(starts)
+    return _Cells(np.concatenate([starts, vertices]), is_vertex)
 
 
 def _planes(mesh: PolygonSurfaceMesh) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -348,14 +349,36 @@ def find_surfaces(model: HydroModel, table: ContactTable, native: bool = True) -
         table: where all geometry is; see `place_geometries`.
         native: False runs the kernels' Python sources.
     """
-    search, capacity = Chain(hydro_kernels(model)), max(1, face_capacity(model))
-    native = native and table.X_WG.dtype != object  # duals run the Python sources
-    while True:
-        surfaces = HydroTable(*(like(a, table.X_WG.dtype) for a in hydro_table(model, capacity)))
-        (search.native if native else search)(hydro_model=model, table=table, surfaces=surfaces)
-        if surfaces.count[Found.status] == 0:
-            return surfaces
-        capacity *= 4
+    return SurfaceSearch(model, table, native and table.X_WG.dtype != object).find()  # duals run the Python sources
+
+
+class SurfaceSearch:
+    """The same again and again on one table of placed geometry; kernels are bound anew when faces need more room.
+
+    Args:
+        model: the hydroelastic geometry.
+        table: where all geometry is.
+        native: False runs the kernels' Python sources.
+    """
+
+    def __init__(self, model: HydroModel, table: ContactTable, native: bool = True) -> None:
+        self._model, self._table, self._native = model, table, native
+        self._make_room(max(1, face_capacity(model)))
+
+    def _make_room(self, capacity: int) -> None:
+        surfaces = HydroTable(*(like(a, self._table.X_WG.dtype) for a in hydro_table(self._model, capacity)))
+        chain = Chain(hydro_kernels(self._model))
+        values: Any = dict(hydro_model=self._model, table=self._table, surfaces=surfaces)
+        self._capacity, self._surfaces = capacity, surfaces
+        self._run = chain.bind(**values) if self._native else partial(chain, **values)
+
+    def find(self) -> HydroTable:
+        """All contact surfaces, in the same arrays each time."""
+        while True:
+            self._run()
+            if self._surfaces.count[Found.status] == 0:
+                return self._surfaces
+            self._make_room(4 * self._capacity)
 
 
 def explain_unsupported(state: GeometryState, id_A: GeometryId, id_B: GeometryId) -> Exception:

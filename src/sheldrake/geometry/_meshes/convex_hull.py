@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common.kept_arrays import kept_arrays
+
+from . import mesh_files, polytope_hull, read_dae, read_obj, read_stl, read_vtk
 from .mesh_files import read_mesh
 from .mesh_source import MeshSource
 from .polygon_mesh import PolygonSurfaceMesh
@@ -22,18 +25,25 @@ _COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
 _FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
 _THICKNESS = 1e-6  # relative to the size: height of the apex that makes a flat hull solid
 _SAME_PLANE = 1e-9  # normals of two facets of one face differ by less
+_MADE_BY = (__file__, *(str(m.__file__) for m in (mesh_files, polytope_hull, read_dae, read_obj, read_stl, read_vtk)))
 
 
 def make_convex_hull_of_source(source: MeshSource, scale3: np.ndarray) -> PolygonSurfaceMesh:
-    """The hull of the vertices of a mesh, scaled along each axis; cached per file, time of change and scale."""
+    """The hull of the vertices of a mesh, scaled along each axis; cached per file, time of change and scale.
+
+    Of meshes in one file it is also kept on disk, by the bytes of the file.
+    """
     scale = tuple(float(s) for s in np.broadcast_to(np.asarray(scale3, dtype=float).reshape(-1), (3,)))
-    if not source.is_path():
-        return make_convex_hull(_vertices(source) * scale, source.description())
+    if source.is_path() and (stamp := _time_of_change(source.path())) is not None:
+        return _cached_hull(source.path(), stamp, scale)
+    return make_convex_hull(_vertices(source) * scale, source.description())
+
+
+def _time_of_change(path: Path) -> int | None:
     try:
-        stamp = source.path().stat().st_mtime_ns
+        return path.stat().st_mtime_ns
     except OSError:
-        stamp = 0
-    return _cached_hull(source.path(), stamp, scale)
+        return None
 
 
 def _vertices(source: MeshSource) -> np.ndarray:
@@ -42,7 +52,18 @@ def _vertices(source: MeshSource) -> np.ndarray:
 
 @functools.lru_cache(maxsize=512)  # robots and the clutter around them: hulls are small
 def _cached_hull(path: Path, stamp: int, scale: tuple[float, float, float]) -> PolygonSurfaceMesh:
-    return make_convex_hull(_vertices(MeshSource(path)) * scale, str(path))
+    source = MeshSource(path)
+    if source.extension() not in mesh_files.IN_ONE_FILE:
+        return make_convex_hull(_vertices(source) * scale, str(path))
+    data = mesh_files.bytes_of(path)
+
+    def make() -> tuple[np.ndarray, np.ndarray]:
+        vertices = mesh_files.parse(data, source.extension(), str(path)).vertices
+        hull = make_convex_hull(vertices * scale, str(path))
+        return np.array(hull.face_data()), hull._vertices
+
+    made_of = source.extension().encode(), data, np.array(scale).tobytes()
+    return PolygonSurfaceMesh(*kept_arrays("hull", _MADE_BY, made_of, make))
 
 
 def make_convex_hull(points: Any, name: str = "the given points") -> PolygonSurfaceMesh:

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 
 _GLTF_COUNT = re.compile(rb'"count"\s*:\s*(\d+)')
 _MOST = 100_000_000  # trimesh makes room for as many zeros as a glTF file says it has
-SUPPORTED = (".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".vtk")
+IN_ONE_FILE = (".obj", ".stl", ".dae", ".vtk")
+"""Formats in which the vertices are in the file itself, and which are read here."""
+SUPPORTED = (*IN_ONE_FILE, ".ply", ".gltf", ".glb")
 
 
 class MeshData(NamedTuple):
@@ -69,21 +71,33 @@ def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
         return _read_file(path, stamp)
     mesh = source.in_memory()
     contents = mesh.mesh_file.contents()
-    return _parse(contents, extension, source.description(), _MemoryFiles(mesh.supporting_files))
+    return parse(contents, extension, source.description(), _MemoryFiles(mesh.supporting_files))
 
 
 @functools.lru_cache(maxsize=64)
 def _read_file(path: Path, stamp: int) -> MeshData:
     """Cached while the file's time of change stays the same."""
+    return parse(bytes_of(path), path.suffix.lower(), str(path), _DiskFiles(path.parent))
+
+
+def bytes_of(path: Path) -> bytes:
+    """What a mesh file holds.
+
+    Raises:
+        RuntimeError: it can not be read.
+    """
     try:
-        data = regular_bytes(path)
+        return regular_bytes(path)
     except OSError as error:
         raise RuntimeError(f"cannot read the mesh file '{path}': {error.strerror}.") from None
-    return _parse(data, path.suffix.lower(), str(path), _DiskFiles(path.parent))
 
 
-def _parse(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles) -> MeshData:
-    """Whatever a reader stumbles over is a RuntimeError that names the file."""
+def parse(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles | None = None) -> MeshData:
+    """The mesh in the bytes of a file; `files` gives others that it names, where it is not `IN_ONE_FILE`.
+
+    Raises:
+        RuntimeError: whatever a reader stumbles over; the message names the file.
+    """
     try:
         mesh = _read(data, extension, name, files)
     except Exception as error:
@@ -99,7 +113,7 @@ def _parse(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFi
     return mesh
 
 
-def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles) -> MeshData:
+def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles | None) -> MeshData:
     tetrahedra = None
     if extension == ".obj":
         vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)

@@ -103,14 +103,14 @@ class _Wrapping:
         """Outward normal of the plane after turning it about the line through `a`, away from `normal`."""
         d = along / np.linalg.norm(along)
         away = self.points - self.points[a]
-        inward = np.cross(normal, d)  # into the face, when the edge runs counter-clockwise
+        inward = _cross(normal, d)  # into the face, when the edge runs counter-clockwise
         across, down = away @ inward, -(away @ normal)
         beside = np.hypot(across, down) > self.tolerance
         if not beside.any():
             return None
         candidate = int(np.argmax(np.where(beside, np.arctan2(down, across), -np.inf)))
         for _ in range(8):  # the angle of a point near the edge is rough: go on while a point lies outside
-            outward = np.cross(away[candidate], d)
+            outward = _cross(away[candidate], d)
             outward /= np.linalg.norm(outward)
             height = away @ outward
             highest = int(np.argmax(height))
@@ -125,9 +125,9 @@ class _Wrapping:
         inside = np.flatnonzero(np.abs(away @ normal) <= self.tolerance)
         if len(inside) < 3:
             return None
-        first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        first = _cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
         first /= np.linalg.norm(first)
-        flat = np.stack([away[inside] @ first, away[inside] @ np.cross(normal, first)], axis=1)
+        flat = np.stack([away[inside] @ first, away[inside] @ _cross(normal, first)], axis=1)
         loop = _polygon(flat, self.tolerance)
         return None if loop is None else ([int(inside[k]) for k in loop], normal)
 
@@ -147,6 +147,12 @@ def _polygon(flat: np.ndarray, tolerance: float) -> list[int] | None:
 
     loop = chain(order) + chain(reversed(order))
     return loop if len(loop) > 2 else None
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a x b of two vectors; `numpy.cross`, made for many, takes fifty times longer."""
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def _turns_left(a: list[float], b: list[float], c: list[float], tolerance: float) -> bool:

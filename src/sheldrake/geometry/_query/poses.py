@@ -62,8 +62,6 @@ class Poses:
 
     def _poses(self, frames: Iterable[FrameId]) -> dict[FrameId, RigidTransform]:
         """X_PF of frames, and maybe of others, from their sources' ports."""
-        from sheldrake.math import RigidTransform
-
         scene_graph, context = self._required()
         state = self._state
         poses: dict[FrameId, RigidTransform] = {}
@@ -81,7 +79,7 @@ class Poses:
                 for frame in frames:
                     k = places.get(frame)
                     if k is not None:
-                        poses[frame] = RigidTransform._make(X[k, :9].reshape(3, 3).copy(), X[k, 9:].copy())
+                        poses[frame] = _pose_of(X[k])
                 continue
             if values.size() != len(source.frames):
                 raise RuntimeError(
@@ -123,6 +121,20 @@ class Poses:
             return world[frame]
 
         return {frame: pose(frame) for frame in frames}
+
+    def _pose_in_world(self, frame: FrameId) -> RigidTransform:
+        """X_WF of one frame; of one in the world at the cost of a look, once its source was asked for it."""
+        state = self._state
+        record = state.frames[frame]
+        known = self._places.get(record.source)
+        if known is not None and record.parent == WORLD_FRAME_ID:
+            _, context = self._required()
+            read = context._reads.get(self._port_of(record.source)._index)
+            rows = None if read is None else read()._rows
+            source = state.sources[record.source]
+            if rows is not None and known[0] is source.frames and known[1] is rows[0] and frame in known[2]:
+                return _pose_of(rows[1][known[2][frame]])
+        return self._world_poses([frame])[frame]
 
     def _world_matrices(self, frames: list[FrameId], memo: dict) -> np.ndarray:
         """X_WF of many frames, shape (n, 3, 4); for who asks often.
@@ -207,9 +219,9 @@ class Poses:
         """
         if isinstance(target, FrameId):
             self._state.frame(target)
-            return self._world_poses([target])[target]
+            return self._pose_in_world(target)
         record = self._state.geometry(target)
-        X_WF = self._world_poses([record.frame])[record.frame]
+        X_WF = self._pose_in_world(record.frame)
         X_FG = record.X_FG if type(record.X_FG) is type(X_WF) else type(X_WF)(record.X_FG.GetAsMatrix34())
         return X_WF @ X_FG
 
@@ -226,3 +238,10 @@ class Poses:
 
     def __deepcopy__(self, memo: dict) -> Self:
         return self.__copy__()
+
+
+def _pose_of(X: np.ndarray) -> RigidTransform:
+    """The pose of R row by row and p, shape (12,)."""
+    from sheldrake.math import RigidTransform
+
+    return RigidTransform._make(X[:9].reshape(3, 3).copy(), X[9:].copy())

@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry._bounding import Obb
 
 _P_WCA, _P_WCB = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns
+_P_WC = slice(_P_WCA.start, _P_WCB.stop)
 _NHAT, _DEPTH = ContactPoint.nhat_BA_W.columns, operator.index(ContactPoint.depth)
 _R_WG, _P_WG = PlacedGeometry.R_WG.columns, PlacedGeometry.p_WG.columns
 
@@ -100,15 +101,12 @@ class QueryObject(Images):
         published = None if rows is None else rows[1]
         if published is not None and last is not None and last[0] is scene and last[1] is published:
             return last[2]
-        X_WB = scene.at_home.copy()
         places = None if rows is None else scene.places_of_all(rows[0])
         if published is not None and places is not None:
-            X_WB[scene.bodies] = published[places]
+            X_WB = scene.place_bodies(published.take(places, 0))
         else:
             X_WF = self._world_matrices(scene.moving, scene.memo)
-            X_WB[scene.bodies, BodyPose.R_WB.columns] = X_WF[:, :, :3].reshape(-1, 9)
-            X_WB[scene.bodies, BodyPose.p_WB.columns] = X_WF[:, :, 3]
-        X_WB.flags.writeable = False
+            X_WB = scene.place_bodies(np.concatenate([X_WF[:, :, :3].reshape(-1, 9), X_WF[:, :, 3]], axis=1))
         self._last_poses = scene, published, X_WB
         return X_WB
 
@@ -134,7 +132,11 @@ class QueryObject(Images):
 
     def HasCollisions(self) -> bool:
         """True if any two geometries that may touch overlap."""
-        return len(self._contacts()[0].pair) > 0
+        scene = self._scene()
+        X_WB = self._body_poses(scene)
+        if X_WB.dtype == object:
+            return int(_find_points(scene.model, X_WB).count[Found.num_contacts]) > 0
+        return scene.some_overlap(X_WB)
 
     def FindCollisionCandidates(self) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs that may touch and whose bounding spheres overlap, sorted."""
@@ -171,13 +173,17 @@ class QueryObject(Images):
         n = int(table.count[Found.num_contacts])
         return FoundDistances(table.pair[:n], table.point[:n], table.X_WG)
 
-    def _pair(self, table: FoundDistances, row: int, ids: list[GeometryId]) -> SignedDistancePair:
-        a, b = table.pair[row, :2].tolist()
-        point = table.point[row]
-        p_ACa = _in_frame(table.X_WG[a], point[_P_WCA])
-        p_BCb = _in_frame(table.X_WG[b], point[_P_WCB])
-        distance, nhat = plain(-point[_DEPTH]), point[_NHAT].copy()
-        return SignedDistancePair._of(ids[a], ids[b], p_ACa, p_BCb, distance, nhat)
+    @staticmethod
+    def _pairs(table: FoundDistances, ids: list[GeometryId]) -> list[SignedDistancePair]:
+        """All pairs of a table, in its order."""
+        pair, point = table.pair[:, :2], table.point
+        X_WG = table.X_WG.take(pair, 0)
+        p_GC = _in_frames(X_WG, point[:, _P_WC].reshape(-1, 2, 3))
+        distances, nhat = (-point[:, _DEPTH]).tolist(), point[:, _NHAT].copy()
+        return [
+            SignedDistancePair._of(ids[a], ids[b], p_ACa, p_BCb, distance, nhat_BA_W)
+            for (a, b), (p_ACa, p_BCb), distance, nhat_BA_W in zip(pair.tolist(), p_GC, distances, nhat)
+        ]
 
     def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
         """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
@@ -190,8 +196,10 @@ class QueryObject(Images):
             table = self._distances(scene.model, X_WB, max_distance)
         else:
             table = scene.find_distances(X_WB, max_distance)
-        order = np.lexsort((table.pair[:, 1], table.pair[:, 0])).tolist()
-        return [self._pair(table, row, scene.ids) for row in order]
+        if len(table.pair) > 1:
+            order = np.lexsort((table.pair[:, 1], table.pair[:, 0]))
+            table = FoundDistances(table.pair[order], table.point[order], table.X_WG)
+        return self._pairs(table, scene.ids)
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
@@ -218,7 +226,7 @@ class QueryObject(Images):
             table = self._distances(model._replace(pair=np.array([rows], np.int64)), X_WB, math.inf)
         else:
             table = self._scene().find_distance(rows[0], rows[1], X_WB)
-        found = self._pair(table, 0, ids)
+        (found,) = self._pairs(table, ids)
         if found.id_A != geometry_id_A:
             found.id_A, found.id_B, found.p_ACa, found.p_BCb = found.id_B, found.id_A, found.p_BCb, found.p_ACa
             found.nhat_BA_W = -found.nhat_BA_W
@@ -230,8 +238,6 @@ class QueryObject(Images):
 
         Meshes count as they are, not as their hulls. Sorted by id.
         """
-        from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
-
         p_WQ = as_numbers(p_WQ).reshape(3)
         scene = self._scene()
         ids, X_WB = scene.ids, self._body_poses(scene)
@@ -241,18 +247,22 @@ class QueryObject(Images):
         else:
             table = scene.find_distances_to(p_WQ, X_WB, threshold)
         found, geometries = [], self._state.geometries
-        for row in range(len(table.pair)):
-            g = table.pair.item(row, 0)
+        points, X_WGs = table.point, table.X_WG.take(table.pair[:, 0], 0)
+        p_GNs, distances, grads_W = (
+            _in_frames(X_WGs, points[:, _P_WCA]),
+            (-points[:, _DEPTH]).tolist(),
+            -points[:, _NHAT],
+        )
+        for g, X_WG, p_GN, distance, grad_W in zip(table.pair[:, 0].tolist(), X_WGs, p_GNs, distances, grads_W):
             shape = geometries[ids[g]].shape
-            X_WG, point = table.X_WG[g], table.point[row]
-            distance, grad_W = plain(-point[_DEPTH]), -point[_NHAT]
-            p_GN = _in_frame(X_WG, point[_P_WCA])
             if isinstance(shape, Mesh):
+                from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
+
                 surface = _surface_of(shape, "ComputeSignedDistanceToPoint()")
-                distance, p_GN, gradient = point_to_triangles(_in_frame(X_WG, p_WQ), *surface)
+                distance, p_GN, gradient = point_to_triangles(_in_frames(X_WG, p_WQ), *surface)
                 grad_W = X_WG[_R_WG].reshape(3, 3) @ gradient
             if distance <= threshold:
-                found.append(SignedDistanceToPoint._of(ids[g], p_GN, distance, grad_W.copy()))
+                found.append(SignedDistanceToPoint._of(ids[g], p_GN, distance, grad_W))
         return found
 
     def ComputeRayIntersections(
@@ -315,7 +325,7 @@ class QueryObject(Images):
 
     def _surfaces(
         self, call: str, representation: HydroelasticContactRepresentation
-    ) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
+    ) -> tuple[list[ContactSurface], FoundPoints, list[GeometryId]]:
         """The contact surfaces, and points of the pairs that can have none."""
         if not isinstance(representation, HydroelasticContactRepresentation):
             raise TypeError(
@@ -323,13 +333,16 @@ class QueryObject(Images):
                 f"{representation!r}."
             )
         scene_graph, _ = self._required()
-        _, ids, X_WB = self._placed()
+        scene = self._scene()
+        ids, X_WB = scene.ids, self._body_poses(scene)
         pairs = scene_graph._hydro_for_queries(self._state, representation)
+        if X_WB.dtype != object:
+            return (*scene.find_surfaces(pairs, representation, X_WB), ids)
         points = _find_points(pairs.points, X_WB)
         if len(pairs.model.pair) == 0:
-            return [], points, ids
+            return [], FoundPoints.of(points), ids
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
-        return [surface for _, surface in surfaces], points, ids
+        return [surface for _, surface in surfaces], FoundPoints.of(points), ids
 
     def ComputeContactSurfaces(self, representation: HydroelasticContactRepresentation) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.
@@ -342,7 +355,7 @@ class QueryObject(Images):
                 representation, or a compliant half space with another compliant one.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfaces", representation)
-        if points.count[Found.num_contacts] > 0:
+        if len(points.pair) > 0:
             a, b = points.pair[0, :2]
             raise explain_unsupported(self._state, ids[a], ids[b])
         return surfaces
@@ -356,7 +369,7 @@ class QueryObject(Images):
             representation: HydroelasticContactRepresentation, what faces are.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfacesWithFallback", representation)
-        return surfaces, self._point_pairs(FoundPoints.of(points), ids)
+        return surfaces, self._point_pairs(points, ids)
 
     # ---- what is not there
 
@@ -382,9 +395,10 @@ def _table(model: GeometryModel, dtype: type | np.dtype) -> ContactTable:
     return ContactTable(*(like(a, dtype) for a in table))
 
 
-def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
-    """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
-    return (p_WQ - X_WG[_P_WG]) @ X_WG[_R_WG].reshape(3, 3)
+def _in_frames(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
+    """p_GQ of points given in W, shape (..., 3); X_WG are rows of ContactTable.X_WG."""
+    R_WG = X_WG[..., _R_WG].reshape(*X_WG.shape[:-1], 3, 3)
+    return ((p_WQ - X_WG[..., _P_WG])[..., None, :] @ R_WG)[..., 0, :]
 
 
 def _surface_for_rays(shape: Shape) -> Surface | None:

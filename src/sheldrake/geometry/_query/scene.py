@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common.chain import Chain
+from sheldrake.geometry._compiled.hydroelastic import HydroPairs, SurfaceSearch
 from sheldrake.geometry._compiled.search import family_kernels
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._kernels.contacts import place_geometries
@@ -24,6 +26,8 @@ from sheldrake.geometry._kernels.model import (
 )
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
+from sheldrake.geometry._roles import HydroelasticContactRepresentation
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.geometry._state.state import GeometryState
 
@@ -35,6 +39,9 @@ if TYPE_CHECKING:
     from sheldrake.geometry._ids import SourceId
 
 
+_NUM_CONTACTS, _STATUS = operator.index(Found.num_contacts), operator.index(Found.status)
+
+
 class FoundPoints(NamedTuple):
     """Contacts as a table has them, no row more than there are."""
 
@@ -44,7 +51,7 @@ class FoundPoints(NamedTuple):
     @classmethod
     def of(cls, table: ContactTable) -> FoundPoints:
         """A copy of the rows of a table."""
-        n = int(table.count[Found.num_contacts])
+        n = table.count.item(_NUM_CONTACTS)
         return cls(table.pair[:n].copy(), table.point[:n].copy())
 
 
@@ -76,11 +83,20 @@ class QueryScene:
         present = {state.geometries[i].frame for i in ids} - {WORLD_FRAME_ID}
         self.bodies = [body for body, frame in enumerate(frames) if frame in present]
         self.moving = [frames[body] for body in self.bodies]
+        self._rows_of_bodies = _slice_or_array(self.bodies)
         self.row_of = {geometry_id: row for row, geometry_id in enumerate(ids)}
         self.at_home = world_poses(len(frames), float)
         self.memo: dict = {}
         self._idle: list[_Search] = []
+        self._idle_surfaces: dict[HydroelasticContactRepresentation, list[_Surfaces]] = {}
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
+
+    def place_bodies(self, X_WF: np.ndarray) -> np.ndarray:
+        """Poses of all bodies, read-only, of those of `moving`, shape (n, 12)."""
+        X_WB = self.at_home.copy()
+        X_WB[self._rows_of_bodies] = X_WF
+        X_WB.flags.writeable = False
+        return X_WB
 
     def places_of_all(self, published: Mapping[SourceId, Any] | None) -> np.ndarray | None:
         """Rows of the bodies among the frames that the only source gives; None until `_world_matrices` found out."""
@@ -90,14 +106,38 @@ class QueryScene:
 
     def find_points(self, X_WB: np.ndarray) -> FoundPoints:
         """All pairs that overlap at poses that are numbers, shape (num_bodies, 12)."""
+        search = self._take_search()
         try:
-            search = self._idle.pop()  # a search is of one thread at a time
-        except IndexError:
-            search = _Search(self.model, self.num_bodies)
-        try:
-            return search.find(X_WB)
+            search.run(X_WB)
+            return search.found()
         finally:
             self._idle.append(search)
+
+    def some_overlap(self, X_WB: np.ndarray) -> bool:
+        """Whether any pair overlaps at these poses."""
+        search = self._take_search()
+        try:
+            return search.run(X_WB) > 0
+        finally:
+            self._idle.append(search)
+
+    def _take_search(self) -> _Search:
+        """A search, which is of one thread at a time."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return _Search(self.model, self.num_bodies)
+
+    def find_surfaces(
+        self, pairs: HydroPairs, representation: HydroelasticContactRepresentation, X_WB: np.ndarray
+    ) -> tuple[list[ContactSurface], FoundPoints]:
+        """Contact surfaces at these poses, and points of the pairs that can have none; `pairs` are of this scene."""
+        idle = self._idle_surfaces.setdefault(representation, [])
+        search = idle.pop() if idle else _Surfaces(pairs, self.num_bodies)
+        try:
+            return search.find(X_WB, self.ids)
+        finally:
+            idle.append(search)
 
     def find_distances(self, X_WB: np.ndarray, reach: float) -> FoundDistances:
         """All pairs no farther apart than `reach` [m] at poses that are numbers, shape (num_bodies, 12)."""
@@ -139,17 +179,38 @@ class _Search:
 
     def __init__(self, model: GeometryModel, num_bodies: int):
         self._model, self._X_WB = model, np.empty((num_bodies, BodyPose.SIZE))
-        self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
+        self.table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
-            geometry_model=model, bodies=BodyPoses(self._X_WB), table=self._table, cells=make_cells(model)
+            geometry_model=model, bodies=BodyPoses(self._X_WB), table=self.table, cells=make_cells(model)
         )
 
-    def find(self, X_WB: np.ndarray) -> FoundPoints:
+    def run(self, X_WB: np.ndarray) -> int:
+        """Looks at all pairs; how many contacts there are."""
         self._X_WB[:] = X_WB
         self._run()
-        if self._table.count[Found.status]:
-            raise explain_contact_status(self._model, self._table)
-        return FoundPoints.of(self._table)
+        count = self.table.count
+        if count.item(_STATUS):
+            raise explain_contact_status(self._model, self.table)
+        return count.item(_NUM_CONTACTS)
+
+    def found(self) -> FoundPoints:
+        """What `run` has found."""
+        return FoundPoints.of(self.table)
+
+
+class _Surfaces:
+    """The same for contact surfaces."""
+
+    def __init__(self, pairs: HydroPairs, num_bodies: int):
+        self._pairs, self._points = pairs, _Search(pairs.points, num_bodies)
+        self._surfaces = SurfaceSearch(pairs.model, self._points.table) if len(pairs.model.pair) else None
+
+    def find(self, X_WB: np.ndarray, ids: list[GeometryId]) -> tuple[list[ContactSurface], FoundPoints]:
+        self._points.run(X_WB)
+        if self._surfaces is None:
+            return [], self._points.found()
+        surfaces = surfaces_of(self._surfaces.find(), self._pairs.model, ids)
+        return [surface for _, surface in surfaces], self._points.found()
 
 
 class _Distances:
@@ -171,7 +232,7 @@ class _Distances:
         table = self._table
         if self._run():
             raise explain_contact_status(self._model, table)
-        n = int(table.count[Found.num_contacts])
+        n = table.count.item(_NUM_CONTACTS)
         return FoundDistances(table.pair[:n].copy(), table.point[:n].copy(), table.X_WG.copy())
 
 
@@ -194,6 +255,13 @@ def world_poses(num_bodies: int, dtype: DTypeLike) -> np.ndarray:
     X_WB = np.full((num_bodies, BodyPose.SIZE), 0.0, dtype=dtype)
     X_WB[:, [0, 4, 8]] = 1.0
     return X_WB
+
+
+def _slice_or_array(rows: list[int]) -> slice | np.ndarray:
+    """Rows as an index of an array; those that follow one another as a slice, which costs a fifth."""
+    if rows and rows == list(range(rows[0], rows[-1] + 1)):
+        return slice(rows[0], rows[-1] + 1)
+    return np.array(rows, np.int64)
 
 
 def pose_of_point(p_WQ: np.ndarray) -> np.ndarray:

@@ -96,7 +96,7 @@ def _limits(plant: MultibodyPlant, context: Context | None, starts: list[int]) -
     for start in starts:
         lower[start : start + 4] = np.maximum(lower[start : start + 4], -1.0)
         upper[start : start + 4] = np.minimum(upper[start : start + 4], 1.0)
-    if context is not None:
+    if context is not None and parts_of(plant).contexts.any_locked(context):
         positions = plant.GetPositions(context)
         for joint in _joints(plant):
             if joint.num_positions() and joint.is_locked(context):

@@ -234,13 +234,16 @@ class RotationalInertia(ScalarBase):
         Args:
             R_AE: RotationMatrix of E in A.
         """
-        return self._make(self._turned(R_AE))
+        return self._make(self._turned(self._rotation(R_AE)))
+
+    def _rotation(self, R_AE: RotationMatrix) -> RotationMatrix:
+        return self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)
 
     def _turned(self, R_AE: RotationMatrix) -> np.ndarray:
-        R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)._M
+        R = R_AE._M
         turned = R.dot(self._I).dot(R.T)
-        i, j = (0, 0, 1), (1, 2, 2)
-        turned[i, j] = turned[j, i]  # one rounding of each product, so that the result is exactly symmetric
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            turned[i, j] = turned[j, i]  # one rounding of each product, so that the result is exactly symmetric
         return turned
 
     def _steiner(self, call: str, mass: Scalar, **offset: Scalars) -> np.ndarray:

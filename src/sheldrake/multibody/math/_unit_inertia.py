@@ -208,7 +208,7 @@ class UnitInertia(RotationalInertia):
 
     def ReExpress(self, R_AE: RotationMatrix) -> UnitInertia:
         """G_BP_A, expressed in frame A instead of E."""
-        return self._make(self._turned(R_AE))
+        return self._make(self._turned(self._rotation(R_AE)))
 
     def ShiftFromCenterOfMass(self, p_BcmQ_E: Scalars) -> UnitInertia:  # type: ignore[override]
         """G_BQ of this G_BBcm; `p_BcmQ_E` [m] is the position of Q from the centre of mass, shape (3,)."""

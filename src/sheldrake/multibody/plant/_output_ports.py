@@ -253,7 +253,7 @@ class OutputPorts:
                 frames = {frame: row for frame, row in self._models.rows_of_frames().items() if row}
                 self._frames = tuple(frames), np.array(list(frames.values()), dtype=np.int64)
             ids, rows = self._frames
-            poses._set_rows(ids, X_WB[rows])
+            poses._set_rows(ids, X_WB.take(rows, 0))
             return
         for frame, row in self._models.rows_of_frames().items():
             if row:

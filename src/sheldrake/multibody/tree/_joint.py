@@ -224,18 +224,18 @@ class Joint(NamedElement):
 
     def _set_limits(self, kind: str, lower: Scalars, upper: Scalars) -> None:
         call, size = f"set_{kind}_limits", len(self._limits[kind][0])
-        lower, upper = np.ravel(np.asarray(lower, float)), np.ravel(np.asarray(upper, float))
+        lower, upper = np.array(lower, float).reshape(-1), np.array(upper, float).reshape(-1)
         if lower.shape != (size,) or upper.shape != (size,):
             raise RuntimeError(
                 f"{type(self).__name__}.{call}(): joint {self._name!r} takes limits of size {size}, "
                 f"not {lower.size} and {upper.size}."
             )
-        if not np.all(lower <= upper):
+        if not (lower <= upper).all():
             raise RuntimeError(
                 f"{type(self).__name__}.{call}(): joint {self._name!r}: a lower limit exceeds its upper limit "
                 f"(lower {lower}, upper {upper})."
             )
-        self._limits[kind] = (lower.copy(), upper.copy())
+        self._limits[kind] = (lower, upper)
 
     # --- damping
 
@@ -246,7 +246,7 @@ class Joint(NamedElement):
             raise RuntimeError(
                 f"{type(self).__name__}: joint {self._name!r} takes {size} damping coefficients, not {damping.size}."
             )
-        if not np.all(damping >= 0.0):
+        if not (damping >= 0.0).all():
             words = self.kTypeName.replace("_", " ").capitalize()
             raise RuntimeError(f"{words} joint damping must be nonnegative.")
         return damping
@@ -359,7 +359,7 @@ class Joint(NamedElement):
         """Sets the velocities that give M the spatial velocity V_FM, expressed in F."""
         return self._write_v(context, "SetSpatialVelocity", self._velocities_of(V_FM))
 
-    def _velocities_of(self, V_FM: SpatialVelocity) -> np.ndarray:
+    def _velocities_of(self, V_FM: SpatialVelocity) -> Vector:
         raise RuntimeError(f"The function SetSpatialVelocity() has not been implemented for {self.kTypeName} joints.")
 
     # --- state in a context

@@ -5,6 +5,7 @@ Revolute, prismatic and screw joints; see `_joint` for what a joint is.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.symbolic import Expression
     from sheldrake.systems.framework import Context
+
+
+_SHORTEST_AXIS = math.sqrt(np.finfo(float).eps)
 
 
 class OneDampingJoint(Joint):
@@ -82,8 +86,8 @@ def _unit_axis(joint: Joint, axis: Scalars) -> np.ndarray:
         RuntimeError: it is not finite, or too short to have a direction.
     """
     direction = finite(type(joint).__name__, "axis", vector(type(joint).__name__, "axis", axis, 3).astype(float))
-    length = float(np.linalg.norm(direction))
-    if not length >= np.sqrt(np.finfo(float).eps):
+    length = math.sqrt(direction.dot(direction))
+    if not length >= _SHORTEST_AXIS:
         kind = joint.kTypeName.capitalize()
         raise RuntimeError(
             f"{kind} joint axis vector must have nonzero length; "

@@ -5,11 +5,12 @@ A plant gives the one with a quaternion to each body that no joint holds; the on
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._rotations import matrix_to_canonical_quaternion, quaternion_to_matrix
+from sheldrake.common._rotations import matrix_to_canonical_quaternion, numbers_to_matrix
 from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix
 from sheldrake.multibody.tree._element import finite, scalar_of, vector
@@ -51,14 +52,14 @@ class _FloatingJoint(Joint):
         """
         super().__init__(name, frame_on_parent, frame_on_child, [angular_damping] * 3 + [translational_damping] * 3)
 
-    def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
+    def _rotation_positions(self, R: RotationMatrix) -> Vector:
         raise NotImplementedError
 
     def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Vector:
-        return [*self._rotation_positions(X_FM.rotation()), *X_FM.translation()]
+        return [*self._rotation_positions(X_FM.rotation()), *X_FM.translation().tolist()]
 
-    def _velocities_of(self, V_FM: SpatialVelocity) -> np.ndarray:
-        return V_FM.get_coeffs()
+    def _velocities_of(self, V_FM: SpatialVelocity) -> Vector:
+        return V_FM.get_coeffs().tolist()
 
     def default_angular_damping(self) -> float:
         """Viscous damping of w_FM [N m s]."""
@@ -111,15 +112,17 @@ class QuaternionFloatingJoint(_FloatingJoint):
     def _zero_positions(self) -> np.ndarray:
         return np.array([1.0, 0, 0, 0, 0, 0, 0])
 
-    def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
-        return np.array(matrix_to_canonical_quaternion(R._M))
+    def _rotation_positions(self, R: RotationMatrix) -> Vector:
+        return matrix_to_canonical_quaternion(R._M)
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        T, squared = scalar_of(q), q[:4] @ q[:4]
-        if T is not float or not 0.0 < squared < np.inf:
-            return RigidTransform_[T](_unit_quaternion(q[:4]), q[4:])
-        R = quaternion_to_matrix(T, q[:4] / np.sqrt(squared))  # of unit length: nothing is left to check
-        return RigidTransform._make(R, q[4:].copy())
+        wxyz = q[:4]
+        squared = wxyz @ wxyz
+        if q.dtype == object or not 0.0 < squared < math.inf:
+            return RigidTransform_[scalar_of(q)](_unit_quaternion(wxyz), q[4:])
+        length = math.sqrt(squared)  # of unit length: nothing is left to check
+        w, x, y, z = wxyz.tolist()
+        return RigidTransform._make(numbers_to_matrix(w / length, x / length, y / length, z / length), q[4:].copy())
 
     def SetOrientation(self, context: Context, R: RotationMatrix) -> Self:
         """Turns M to R, which is R_FM."""
@@ -165,8 +168,8 @@ class RpyFloatingJoint(_FloatingJoint):
     kTypeName = "rpy_floating"
     _p_start = 3
 
-    def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
-        return RollPitchYaw_[R._T](R).vector()
+    def _rotation_positions(self, R: RotationMatrix) -> Vector:
+        return RollPitchYaw_[R._T](R).vector().tolist()
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         T = scalar_of(q)

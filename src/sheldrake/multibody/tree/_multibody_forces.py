@@ -40,8 +40,9 @@ class MultibodyForces:
                 )
             nb, nv, dtype = plant.num_bodies(), plant.num_velocities(), float if plant._scalar is float else object
         self._zero = 0.0 if plant is None else plant._scalar(0.0)
-        self._F_Bo_W = np.full((int(nb), 6), self._zero, dtype=dtype)
-        self._tau = np.full(int(nv or 0), self._zero, dtype=dtype)
+        self._F_Bo_W, self._tau = np.zeros((int(nb), 6), dtype), np.zeros(int(nv or 0), dtype)
+        if dtype is object:
+            self.SetZero()
 
     def num_bodies(self) -> int:
         """Number of bodies."""

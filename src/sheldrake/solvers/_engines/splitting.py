@@ -5,6 +5,7 @@ First-order solvers of convex programs (extra `solvers`), for those who ask for 
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 from typing import Any, NamedTuple
 
@@ -32,6 +33,14 @@ _SCS_OPTIONS = (
     "acceleration_interval", "acceleration_lookback", "adaptive_scale", "alpha", "eps_abs", "eps_infeas", "eps_rel",
     "log_csv_filename", "max_iters", "normalize", "rho_x", "scale", "time_limit_secs", "verbose", "write_data_filename",
 )  # fmt: skip
+
+
+@functools.cache
+def _osqp_algebra() -> str:
+    """The one that OSQP takes by itself; it looks for packages that are not there each time, 200 us."""
+    import osqp
+
+    return osqp.OSQP().algebra
 
 
 class OsqpSolverDetails(NamedTuple):
@@ -112,7 +121,7 @@ class OsqpSolver(SolverInterface):
         settings.update(self._given(options, _OSQP_OPTIONS))
         if "polish" in settings:
             settings["polishing"] = bool(settings.pop("polish"))
-        solver = osqp.OSQP(algebra="builtin")
+        solver = osqp.OSQP(algebra=_osqp_algebra())
         i, j = np.triu(Q).nonzero()
         P, A = Columns.of_triplets(i, j, Q[i, j], (n, n)), Columns.of_triplets(row, col, value, (len(lower), n))
         solver.setup(P.for_scipy(), c, A.for_scipy(), lower, upper, **settings)

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 
 
 def _bounds(lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    return _arrays.float_vector(np.atleast_1d(lb)), _arrays.float_vector(np.atleast_1d(ub))
+    return _bound(lb), _bound(ub)
+
+
+def _bound(b: ArrayLike) -> np.ndarray:
+    return _arrays.float_vector(b if type(b) is np.ndarray and b.ndim else np.atleast_1d(b))
 
 
 def _not_finite(cls: type) -> RuntimeError:
@@ -45,6 +49,13 @@ class LinearConstraint(Constraint):
 
     def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
+
+    @classmethod
+    def _of(cls, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> Self:
+        """The constraint of arrays that nobody else has."""
+        self = cls.__new__(cls)
+        self._set_linear(A, lb, ub)
+        return self
 
     @classmethod
     def _of_row(cls, a: np.ndarray, low: float, high: float) -> Self:
@@ -182,7 +193,15 @@ class BoundingBoxConstraint(LinearConstraint):
     """
 
     def __init__(self, lb: ArrayLike, ub: ArrayLike):
-        lower, upper = _bounds(lb, ub)
+        self._set_box(*_bounds(lb, ub))
+
+    @classmethod
+    def _of(cls, lb: np.ndarray, ub: np.ndarray) -> Self:  # type: ignore[override]
+        self = cls.__new__(cls)
+        self._set_box(lb, ub)
+        return self
+
+    def _set_box(self, lower: np.ndarray, upper: np.ndarray) -> None:
         self._dense = None
         self._set_sizes(lower.size, lower.size)
         self._set_bounds(lower, upper)

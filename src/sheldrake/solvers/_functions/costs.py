@@ -30,7 +30,7 @@ def symmetric(Q: ArrayLike) -> np.ndarray:
     Q = _arrays.float_matrix(Q)
     if Q.shape[0] != Q.shape[1]:
         raise RuntimeError(f"The matrix of a quadratic form must be square, it is {Q.shape[0]} x {Q.shape[1]}.")
-    return Q if np.array_equal(Q, Q.T) else (Q + Q.T) / 2.0
+    return Q if isinstance(Q, np.ndarray) and (Q == Q.T).all() else (Q + Q.T) / 2.0
 
 
 def range_of_eigenvalues(Q: np.ndarray) -> tuple[float, float, float]:

@@ -173,7 +173,8 @@ class Constraint(EvaluatorBase):
                 f"{which} bound has invalid dimension: {type(self).__name__} expects bounds of size "
                 f"{self._num_outputs}, got a lower bound of size {lower.size} and an upper bound of size {upper.size}."
             )
-        if not ((lower == lower).all() and (upper == upper).all()):
+        squares = lower.dot(lower) + upper.dot(upper)  # nan if a bound is, and only then: infinities have one sign here
+        if squares != squares:
             raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
         self._lower, self._upper = lower.astype(float), upper.astype(float)
 

@@ -193,7 +193,7 @@ class ProgramBindings:
     def required_capabilities(self) -> set[ProgramAttribute]:
         """Returns what a solver must know how to handle."""
         found = {ATTRIBUTES[kind] for kind, bindings in self._lists.items() if bindings}
-        if self._variables.has_binary():
+        if self._variables.has_binaries():
             found.add(_A.kBinaryVariable)
         return found
 

@@ -202,15 +202,16 @@ def _linear(
 ) -> BindingBase[LinearConstraint]:
     if A.shape == (len(vars), 1) and np.size(lb) == 1 and len(vars) > 1:
         A = A.T  # A flat list of coefficients is one row.
-    return bind(LinearConstraint, LinearConstraint(A, lb, ub), vars)
+    return bind(LinearConstraint, LinearConstraint._of(A, np.atleast_1d(lb), np.atleast_1d(ub)), vars)
 
 
 def _equality(A: Matrix, b: np.ndarray | float, vars: np.ndarray) -> BindingBase[LinearEqualityConstraint]:
-    return bind(LinearEqualityConstraint, LinearEqualityConstraint(A, np.atleast_1d(b)), vars)
+    right = np.atleast_1d(b)
+    return bind(LinearEqualityConstraint, LinearEqualityConstraint._of(A, right, right), vars)
 
 
 def _box(lb: np.ndarray, ub: np.ndarray, vars: np.ndarray) -> BindingBase[BoundingBoxConstraint]:
-    return bind(BoundingBoxConstraint, BoundingBoxConstraint(lb, ub), vars)
+    return bind(BoundingBoxConstraint, BoundingBoxConstraint._of(lb, ub), vars)
 
 
 def _box_of_one(lb: float, ub: float, var: Variable) -> BindingBase[BoundingBoxConstraint]:

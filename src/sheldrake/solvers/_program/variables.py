@@ -5,6 +5,7 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from sheldrake.solvers._arrays import VariablesLike
 
 _TYPE = VariableType
+_type_of = operator.attrgetter("_type")
 
 
 class ProgramVariables:
@@ -46,6 +48,10 @@ class ProgramVariables:
         return out
 
     # New variables
+
+    def has_binaries(self) -> bool:
+        """Whether a decision variable is 0 or 1."""
+        return _TYPE.BINARY in map(_type_of, self._decisions)
 
     def _append(self, v: Variable) -> None:
         if v._id in self._indeterminate_places:
@@ -229,11 +235,6 @@ class ProgramVariables:
         """Whether a variable is an indeterminate."""
         return var.get_id() in self._indeterminate_places
 
-    def has_binary(self) -> bool:
-        """Whether a decision variable is 0 or 1."""
-        binary = _TYPE.BINARY
-        return any([v._type is binary for v in self._decisions])
-
     def places(self, vars: np.ndarray) -> np.ndarray:
         """Places of decision variables, shape (n,)."""
         places = self._places
@@ -269,7 +270,10 @@ class ProgramVariables:
             return float(self._guess[self.FindDecisionVariableIndex(v)])
         array = np.asarray(decision_variable, dtype=object)
         vars = self._expect_variables("GetInitialGuess", array)
-        values = [self._guess[self.FindDecisionVariableIndex(v)] for v in vars]
+        places = self._places
+        if not all(v._id in places for v in vars.tolist()):
+            self.FindDecisionVariableIndices(vars)  # says which one is none
+        values = [self._guess[places[v._id]] for v in vars.tolist()]
         return np.array(values, dtype=float).reshape(array.shape, order="F")
 
     def SetInitialGuess(self, decision_variable: Variable | VariablesLike, variable_guess: ArrayLike) -> None:

@@ -94,20 +94,27 @@ class SymbolicVectorSystem(LeafSystem):
         if state:
             x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
             numbers += x.CopyToVector().tolist()
-        if inputs:
-            numbers += self.get_input_port(0).Eval(context).tolist() if by_inputs else [0.0] * len(inputs)
+        if inputs and by_inputs:
+            read = context._reads.get(0)  # what a port that was asked before leaves
+            numbers += (self.get_input_port(0).Eval(context) if read is None else read()).tolist()
+        elif inputs:
+            numbers += [0.0] * len(inputs)
         if parameters:
             numbers += context.get_numeric_parameter(0).CopyToVector().tolist()
         return numbers
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._functions[1].at(self._numbers(context, self._functions[1].by_inputs)))
+        output.SetFromVector(self._value_of(self._functions[1], context))
 
     def _update(self, context: Context, x_next: DiscreteValues) -> None:
-        x_next.set_value(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
+        x_next.set_value(self._value_of(self._functions[0], context))
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        derivatives.SetFromVector(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
+        derivatives.SetFromVector(self._value_of(self._functions[0], context))
+
+    def _value_of(self, function: _Function, context: Context) -> Any:
+        numbers = self._numbers(context, function.by_inputs)
+        return function.at_floats(numbers) if self._scalar is float else function.at(numbers)
 
     def _motion_and_slopes(
         self, context: Context, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
@@ -158,9 +165,15 @@ class _Function:
         if not all(issubclass(T, (float, int)) for T in kinds):
             at = {v: expression_class()(x) for v, x, used in zip(self._variables, numbers, self._used) if used}
             return [e.Substitute(at) for e in self._expressions]
-        for v, x, used in zip(self._variables, numbers, self._used):
-            if used and x != x:
-                raise RuntimeError(f"SymbolicVectorSystem: the value of {v} is nan.")
+        return self.at_floats(numbers)
+
+    def at_floats(self, numbers: list[float]) -> np.ndarray:
+        """The values, of numbers that are floats."""
+        total = sum(numbers)
+        if total != total:  # a number is nan, or two are infinite
+            for v, x, used in zip(self._variables, numbers, self._used):
+                if used and x != x:
+                    raise RuntimeError(f"SymbolicVectorSystem: the value of {v} is nan.")
         return np.array(self._plain(numbers), dtype=float)
 
     def slopes(self, numbers: list[float]) -> np.ndarray:

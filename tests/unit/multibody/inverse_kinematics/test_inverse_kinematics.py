@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
-from sheldrake.geometry import Sphere
+from sheldrake.geometry import Ellipsoid, Sphere
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from sheldrake.multibody.inverse_kinematics import (
     AngleBetweenVectorsConstraint,
@@ -204,3 +205,24 @@ def test_differential_ik_is_that_of_its_program(locked):
     assert at_once.status == by_program.status == DifferentialInverseKinematicsStatus.kSolutionFound
     # Both stop at a relative error of 1e-8, at velocities of about one.
     np.testing.assert_allclose(at_once.joint_velocities, by_program.joint_velocities, rtol=0, atol=1e-6)
+
+
+def test_distances_of_bodies_that_float_are_native_and_have_the_right_slopes():
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    friction = CoulombFriction(0.5, 0.5)
+    for name in ("a", "b"):
+        body = plant.AddRigidBody(name, SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3))
+        plant.RegisterCollisionGeometry(body, RigidTransform([0.1, 0.2, 0.3]), Ellipsoid(0.1, 0.2, 0.3), name, friction)
+    plant.Finalize()
+    diagram = builder.Build()
+    context = plant.GetMyMutableContextFromRoot(diagram.CreateDefaultContext())
+    constraint = MinimumDistanceLowerBoundConstraint(plant, 0.3, context, None, 1.0)
+    q = np.array([0.9, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 0.7, -0.3, 0.4, 0.1, 0.7, 0.2, 0.1])  # of other lengths than one
+    slopes = ExtractGradient(constraint.Eval(InitializeAutoDiff(q))).ravel()
+    steps = 1e-6 * np.eye(len(q))
+    differences = [(constraint.Eval(q + step) - constraint.Eval(q - step)).item() / 2e-6 for step in steps]
+    np.testing.assert_allclose(slopes, differences, atol=1e-7)  # cancellation: 1e-16 / 1e-6, and curvature 1e-12
+    assert np.abs(slopes[[0, 1, 4, 7, 8, 11]]).min() > 1e-3
+    if jit_enabled():
+        assert constraint._kept is not None

@@ -53,16 +53,22 @@ class PackageMap:
     RemoteParams = remote_package.RemoteParams
 
     def __init__(self, other: "PackageMap | None" = None):
-        self._paths: dict[str, str] = {}
-        self._remotes: dict[str, remote_package.RemoteParams] = {}
         if other is not None:
-            self._paths = dict(other._paths)
-            self._remotes = copy.deepcopy(other._remotes)
-            return
-        drake_root = _find_drake_root()
-        if drake_root is not None:
-            self._paths["drake"] = drake_root
-        self._remotes["drake_models"] = _drake_models(drake_root)
+            self._paths, self._remotes = dict(other._paths), copy.deepcopy(other._remotes)
+
+    # What a new map knows takes as long to find as a small model to read: it is sought when somebody asks.
+
+    @functools.cached_property
+    def _paths(self) -> "dict[str, str]":
+        return {} if self._drake_root is None else {"drake": self._drake_root}
+
+    @functools.cached_property
+    def _remotes(self) -> "dict[str, remote_package.RemoteParams]":
+        return {"drake_models": _drake_models(self._drake_root)}
+
+    @functools.cached_property
+    def _drake_root(self) -> "str | None":
+        return _find_drake_root()
 
     @staticmethod
     def MakeEmpty() -> "PackageMap":

@@ -271,16 +271,16 @@ class PlantGeometry:
         if self.scene_graph is None:
             return
 
-        def geometries(*bodies: RigidBody) -> GeometrySet:
-            return GeometrySet([g for b in bodies for g in self.collision_ids.get(int(b.index()), [])])
+        def geometries(*bodies: RigidBody) -> list[GeometryId]:
+            return [g for b in bodies for g in self.collision_ids.get(int(b.index()), [])]
 
-        manager = self.scene_graph.collision_filter_manager()
+        declaration = CollisionFilterDeclaration()
         for group in welded:
-            manager.Apply(CollisionFilterDeclaration().ExcludeWithin(geometries(*group)))
-        if not self.adjacent_filters:
-            return
-        for joint in self._elements.joints:
+            if len(of_group := geometries(*group)) > 1:
+                declaration.ExcludeWithin(GeometrySet(of_group))
+        for joint in self._elements.joints if self.adjacent_filters else ():
             parent, child = (whole_of.get(b, b) for b in (joint.parent_body(), joint.child_body()))
             if parent.index() != 0 and child.index() != 0 and joint.type_name() != "quaternion_floating":
-                declaration = CollisionFilterDeclaration().ExcludeBetween(geometries(parent), geometries(child))
-                manager.Apply(declaration)
+                if (of_parent := geometries(parent)) and (of_child := geometries(child)):
+                    declaration.ExcludeBetween(GeometrySet(of_parent), GeometrySet(of_child))
+        self.scene_graph.collision_filter_manager().Apply(declaration)

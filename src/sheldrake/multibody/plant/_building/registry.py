@@ -25,12 +25,13 @@ class Numbered(Generic[Item]):
         """
         self.words, self.index_type = words, index_type
         self.slots: list[Item | None] = []
+        self._num_removed = 0
 
     def __iter__(self) -> Iterator[Item]:
         return (e for e in self.slots if e is not None)
 
     def __len__(self) -> int:
-        return sum(e is not None for e in self.slots)
+        return len(self.slots) - self._num_removed
 
     def append(self, item: Item) -> int:
         """Appends one; its number."""
@@ -103,6 +104,7 @@ class Registry(Numbered[Named]):
         """Takes an element out; its number stays unused."""
         name = element.name()
         self.slots[int(element.index())] = None
+        self._num_removed += 1
         self._by_name[name].remove(element)
         self._taken.remove((name, element.model_instance()))
 

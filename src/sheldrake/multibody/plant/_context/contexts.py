@@ -202,6 +202,10 @@ class Contexts:
         """Whether a joint is locked."""
         return bool(plain(self.numbers(context, self._model.lock_group)[int(joint.index())]))
 
+    def any_locked(self, context: Context) -> bool:
+        """Whether any joint is locked."""
+        return any(map(plain, self.numbers(context, self._model.lock_group).tolist()))
+
     def set_locked(self, context: Context, joint: Joint, locked: bool) -> None:
         """Locks or unlocks a joint."""
         flags = np.array(self.numbers(context, self._model.lock_group))

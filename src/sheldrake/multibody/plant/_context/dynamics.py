@@ -134,7 +134,7 @@ class Dynamics:
         ask = view.query(integrate.velocity_of_qdot, *arguments, given=("qdot",), needs=0, answer=v)
         return _mapped("MapQDotToVelocity", ask(values))
 
-    def _qdot_map(self, context: Context) -> np.ndarray:
+    def qdot_to_velocity(self, context: Context) -> np.ndarray:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
         view = self._contexts.view(context)
         columns = view.buffer("qdot_map", view.nq, view.nv)
@@ -157,7 +157,7 @@ class Dynamics:
         """N⁺(q), a scipy.sparse.csc_matrix, shape (nv, nq)."""
         from scipy.sparse import csc_matrix
 
-        return csc_matrix(self._qdot_map(context))
+        return csc_matrix(self.qdot_to_velocity(context))
 
     def IsVelocityEqualToQDot(self) -> bool:
         """Whether qdot = v for all joints."""
@@ -212,7 +212,7 @@ class Dynamics:
                 f"{call}(): incompatible function arguments. with_respect_to must be a JacobianWrtVariable, not "
                 f"{with_respect_to!r}."
             )
-        return J.copy() if self._contexts.view(context).frozen.v_is_qdot else J @ self._qdot_map(context)
+        return J.copy() if self._contexts.view(context).frozen.v_is_qdot else J @ self.qdot_to_velocity(context)
 
     def CalcJacobianSpatialVelocity(
         self,

@@ -14,7 +14,6 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.calls import Calls, Query
-from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import MISFIT, Kernel
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
@@ -63,9 +62,12 @@ class View:
         self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
         self.results: tuple[int, Any, int] | None = None
         """The stamp of a state, the scratch of a step from it or of its derivatives, and the status they ended with."""
+        self.rehearsal: Any = None
+        """Scratch and bound kernels that results of the present state come from, once they were asked for."""
         self.contact_room: Any = None
         """What point contacts are put together in, once they were asked for."""
         self.reactions: Any = None
+        self._in_step: tuple[Any, Query] | None = None
         """What reaction forces are computed in, once they were asked for."""
         self.applied_force: np.ndarray | None = None
         """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
@@ -130,11 +132,6 @@ class View:
         return cls
 
     # --- kernels
-
-    def run_chain(self, kernels: list[Kernel], **values: KernelArgument) -> int:
-        """Runs kernels in turn on values by name; a status."""
-        chain = Chain(kernels)
-        return chain.native(**values) if self.native else chain(**values)
 
     def call(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Runs a kernel on arrays that are new at each call."""
@@ -285,6 +282,14 @@ class View:
         arguments = self.model, self.work, self.buffer("vdot", self.nv), A
         needs = self.POSES | self.INERTIAS | self.VELOCITIES
         return self.query(queries.calc_accelerations, *arguments, given=("vdot",), needs=needs, answer=A)(vdot)
+
+    def accelerations_in(self, work: Any, vdot: np.ndarray) -> np.ndarray:
+        """The same where `work`, the tree of a step, holds the kinematics; a view remembers one such."""
+        if self._in_step is None or self._in_step[0] is not work:
+            A = self.zeros(self.nb, 6)
+            arguments = self.model, work, self.zeros(self.nv), A
+            self._in_step = work, self.calls.query(queries.calc_accelerations, *arguments, given=("vdot",), answer=A)
+        return self._in_step[1](vdot)
 
     def ask_generalized_forces(self, F_Bo_W: np.ndarray) -> np.ndarray:
         """Generalized forces of spatial forces at the body origins, by row; an int where they do not fit."""

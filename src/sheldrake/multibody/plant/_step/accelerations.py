@@ -40,10 +40,13 @@ class Accelerations:
         """Of the body origins as they were at the beginning of the last step, by row, shape (num_bodies, 6)."""
         if not self._settings.is_discrete():
             return self._present(context)
-        work, model = self._advance.results(context), self._contexts.view(context).model
+        work, view = self._advance.results(context), self._contexts.view(context)
+        vdot = self._advance.equations.vdot(work)
+        if view.T is float:
+            return view.accelerations_in(work.tree, vdot)
         A = np.zeros_like(work.tree.A)
-        dynamics.accelerations(model, work.tree, self._advance.equations.vdot(work), A)
-        dynamics.body_accelerations(model, work.tree, A)
+        dynamics.accelerations(view.model, work.tree, vdot, A)
+        dynamics.body_accelerations(view.model, work.tree, A)
         return A
 
     def EvalBodySpatialAccelerationInWorld(self, context: Context, body: RigidBody) -> SpatialAcceleration:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import MASS_NOT_POSITIVE
 from sheldrake.multibody.plant._building.elements import Elements
@@ -17,7 +20,7 @@ from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
 from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
-from sheldrake.multibody.plant._step.input_ports import input_vector, sees_geometry
+from sheldrake.multibody.plant._step.input_ports import read_inputs, sees_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
@@ -126,8 +129,7 @@ class Advance:
         view = self._contexts.view(context)
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
-            work = view.copy_of(self.prototype(self._models.geometry_of(context)))
-            status = self._run(context, work, view.zeros(len(view.x)))
+            work, status = self._run(context)
             if status and (status != MASS_NOT_POSITIVE or self._settings.is_discrete()):
                 raise self._failures.explain(status, context)
             view.results = stamp, work, status
@@ -149,20 +151,64 @@ class Advance:
 
     # --- in Python
 
-    def _run(self, context: Context, work: StepWork, out: np.ndarray) -> int:
-        """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside."""
-        view, discrete = self._contexts.view(context), self._settings.is_discrete()
+    def _run(self, context: Context) -> tuple[StepWork, int]:
+        """Runs the stages of the step or the derivatives with everything that acts from outside: scratch and status.
+
+        A view of floats keeps scratch and bound kernels for the next time, as binding takes a hundred times longer.
+        """
+        view = self._contexts.view(context)
+        connected, geometry = sees_geometry(context), self._models.geometry_of(context)
+        models, prototype = self._models.of(connected, geometry), self.prototype(geometry)
+        rehearsal: Rehearsal | None = view.rehearsal
+        if rehearsal is None or not rehearsal.serves(prototype, models):
+            rehearsal = self._new_rehearsal(context, prototype, models)
+            view.rehearsal = rehearsal if view.native else None
+        work = rehearsal.afresh()
         self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
         getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
-        u = tuple(input_vector(context, i) for i in range(context.num_input_ports()))
-        connected = sees_geometry(context)
+        read_inputs(context, rehearsal.u)
         if self._models.misses_geometry(connected):
             raise self._failures.explain(GEOMETRY_NOT_CONNECTED, context)
-        if self._elements.constraints and not discrete:
+        if self._elements.constraints and not self._settings.is_discrete():
             raise self._failures.explain(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
-        models = self._models.of(connected, self._models.geometry_of(context))
-        kernels = self.equations.stages(models)
-        return view.run_chain(kernels, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
+        return work, rehearsal.run()
+
+    def _new_rehearsal(self, context: Context, prototype: StepWork, models: dict[str, Any]) -> Rehearsal:
+        view, work = self._contexts.view(context), self._contexts.view(context).copy_of(prototype)
+        u = tuple(view.zeros(context._system.get_input_port(i).size()) for i in range(context.num_input_ports()))
+        values = dict(work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=view.zeros(len(view.x)))
+        chain = Chain(self.equations.stages(models))
+        run = chain.bind(**values) if view.native else partial(chain, **values)
+        pairs = [(mine, its) for mine, its in zip(_arrays_of(work), _arrays_of(prototype)) if mine.size]
+        return Rehearsal(prototype, models, work, pairs, u, run)
+
+
+class Rehearsal(NamedTuple):
+    """A step, or derivatives, on scratch beside that of the context: nothing in the context changes."""
+
+    prototype: StepWork
+    models: dict[str, Any]
+    work: StepWork
+    pairs: list[tuple[np.ndarray, np.ndarray]]
+    """Each array of the scratch and its prototype."""
+    u: tuple[np.ndarray, ...]
+    """Values of the input ports, to be filled in before it runs."""
+    run: Callable[[], int]
+
+    def serves(self, prototype: StepWork, models: dict[str, Any]) -> bool:
+        """Whether it is for this scratch and these arrays."""
+        return self.prototype is prototype and all(models[name] is mine for name, mine in self.models.items())
+
+    def afresh(self) -> StepWork:
+        """The scratch, as the prototype is."""
+        for array, original in self.pairs:
+            array[...] = original
+        return self.work
+
+
+def _arrays_of(table: Any) -> list[np.ndarray]:
+    """The arrays of a table, or of tables of tables."""
+    return [table] if isinstance(table, np.ndarray) else [array for part in table for array in _arrays_of(part)]
 
 
 # A plant's declarations serve its copies on other scalars: so these ask the plant that they are called for.

@@ -101,15 +101,15 @@ class ContinuousDynamics:
 
     def vdot(self, work: DerivativeWork) -> np.ndarray:
         """Generalized accelerations, shape (nv,)."""
-        return work.flow.vdot
+        return work.flow.vdot.copy()
 
     def net_actuation(self, work: DerivativeWork) -> np.ndarray:
         """Efforts of the actuators, shape (nu,)."""
-        return work.flow.net_actuation
+        return work.flow.net_actuation.copy()
 
     def generalized_contact_forces(self, work: DerivativeWork) -> np.ndarray:
         """J^T f over all contacts, shape (nv,)."""
-        return work.flow.contact_force
+        return work.flow.contact_force.copy()
 
     def report_contacts(
         self, view: View, work: DerivativeWork, geometry: CompiledGeometry, results: ContactResults
@@ -122,7 +122,7 @@ class ContinuousDynamics:
         row_bodies, infos = self._elements.model("MultibodyPlant").row_bodies, []
         for c in range(int(work.table.num_contacts)):
             A, B, body_A, body_B = work.table.pair[c]
-            point, force = work.table.point[c], work.flow.contacts[c]
+            point, force = work.table.point[c].copy(), work.flow.contacts[c]  # results outlive the scratch
             if all(x == 0.0 for x in force.f_BC_W):  # it separates faster than its spring pushes
                 continue
             p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]

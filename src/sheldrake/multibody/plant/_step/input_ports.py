@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -99,6 +100,21 @@ def input_vector(context: Context, i: int) -> np.ndarray:
     if port.size() == 0:
         return np.zeros(0)
     return np.array(port.Eval(context)) if port.HasValue(context) else np.zeros(port.size())
+
+
+def read_inputs(context: Context, vectors: Sequence[np.ndarray]) -> None:
+    """Fills vectors, one for each port, with the values of the input ports; see `input_vector`."""
+    store = context._store
+    for i, values in enumerate(vectors):
+        if not len(values):
+            continue
+        slot = None if store.unsettled else store.layout.input_slot(context._node, i)
+        if slot is None or slot.free < 0:
+            values[:] = input_vector(context, i)
+        elif store.i[store.layout.fixed0 + slot.free]:
+            values[:] = store.S[slot.span[0] : slot.span[1]]
+        else:
+            values[:] = 0.0 if values.dtype == float else context._system._scalar(0.0)
 
 
 def sees_geometry(context: Context) -> bool:
