@@ -249,14 +249,19 @@ def test_flat_faces_that_hardly_touch_are_not_searched_anew(shapes, monkeypatch)
     rng = np.random.default_rng(7)
     scene = Scene([hull(rng, n) if n else Box(0.2, 0.3, 0.1) for n in shapes])
     scene.model.margin[Margins.several_margin] = 1e-4
-    kept, fresh, first = contact_table(scene.model), contact_table(scene.model), rng.uniform(-3.0, 3.0, 3)
-    steps = []
+    kept, mixed, fresh = (contact_table(scene.model) for _ in range(3))
+    first, steps = rng.uniform(-3.0, 3.0, 3), []
     for step in range(30):
         turned = RollPitchYaw(first + 2e-5 * step * np.array([1.0, -1.0, 2.0]))
         X_WB = nearly_touching(scene, turned, 9e-5 * np.cos(step))
         forget(fresh)
         search(scene.model, X_WB, fresh)
         steps.append((X_WB, fresh.point[: fresh.num_contacts].copy()))
+        if rng.random() < 0.2:
+            forget(mixed)
+        search(scene.model, X_WB, mixed)
+        assert mixed.num_contacts == fresh.num_contacts
+        np.testing.assert_allclose(mixed.point[: mixed.num_contacts], steps[-1][1], rtol=0.0, atol=1e-13)
     searched = []
     monkeypatch.setattr(separation, "search", lambda *args: searched.append(args) or search_pair(*args))
     for X_WB, points in steps:
