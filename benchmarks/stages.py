@@ -43,7 +43,9 @@ STAGES = {
     "contact_constraints": "rows",
     "joint_constraints": "rows",
     "prepare_hunt_crossley_contacts": "solve",
+    "solve": "solve",
     "solve_to_rest": "solve",
+    "next_state": "next",
     "next_state_with_momentum": "next",
 }
 """What each kernel of a step is counted as."""

@@ -15,9 +15,11 @@ from sheldrake.geometry import (
 from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels import separation
 from sheldrake.geometry._kernels.convex import face_along, slot_at
-from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table, is_watched
+from sheldrake.geometry._kernels.model import BodyPoses, Found, Margins, Remembered, Slot, contact_table, is_watched
+from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.separation import search as search_pair
 from sheldrake.geometry._kernels.support import best_face
+from sheldrake.geometry._kernels.tracking import face_holds_ball
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 MEMORY = ("near_count", "remembered", "separating", "slot", "kept_vertex", "kept_point", "kept_link")
@@ -230,6 +232,55 @@ def test_curved_shapes_that_meet_are_not_searched_anew(other, monkeypatch):
         assert find_contacts(scene.model, X_WB, fresh, False) == 0
         assert points_of(table) == points_of(fresh) and table.num_contacts > 0
         searched[:] = searched[:1]
+
+
+def nearly_touching(scene, turned, gap):
+    """Poses of the world, of a body at the origin, and of another that is so far from it [m]."""
+    X_WB = np.array([row_of(X) for X in [RigidTransform(), RigidTransform(), RigidTransform(turned, [0.4, 0.1, 0.05])]])
+    assert find_distances.native(scene.model, BodyPoses(X_WB), np.inf, scene.table) == 0
+    point = scene.table[0]
+    X_WB[2, 9:] += (-point.depth - gap) * np.array(point.nhat_BA_W)
+    return X_WB
+
+
+@pytest.mark.parametrize("shapes", [(20, 60), (60, 0), (200, 200)], ids=str)
+def test_flat_faces_that_hardly_touch_are_not_searched_anew(shapes, monkeypatch):
+    """Of two shapes that roll a little on each other, sometimes apart, most steps need no search."""
+    rng = np.random.default_rng(7)
+    scene = Scene([hull(rng, n) if n else Box(0.2, 0.3, 0.1) for n in shapes])
+    scene.model.margin[Margins.several_margin] = 1e-4
+    kept, mixed, fresh = (contact_table(scene.model) for _ in range(3))
+    first, steps = rng.uniform(-3.0, 3.0, 3), []
+    for step in range(30):
+        turned = RollPitchYaw(first + 2e-5 * step * np.array([1.0, -1.0, 2.0]))
+        X_WB = nearly_touching(scene, turned, 9e-5 * np.cos(step))
+        forget(fresh)
+        search(scene.model, X_WB, fresh)
+        steps.append((X_WB, fresh.point[: fresh.num_contacts].copy()))
+        if rng.random() < 0.2:
+            forget(mixed)
+        search(scene.model, X_WB, mixed)
+        assert mixed.num_contacts == fresh.num_contacts
+        np.testing.assert_allclose(mixed.point[: mixed.num_contacts], steps[-1][1], rtol=0.0, atol=1e-13)
+    searched = []
+    monkeypatch.setattr(separation, "search", lambda *args: searched.append(args) or search_pair(*args))
+    for X_WB, points in steps:
+        assert find_contacts(scene.model, X_WB, kept, False) == 0
+        assert kept.num_contacts == len(points) > 0
+        np.testing.assert_allclose(kept.point[: kept.num_contacts], points, rtol=0.0, atol=1e-13)
+    assert 10 < sum(points[:, 9].max() < 0.0 for _, points in steps) < 20
+    assert len(searched) < 12
+
+
+def test_a_facet_that_does_not_hold_the_ball_is_not_believed():
+    """A vertex deep under one face of a box, and less deep under the next: what met once is not the answer."""
+    scene = Scene([Box(0.2, 0.2, 0.2), hull(np.random.default_rng(12), 20)])
+    model, table = scene.model, scene.table
+    table.poses[0].R_WG = table.poses[1].R_WG = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    for x, y, best in ((0.099, 0.0, True), (0.099, 0.0995, False)):
+        table.poses[1].p_WG = (x + 0.3, y, 0.0)
+        p, n = (x, y, 0.0), (1.0, 0.0, 0.0)
+        assert face_holds_ball(model, table, 0, 1, 1, n, p, 0.1 - x, 0.4) == best
 
 
 def test_parallel_cylinders_touch_in_the_middle_of_where_they_lie_side_by_side():

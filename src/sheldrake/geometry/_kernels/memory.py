@@ -1,11 +1,11 @@
 """What a search for contacts remembers of each pair of convex shapes for the next one.
 
 Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of one that nearly
-touched, the direction along which it is nearest: there is only one, so what `polish` finds from there is the answer. Of
-a pair that overlapped, what met (see `tracking`), and the polytope that EPA grew in the difference, by points of the
-shapes: placed anew, it mostly says at once where the pair overlaps least. All is checked before it is believed and says
-no more than the search without it would find: a polytope only which feature is nearest by far, whose answer `feature`
-then gives.
+touched, what would have met (see `tracking`), or the direction along which it is nearest: there is only one, so what
+`polish` finds from there is the answer. Of a pair that overlapped, what met, and the polytope that EPA grew in the
+difference, by points of the shapes: placed anew, it mostly says at once where the pair overlaps least. All is checked
+before it is believed and says no more than the search without it would find: a polytope only which feature is nearest
+by far, whose answer `feature` then gives.
 """
 
 from __future__ import annotations
@@ -118,8 +118,8 @@ def slot_of(table, k):
 
 
 @kernel(outline=True)
-def remember_overlap(model, table, i, j, k, faces, vertices, grown, what, corners, out, depth):
-    """Keeps what meets of pair k, and the polytope of EPA if it has `grown`; if there is a slot."""
+def remember_what_meets(model, table, i, j, k, faces, vertices, grown, what, corners, out, depth):
+    """Keeps what meets of pair k, or would, and the polytope of EPA if it has `grown`; if there is a slot."""
     s = slot_of(table, k)
     if s < 0:
         forget(table, k)
@@ -245,7 +245,7 @@ def follow_touch(model, table, i, j, size, far, k):
 
 @kernel(outline=True)
 def follow(model, table, i, j, size, far, k):
-    """(whether memory tells where pair k overlaps least, direction out of i - j, depth, points on i and j)."""
+    """(whether memory tells where pair k overlaps least or is nearest, direction out of i - j, depth, both points)."""
     out = (1.0, 0.0, 0.0)
     if table.memories[k].how == TOUCHING:
         return follow_touch(model, table, i, j, size, far, k)
@@ -254,7 +254,7 @@ def follow(model, table, i, j, size, far, k):
         return False, out, 0.0, out, out
     if table.slots[s].feature != NO_FEATURE:
         known, out, depth, p_i, p_j = still_meets(model, table, i, j, size, s)
-        if known:
+        if known and depth > _CERTAIN * size - far:  # else rounding says who is near enough
             return known, out, depth, p_i, p_j
     if table.slots[s].num_vertices == 0 or not place_polytope(model, table, i, j, size, s):
         return False, out, 0.0, out, out
@@ -269,5 +269,5 @@ def follow(model, table, i, j, size, far, k):
     what, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
     known = what != NO_FEATURE
     if known:
-        remember_overlap(model, table, i, j, k, faces, vertices, vertices > before, what, corners, out, depth)
+        remember_what_meets(model, table, i, j, k, faces, vertices, vertices > before, what, corners, out, depth)
     return known, out, depth, p_i, p_j

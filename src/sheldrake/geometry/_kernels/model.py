@@ -363,7 +363,7 @@ class KeptPoint(Record):
 
 
 MANY_PAIRS = 48  # from so many on, near ones are listed
-SLOTS = 32  # polytopes that are remembered, at most
+SLOTS = 64  # polytopes that are remembered, at most
 SLOT_VERTICES = 32  # of one that is worth remembering
 SLOT_FACES = 2 * SLOT_VERTICES - 4
 

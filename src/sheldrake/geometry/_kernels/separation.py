@@ -15,17 +15,19 @@ from .memory import (
     forget,
     one_is_deepest,
     remember_direction,
-    remember_overlap,
     remember_touch,
+    remember_what_meets,
     remembers,
     still_apart,
 )
 from .model import NO_FEATURE, SIMPLEX
 from .polish import nearby
-from .support import is_curved, margin_of
+from .support import is_curved, is_faceted, margin_of
+from .tracking import are_nearest, face_that_meets
 
 _CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
 _NEAR = 1e-3  # relative to the size: nearer than this, the vector between the cores is too short to tell a direction
+_FEATURED = 1e-2  # relative to the size: of shapes with flat faces nearer than this it is told what would meet
 _CONVERGED = 1e-13  # relative to the size: a distance is known so well, or GJK was stuck
 _REFINEMENTS = 24
 _ROUNDING = 1e-14  # relative to the size: a direction that gains or loses no more is the same
@@ -78,6 +80,14 @@ def search(model, table, i, j, size, far, k):
         out = scale3(nhat, -1.0)
         depth = dot3(out, add_vertex(model, table, i, j, out, SIMPLEX + 12, _NO_SHIFT))
         poor = phi < _NEAR * size or phi + depth > _CONVERGED * size
+        if phi < _FEATURED * size and is_faceted(model, i) and is_faceted(model, j):
+            corners = (0, min(1, n - 1), min(2, n - 1))
+            what, d, least, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+            face = face_that_meets(model, table, i, j, what, d)
+            if are_nearest(model, table, i, j, size, what, face, d, least, a, b):
+                if remembers(table, k):
+                    remember_what_meets(model, table, i, j, k, 0, 0, False, what, corners, d, least)
+                return -least, scale3(d, -1.0), a, b
         if poor or phi < _NEAR * size + margin_of(model, i) + margin_of(model, j):
             at_once, d, least, a, b = nearby(model, table, i, j, size, out, depth)
             if poor and not at_once:
@@ -109,7 +119,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
     known = what != NO_FEATURE
     if remembers(table, k):
         if known and proven and one_is_deepest(model, i) and one_is_deepest(model, j):
-            remember_overlap(model, table, i, j, k, faces, vertices, True, what, corners, d, found)
+            remember_what_meets(model, table, i, j, k, faces, vertices, True, what, corners, d, found)
         else:
             forget(table, k)
     if known:

@@ -96,6 +96,13 @@ def has_faces(model, g):
 
 
 @kernel
+def is_faceted(model, g):
+    """Whether a shape has flat faces alone."""
+    kind = model[g].kind
+    return kind == BOX or kind == HULL
+
+
+@kernel
 def is_curved(model, g):
     """Whether the core of a shape is no polytope."""
     kind = model[g].kind
@@ -248,7 +255,12 @@ def within_face(model, table, g, n_W, x, margin):
 
     The corners of the face stay in POLYGON_A.
     """
-    sides = shown_feature(model, table, g, n_W, POLYGON_A)
+    return within_polygon(table, shown_feature(model, table, g, n_W, POLYGON_A), n_W, x, margin)
+
+
+@kernel
+def within_polygon(table, sides, n_W, x, margin):
+    """`within_face` of the polygon in POLYGON_A."""
     for k in range(sides):
         a, outward = side_of_face(table, k, sides, n_W)
         if dot3(outward, sub3(x, a)) > -margin * sqrt(dot3(outward, outward)):

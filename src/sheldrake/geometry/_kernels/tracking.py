@@ -1,9 +1,13 @@
-"""What met where two polytopes overlapped least, followed while nothing else can overlap less.
+"""What met where two shapes overlapped least, or were nearest, followed while nothing else can.
 
 EPA has left a closed surface around the origin, whose corners are points of the difference D of the shapes, seen from
 the first. When no corner has moved by more than delta, each of its triangles is at least as far as it was less delta;
 the few that were nearest are placed anew, and their planes tell how far they are. If no triangle is nearer than what
 met is deep, then the ball of that depth is in D: what met still is where the shapes overlap least.
+
+Shallow overlaps, which change with every step, need no such surface: what met is a facet of D, and if the pyramid from
+it to the farthest point behind holds the ball, D does. Of shapes that are apart the two points tell: they are as far
+from each other as the planes through them.
 """
 
 from __future__ import annotations
@@ -32,13 +36,14 @@ from .model import (
     HULL,
     MORE_ON_FACE,
     NEAR_FACES,
+    POLYGON_A,
     SLOT_FACES,
     SLOT_VERTICES,
     TWO_EDGES,
     VERTEX_AND_FACE,
 )
 from .polish import nearby, unit
-from .support import best_face, normal_of_face, support
+from .support import best_face, core_vertex, normal_of_face, shown_face, support, within_polygon
 
 _CERTAIN = 1e-9  # relative to the size: depths that differ by so much differ
 _FLAT = 1e299  # [m] faces without area are said to be farther
@@ -46,6 +51,9 @@ PARALLEL = 1e-8  # 1 - cosine of the angle between triangles that may be of one 
 _TURN = 0.05  # a direction that turns by more has not turned but is another [rad]
 ALIKE = 1e-3  # the same of triangles inside of one curved surface
 _SAGITTA = 1e-4  # relative to the size: how far they may be inside of it
+_CLEAR = 1e-6  # relative to the size: shapes that are apart by less may be so along another direction
+_BEYOND = 1e-9  # relative to the size: how far beside a feature a point of it may be
+_PLANE = 1e-11  # relative to the size: how far below its plane a corner of a face may be
 
 
 @kernel
@@ -108,6 +116,25 @@ def sort_out_near(table, s, faces):
     return beyond
 
 
+@kernel
+def side_with_face(what):
+    """Which shape has the face that meets, the first (0) or the second; -1 if none has."""
+    if what == FACE_AND_VERTEX or what == FACE_ON_MORE:
+        return 0
+    return 1 if what == VERTEX_AND_FACE or what == MORE_ON_FACE else -1
+
+
+@kernel
+def face_that_meets(model, table, i, j, what, out):
+    """Its number; -1 if no face does."""
+    side, face = side_with_face(what), -1
+    if side == 0:
+        face, _normal = best_face(model, table, i, out)
+    elif side == 1:
+        face, _normal = best_face(model, table, j, scale3(out, -1.0))
+    return face
+
+
 @kernel(outline=True)
 def track(model, table, i, j, s, faces, what, corners, out, depth):
     """Remembers in slot s what meets: the nearest triangle is known, and what meets there has direction and depth."""
@@ -115,10 +142,7 @@ def track(model, table, i, j, s, faces, what, corners, out, depth):
     _what, who = kind_of_feature(table, corners)
     known = slot.feature == BY_DIRECTION and what == BY_DIRECTION
     slot.feature, slot.who = what, who
-    if what == FACE_AND_VERTEX or what == FACE_ON_MORE:
-        slot.face, _normal = best_face(model, table, i, out)
-    elif what == VERTEX_AND_FACE or what == MORE_ON_FACE:
-        slot.face, _normal = best_face(model, table, j, scale3(out, -1.0))
+    slot.face = face_that_meets(model, table, i, j, what, out)
     R, p = relative_pose(model, table, i, j)
     tracked.R_AB, tracked.p_AB = R, centre_from(model, j, R, p)
     out_A = rotate_back(table.poses[i].R_WG, out)
@@ -201,9 +225,109 @@ def others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta
     return True
 
 
+# ---- shapes that overlap little, or not quite
+
+
+@kernel
+def ball_is_within(table, sides, centre, radius, apex):
+    """Whether a ball under the polygon in POLYGON_A is in the pyramid from there to `apex`, but for the polygon."""
+    for k in range(sides):
+        c = table.corners[POLYGON_A + k].p_W
+        inward = cross3(sub3(table.corners[POLYGON_A + (k + 1) % sides].p_W, c), sub3(apex, c))
+        height = dot3(inward, sub3(centre, c))
+        if height <= 0.0 or height * height <= radius * radius * dot3(inward, inward):
+            return False
+    return sides > 2
+
+
+@kernel(outline=True)
+def face_holds_ball(model, table, g, other, face, n, p, depth, size):
+    """Whether face and lowest vertex p of `other`, so deep below, are where the shapes overlap least."""
+    sides = shown_face(model, table, g, face, n, POLYGON_A)
+    for k in range(sides):
+        if dot3(n, sub3(table.corners[POLYGON_A + k].p_W, p)) < depth - _PLANE * size:
+            return False
+    apex = add3(p, sub3(support(model, table, g, scale3(n, -1.0)), support(model, table, other, n)))
+    return ball_is_within(table, sides, p, depth + _CERTAIN * size, apex)
+
+
+@kernel(outline=True)
+def edges_hold_ball(model, table, i, j, a, b, out, depth, size):
+    """The same of two edges, which give a parallelogram of the difference."""
+    p, q = core_vertex(model, table, i, a[0]), core_vertex(model, table, j, b[0])
+    e, f = sub3(core_vertex(model, table, i, a[1]), p), sub3(q, core_vertex(model, table, j, b[1]))
+    if dot3(cross3(e, f), out) < 0.0:
+        e, f = f, e
+    c = sub3(p, q)
+    table.corners[POLYGON_A].p_W = c
+    table.corners[POLYGON_A + 1].p_W = add3(c, e)
+    table.corners[POLYGON_A + 2].p_W = add3(c, add3(e, f))
+    table.corners[POLYGON_A + 3].p_W = add3(c, f)
+    apex = sub3(support(model, table, i, scale3(out, -1.0)), support(model, table, j, out))
+    return ball_is_within(table, 4, (0.0, 0.0, 0.0), depth + _CERTAIN * size, apex)
+
+
+@kernel
+def facet_holds_ball(model, table, i, j, size, s, out, depth, p_i, p_j):
+    """Whether the facet of the difference that slot s tells of shows by itself that nothing overlaps less."""
+    slot = table.slots[s]
+    who = slot.who
+    side = side_with_face(slot.feature)
+    if side == 0:
+        return face_holds_ball(model, table, i, j, slot.face, out, p_j, depth, size)
+    if side == 1:
+        return face_holds_ball(model, table, j, i, slot.face, scale3(out, -1.0), p_i, depth, size)
+    if slot.feature == TWO_EDGES:
+        return edges_hold_ball(model, table, i, j, (who[0], who[1]), (who[2], who[3]), out, depth, size)
+    return False
+
+
+@kernel(outline=True)
+def is_over_face(model, table, g, face, n, x, margin):
+    """Whether x is over a face of a number, with normal n, or no farther beside it than `margin` [m]."""
+    return within_polygon(table, shown_face(model, table, g, face, n, POLYGON_A), n, x, -margin)
+
+
+@kernel
+def are_nearest(model, table, i, j, size, what, face, out, depth, p_i, p_j):
+    """Whether p_i and p_j, where something meets that has a face of this number or none, are nearest to each other.
+
+    Where edges cross within their ends they are. Points beside the feature by s are too far apart by s^2 / 2 phi.
+    """
+    if not -depth > _CLEAR * size:
+        return False
+    side, margin = side_with_face(what), _BEYOND * size
+    if side == 0:
+        return is_over_face(model, table, i, face, out, p_i, margin)
+    if side == 1:
+        return is_over_face(model, table, j, face, scale3(out, -1.0), p_j, margin)
+    return what == TWO_EDGES
+
+
+# ---- from one search to the next
+
+
+@kernel(outline=True)
+def surface_is_beyond(model, table, i, j, size, s, out, depth):
+    """Whether no other face of the polytope in slot s can be as near as what meets is deep."""
+    tracked = table.tracks[s]
+    slack = _CERTAIN * size
+    R, p = relative_pose(model, table, i, j)
+    moved = moved_by(model, tracked, R, p, j) + slack
+    if not (tracked.beyond - moved > depth and moved < tracked.depth):
+        return False
+    curved = table.slots[s].feature == BY_DIRECTION
+    alike, sagitta = (ALIKE, _SAGITTA * size) if curved else (PARALLEL, slack)
+    out_A = rotate_back(table.poses[i].R_WG, out)
+    return others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta)
+
+
 @kernel(outline=True)
 def still_meets(model, table, i, j, size, s):
-    """(whether what met still does, and nothing else can overlap less, direction out of i - j, depth, points)."""
+    """(whether what met still does, and nothing else can overlap less or be nearer, direction out of i - j, ...).
+
+    The rest is the depth along it, negative for shapes that are apart, and the points on i and j.
+    """
     slot, tracked = table.slots[s], table.tracks[s]
     what, who = slot.feature, slot.who
     R_WA = table.poses[i].R_WG
@@ -230,18 +354,14 @@ def still_meets(model, table, i, j, size, s):
         out = rotate(R_WA, unit(add3(tracked.out_A, tracked.turn_A)))
         before = dot3(out, sub3(support(model, table, i, out), support(model, table, j, scale3(out, -1.0))))
         alone, out, depth, p_i, p_j = nearby(model, table, i, j, size, out, before)
-    slack = _CERTAIN * size
-    if not alone or not depth > slack:
+    if not alone:
         return False, out, depth, p_i, p_j
-    R, p = relative_pose(model, table, i, j)
-    moved = moved_by(model, tracked, R, p, j) + slack
-    if not (tracked.beyond - moved > depth and moved < tracked.depth):
-        return False, out, depth, p_i, p_j
-    out_A = rotate_back(R_WA, out)
-    alike, sagitta = (ALIKE, _SAGITTA * size) if what == BY_DIRECTION else (PARALLEL, slack)
-    if not others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta):
-        return False, out, depth, p_i, p_j
+    if depth <= _CERTAIN * size:
+        return are_nearest(model, table, i, j, size, what, slot.face, out, depth, p_i, p_j), out, depth, p_i, p_j
+    if not surface_is_beyond(model, table, i, j, size, s, out, depth):
+        return facet_holds_ball(model, table, i, j, size, s, out, depth, p_i, p_j), out, depth, p_i, p_j
     if what == BY_DIRECTION:
+        out_A = rotate_back(R_WA, out)
         tracked.turn_A = sub3(out_A, tracked.out_A)
         tracked.out_A = out_A
     return True, out, depth, p_i, p_j

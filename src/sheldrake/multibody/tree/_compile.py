@@ -97,6 +97,8 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         body[row, m.Body.path], body[row, m.Body.path_end] = nb + len(pieces), nb + len(pieces) + len(mobilizer.path)
         pieces += mobilizer.path
         body[row, m.Body.along] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
+        if kind == m.WELD:
+            body[row, m.Body.along] = np.array_equal(mobilizer.constants, (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
         body[row, m.Body.direct] = all(
             f < 0 or description.frames[f][m.OffsetFrame.parent] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
         )

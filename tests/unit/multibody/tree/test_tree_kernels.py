@@ -5,6 +5,7 @@ import pytest
 from benchmarks._loop import forward_dynamics
 from trees import ALL_TYPES, body_poses, random_tree
 
+import sheldrake.all as lib
 from sheldrake import autodiffutils as autodiff
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels import dynamics, integrate, kinematics, queries
@@ -256,3 +257,30 @@ def test_trees_must_be_contiguous():
     rows = [Mobilizer(parent=0, **axis), Mobilizer(parent=0, **axis), Mobilizer(parent=1, **axis)]
     with pytest.raises(ValueError, match="apart from"):
         compile_tree(TreeDescription(rows))
+
+
+def welded_chain(offset_of_frame):
+    """A swinging body, a link without mass welded beside it, and one with mass; offsets in frames or in the welds."""
+    plant = lib.MultibodyPlant(1e-3)
+    X = lib.RigidTransform(lib.RollPitchYaw(0.3, -0.2, 0.5), [0.1, 0.2, -0.3])
+    inertia = lib.SpatialInertia.SolidBoxWithMass(2.0, 0.1, 0.2, 0.3)
+    bodies = [
+        plant.AddRigidBody("swinging", inertia),
+        plant.AddRigidBody("massless", lib.SpatialInertia.Zero()),
+        plant.AddRigidBody("heavy", inertia),
+    ]
+    plant.AddJoint(lib.BallRpyJoint("ball", plant.world_frame(), bodies[0].body_frame()))
+    for k in range(2):
+        frame, X_FM = bodies[k].body_frame(), X
+        if offset_of_frame:
+            frame, X_FM = plant.AddFrame(lib.FixedOffsetFrame(f"offset{k}", frame, X)), lib.RigidTransform()
+        plant.AddJoint(lib.WeldJoint(f"weld{k}", frame, bodies[k + 1].body_frame(), X_FM))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, [0.3, 0.4, -0.5, 1.0, -2.0, 3.0])
+    poses = [plant.EvalBodyPoseInWorld(context, body).GetAsMatrix34() for body in bodies]
+    return np.concatenate([*map(np.ravel, poses), plant.CalcBiasTerm(context), plant.CalcMassMatrix(context).ravel()])
+
+
+def test_a_weld_at_an_offset_frame_is_a_weld_at_an_offset():
+    np.testing.assert_allclose(welded_chain(True), welded_chain(False), rtol=1e-14, atol=1e-15)

@@ -103,7 +103,11 @@ def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
     """
     for b in range(1, len(model.bodies)):
         if model.bodies[b].tree >= 0:
-            work[b].F = inertial_force(model, work, b, work[b].A_WB, gravity_scale)
+            mass = work[b].mass
+            if is_zero(mass):  # a link that stands for a frame
+                work[b].F = ((mass, mass, mass), (mass, mass, mass))
+            else:
+                work[b].F = inertial_force(model, work, b, work[b].A_WB, gravity_scale)
     project_forces(model, work, work.bias)
 
 

@@ -148,7 +148,7 @@ def position_of_axis_joint(model, p, work, q, b):
     if body.frame_F >= 0:
         R_WF, p_WF = compose_pose((R_WF, p_WF), fixed_pose(model, p, body.frame_F))
     if kind == WELD:
-        work[b].X_WB = compose_pose((R_WF, p_WF), model.poses[b].X_FM)
+        work[b].X_WB = (R_WF, p_WF) if body.along == 1 else compose_pose((R_WF, p_WF), model.poses[b].X_FM)
         to_body_frame(model, p, work, b)
         return
     joint = model.axes[b]

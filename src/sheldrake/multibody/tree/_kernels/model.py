@@ -50,7 +50,9 @@ class Body(Record):
     frame_M = integer("a frame of the model, -1 is the frame of this body")
     inertia = integer("where in p are mass, centre of mass in B, unit inertia about Bo in B: 1 + 3 + 6 numbers")
     tip = integer("last dof that moves the body, -1 when none does; its ancestors are the others")
-    along = integer("the axis of F that is the axis of the joint: 1, 2, 3, negative when opposite; 0 when none is")
+    along = integer(
+        "the axis of F that is the axis of the joint: 1, 2, 3, negative when opposite; of a weld 1 when M is F; else 0"
+    )
     direct = integer("1 when F and M are fixed to the bodies themselves, not to other frames")
     path = integer("first piece of the path of a curvilinear joint")
     path_end = integer("the piece after its last")
