@@ -66,8 +66,18 @@ def test_a_textured_tile(tmp_path, source):
     )
 
 
-def test_what_is_missing_is_said(tmp_path):
+def test_what_is_missing_is_said_and_left_out(tmp_path, caplog):
     mesh = from_files(tmp_path)
     (tmp_path / "my paint.png").unlink()
-    with pytest.raises(RuntimeError, match=r"cannot read mesh file '.*tile\.dae': .*my paint\.png"):
+    (part,) = load_mesh(mesh).parts
+    assert part.image is None and len(part.faces) == 2
+    assert "tile.dae: the mesh names the file 'my paint.png': No such file or directory. It is drawn without." in (
+        caplog.text
+    )
+
+
+def test_a_texture_that_is_no_picture_is_an_error(tmp_path):
+    mesh = from_files(tmp_path)
+    (tmp_path / "my paint.png").write_text("hello")
+    with pytest.raises(RuntimeError, match=r"tile\.dae': the texture 'my paint\.png' is no picture"):
         load_mesh(mesh)
