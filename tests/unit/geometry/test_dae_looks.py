@@ -81,3 +81,12 @@ def test_a_texture_that_is_no_picture_is_an_error(tmp_path):
     (tmp_path / "my paint.png").write_text("hello")
     with pytest.raises(RuntimeError, match=r"tile\.dae': the texture 'my paint\.png' is no picture"):
         load_mesh(mesh)
+
+
+def test_the_up_axis_that_meshlab_writes_is_not_believed(tmp_path):
+    tool = "<contributor><authoring_tool>VCGLib | MeshLab</authoring_tool></contributor>"
+    turned = load_mesh(from_files(tmp_path)).vertices
+    (tmp_path / "tile.dae").write_text(TILE.replace("<asset>", f"<asset>{tool}"))
+    kept = load_mesh(Mesh(str(tmp_path / "tile.dae"), 2.0)).vertices
+    np.testing.assert_allclose(turned, kept[:, [0, 2, 1]] * [1, -1, 1], rtol=0, atol=1e-12)
+    assert np.ptp(kept[:, 2]) == 0 and np.ptp(turned[:, 2]) > 0, "a tile that stood lies"

@@ -34,6 +34,8 @@ class PlacedMesh(NamedTuple):
 def open_dae(data: bytes, name: str) -> tuple[list[PlacedMesh], dict[str, Any]]:
     """All meshes which the scene of a COLLADA file shows, and its elements by id.
 
+    The up axis that MeshLab writes is not believed: parts of robots that were saved by it would lie on their sides.
+
     Raises:
         RuntimeError: not XML.
     """
@@ -48,6 +50,8 @@ def open_dae(data: bytes, name: str) -> tuple[list[PlacedMesh], dict[str, Any]]:
     known = _ById({str(element.get("id")): element for element in root.iter() if element.get("id")})
     unit = root.find("asset/unit")
     up = root.findtext("asset/up_axis", "Y_UP").strip()
+    if "MeshLab" in root.findtext("asset/contributor/authoring_tool", ""):
+        up = "Z_UP"  # it writes Y_UP of whatever it was given, and turns nothing
     if up not in _TO_Z_UP:
         raise ValueError(f"<up_axis> is '{up}'; expected one of {', '.join(_TO_Z_UP)}")
     X_GF = np.eye(4)
