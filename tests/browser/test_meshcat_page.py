@@ -238,3 +238,12 @@ def test_the_grid_gives_way_to_the_ground(chromium, tmp_path, ground, contrast):
         return brightness.max() < 0.9 and np.ptp(brightness) < contrast
 
     until(only_ground, 120)
+
+
+def test_without_a_graphics_card_little_light_is_filtered(chromium):
+    """What lights the scene is small there: filtering it at full size kept the page empty for a quarter of a minute."""
+    meshcat = scene()
+    page = chromium.open(meshcat.web_url())
+    page.wait_for(READY)
+    light = "window.__viserMutable.scene.environment"
+    page.wait_for(f"{light} && {light}.image.width === 256 && {light}.image.height === 128")

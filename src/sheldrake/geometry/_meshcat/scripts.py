@@ -14,11 +14,13 @@ SPARE_SOFTWARE = """
     const scene = window.__viserMutable && window.__viserMutable.scene;
     if (scene) scene.traverse((o) => { if (o.isLight && o.castShadow) o.castShadow = false; });
   }, 100);
-  const whole = window.createImageBitmap, small = { resizeWidth: 256, resizeHeight: 128, resizeQuality: "medium" };
-  window.createImageBitmap = (...asked) => {
-    const [picture, options] = asked;
+  const whole = window.createImageBitmap, most = 256;
+  window.createImageBitmap = async (...asked) => {
+    const bitmap = await whole(...asked), [picture, options] = asked;
     const surrounds = picture instanceof Blob && options && JSON.stringify(options) === '{"imageOrientation":"flipY"}';
-    return whole(...(surrounds ? [picture, { ...options, ...small }] : asked));
+    if (!surrounds || bitmap.width <= most) return bitmap;
+    const height = Math.round((most * bitmap.height) / bitmap.width);
+    return whole(bitmap, { resizeWidth: most, resizeHeight: height, resizeQuality: "medium" });
   };
 })();
 """
