@@ -146,7 +146,7 @@ def take_images(folder: pathlib.Path) -> None:
 
 def take_pages(names: list[str]) -> None:
     """Writes pictures of the pages of examples."""
-    with tempfile.TemporaryDirectory() as folder, Chromium(width=WIDTH, height=HEIGHT) as browser:
+    with tempfile.TemporaryDirectory() as folder, Chromium(width=WIDTH, height=HEIGHT, smooth=True) as browser:
         os.chdir(folder)
         for name in names:
             view = VIEWS[name]

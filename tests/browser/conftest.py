@@ -40,7 +40,7 @@ def offline_chromium():
 
 
 @pytest.fixture
-def pictures(request):
-    """Returns the folder for screenshots: $SHELDRAKE_PICTURES, or one that pytest throws away."""
+def pictures():
+    """The folder for screenshots, $SHELDRAKE_PICTURES; None where nobody wants any, and then none are taken."""
     folder = os.environ.get("SHELDRAKE_PICTURES")
-    return Path(folder) if folder else request.getfixturevalue("tmp_path")
+    return Path(folder) if folder else None

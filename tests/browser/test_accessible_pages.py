@@ -119,4 +119,4 @@ def test_the_preview_of_a_part_from_cad(chromium, tmp_path, pictures):
     page.wait_for("!!document.querySelector('canvas') && !!(window.__viserMutable && window.__viserMutable.scene)")
     assert page.evaluate("document.querySelector('h1').textContent") == "block: 80 x 40 x 30 mm, 0.77 kg"
     keeps_the_rules(page)
-    page.screenshot(pictures / "preview.png")
+    page.screenshot(pictures, "preview.png")

@@ -30,7 +30,7 @@ def test_a_click_leads_into_a_part_and_back(chromium, tmp_path, pictures):
         return f"[...document.querySelectorAll('a')].find((a) => a.textContent.includes('{name}'))"
 
     page.wait_for(f"{shown('source')} && !{shown('gain')}")
-    page.screenshot(pictures / "block-diagram.png")
+    page.screenshot(pictures, "block-diagram.png")
     page.click_on(link("part"))
     page.wait_for(f"{shown('gain')} && !{shown('source')}")
     page.click_on(link("whole"))

@@ -44,7 +44,7 @@ def test_the_arrow_of_the_weight_live_and_in_the_replay(chromium, tmp_path, pict
     page.wait_until_at(f"{ARROW}/head", [0.2, 0.0, TIP], 1e-3)
     page.wait_until_at(f"{ARROW}/tail", [0.2, 0.0, -TIP], 1e-3)
     until(lambda: visible(page, ARROW))
-    page.screenshot(pictures / "contact-arrow.png")
+    page.screenshot(pictures, "contact-arrow.png")
     meshcat.PublishRecording()
     file = tmp_path / "arrow.html"
     file.write_text(meshcat.StaticHtml(), encoding="utf-8")

@@ -32,7 +32,7 @@ def test_the_page_sees_the_block_fall_and_rest(chromium, pictures):
     assert heights == sorted(heights, reverse=True)
     assert heights[0] > 0.08 and abs(heights[-1]) < 1e-4
     assert np.abs(plant.GetVelocities(context)).max() < 1e-9
-    page.screenshot(pictures / "dropped.png")
+    page.screenshot(pictures, "dropped.png")
     assert page.console() == []
 
 
@@ -54,5 +54,5 @@ def test_the_replay_of_the_drop_opens_without_a_network(offline_chromium, tmp_pa
     page.watch(NODE)
     until(lambda: max((z for _, _, z in page.watched()), default=0) > 0.05, 120)
     page.wait_until_at(NODE, [None, None, plant.GetPositions(context)[6]], 1e-4, 120)
-    page.screenshot(pictures / "replay-of-drop.png")
+    page.screenshot(pictures, "replay-of-drop.png")
     assert [url for url in page.requests() if not url.startswith("file:")] == []

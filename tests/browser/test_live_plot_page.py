@@ -57,7 +57,7 @@ def test_the_fall_is_plotted_while_it_happens(chromium, pictures):
     height = chart("z")
     assert height["titles"] == ["t [s]", "x", "y", "z"]
     time.sleep(0.5)
-    page.screenshot(pictures / "live-plot.png", 1200, 1000)
+    page.screenshot(pictures, "live-plot.png", 1200, 1000)
     keeps_the_rules(page)
 
     simulator.get_mutable_context().SetTime(0.0)

@@ -99,5 +99,5 @@ def test_meshes_look_as_their_files_say(chromium, tmp_path, pictures):
     assert near(looks("dae")[0]["color"], [0, 0, 1])
     assert len(looks("materials")) == 2 or looks("materials")[0]["vertices"]
     assert near(looks("stl")[0]["color"], [0.9, 0.6, 0.1]), "a file without colors takes the given one"
-    page.screenshot(pictures / "mesh-colors.png")
+    page.screenshot(pictures, "mesh-colors.png")
     assert page.console() == []

@@ -57,7 +57,7 @@ def test_a_picture_all_around(page, meshcat, tmp_path, pictures):
         return red < 200 and abs(green - blue) > 100
 
     until(is_sky)
-    page.screenshot(pictures / "environment.png")
+    page.screenshot(pictures, "environment.png")
     meshcat.SetEnvironmentMap("")
     until(lambda: np.abs(np.subtract(pixel(page, 20, 400), before)).max() < 12)
     assert page.evaluate(f"{scene}.background") is None

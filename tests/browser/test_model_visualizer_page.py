@@ -38,7 +38,7 @@ def test_a_person_moves_reloads_and_ends(chromium, tmp_path, pictures):
     meshcat.SetSliderValue("lift", 0.3)
     page.wait_until_at(ROD, [0, 0, 0.3])
     meshcat.SetProperty("inertia", "visible", True)
-    page.screenshot(pictures / "model-visualizer.png")
+    page.screenshot(pictures, "model-visualizer.png")
     file.write_text(ARM.format(low=0.0))
     page.click_on(button("Reload Model Files"))
     until(lambda: meshcat.HasPath(ROD) and visualizer._plant.GetPositionLowerLimits()[0] == 0.0)
@@ -67,7 +67,7 @@ def test_the_panel_shows_what_a_camera_would_see(chromium, tmp_path, pictures):
     before = page.evaluate(f"{image}.src")
     meshcat.SetSliderValue("lift", 0.3)
     page.wait_for(f"{image}.src !== {before!r}")
-    page.screenshot(pictures / "camera-preview.png")
+    page.screenshot(pictures, "camera-preview.png")
     page.press("Escape", "Escape")
     running.join(60)
     assert not running.is_alive() and page.console() == []

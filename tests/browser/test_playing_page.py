@@ -81,7 +81,7 @@ def test_a_model_falls_is_pulled_pauses_and_goes_back(playing, pictures):
     for k in range(8):
         mouse(page, "mouseMoved", x, y - 15 * k, buttons=1)
     until(lambda: page.position(BODY)[2] > 0.25)
-    page.screenshot(pictures / "pulled-by-the-mouse.png")
+    page.screenshot(pictures, "pulled-by-the-mouse.png")
     assert page.evaluate("window.__viserMutable.camera.matrixWorld.elements.join()") == camera, "the camera stays"
     mouse(page, "mouseReleased", x, y - 120, clickCount=1)
     page.wait_for("!document.querySelector('svg.sheldrake-spring')")
@@ -127,7 +127,7 @@ def test_base_and_joints_are_moved_by_the_mouse_at_random_and_home(chromium, tmp
         plant, context = visualizer._plant, visualizer._plant_context
         X_WB = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("body"))
         np.testing.assert_allclose(X_WB.rotation().matrix()[:2, 0], [np.cos(yaw), np.sin(yaw)], rtol=0, atol=1e-12)
-        page.screenshot(pictures / "moved-by-sliders.png")
+        page.screenshot(pictures, "moved-by-sliders.png")
         page.click_on(button("Random Posture"))
         until(lambda: meshcat.GetSliderValue("hinge") != angle)
         assert [meshcat.GetSliderValue(name) for name in ("body_x", "body_yaw")] == [x, yaw]
@@ -145,3 +145,18 @@ def test_a_welded_base_stays_where_it_is_while_the_rest_falls(chromium, tmp_path
         page.click_on(button("Play / Pause"))
         until(lambda: visualizer._plant.GetPositions(visualizer._plant_context)[0] > 0.6)
         page.wait_until_at(BODY, [0, 0, 0])
+
+
+def test_a_click_welds_the_base_where_it_is_and_another_frees_it(chromium, tmp_path):
+    with shown(chromium, tmp_path, ROD) as (visualizer, page):
+        meshcat, hinge = visualizer.meshcat(), lambda: visualizer._plant.GetPositions(visualizer._plant_context)[-1]
+        meshcat.SetSliderValue("body_z", 0.5)
+        meshcat.SetSliderValue("hinge", 0.3)
+        page.wait_until_at(BODY, [0, 0, 0.5])
+        page.click_on(button("Weld / Free Base"))
+        page.wait_for("document.body.innerText.includes('The base is welded')")
+        page.click_on(button("Play / Pause"))
+        until(lambda: hinge() > 0.6)
+        page.wait_until_at(BODY, [0, 0, 0.5])
+        page.click_on(button("Weld / Free Base"))
+        page.wait_until_at(BODY, [None, None, 0.1], tolerance=1e-2)

@@ -41,7 +41,7 @@ def test_it_opens_without_a_network_and_without_errors(page, pictures):
     until(lambda: near(height(page), HEIGHT))
     assert [url for url in page.requests() if not url.startswith("file:")] == []
     assert page.console() == []
-    page.screenshot(pictures / "report.png", 1400, 1400)
+    page.screenshot(pictures, "report.png", 1400, 1400)
 
 
 def test_the_slider_moves_scene_and_cursors(page):
@@ -130,7 +130,7 @@ def test_it_fits_a_laptop_a_phone_and_the_dark(page, pictures, width, height, da
     page.wait_for(f"document.documentElement.scrollWidth <= {width}")
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert (background == "rgb(255, 255, 255)") is not dark
-    page.screenshot(pictures / f"report-{width}-{scheme}.png", width, height)
+    page.screenshot(pictures, f"report-{width}-{scheme}.png", width, height)
     page.call("Emulation.setEmulatedMedia", features=[])
 
 

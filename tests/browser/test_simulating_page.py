@@ -101,7 +101,7 @@ def test_it_opens_from_a_file_and_gives_the_native_numbers(browser, tmp_path, pi
     has_free_body = name not in ("arm", "inverse", "cart-pole")
     assert ("Drag a free body" in hint) == has_free_body and "pull on a body" in hint.lower()
     page.evaluate("++simulation.moves")  # draws what is now
-    page.screenshot(pictures / f"page-{name}.png", 1280, 800)
+    page.screenshot(pictures, f"page-{name}.png", 1280, 800)
     browser.close_page(page)
     if shutil.which("node") is None:
         pytest.skip("there is no node to compare bits with")
@@ -170,7 +170,7 @@ def test_play_pause_step_and_reset(block, pictures):
     first = state_of(block)
     block.click_on(PLAYS)
     block.wait_for("simulation.machine.time > 0.3")
-    block.screenshot(pictures / "page-runs.png", 1280, 800)
+    block.screenshot(pictures, "page-runs.png", 1280, 800)
     block.click_on(PLAYS)
     assert block.evaluate("simulation.playing") is False
     assert block.evaluate("simulation.records[0].count > 100")
@@ -215,7 +215,7 @@ def test_a_body_is_turned_to_how_it_begins(block, pictures):
     q, half = Quaternion(first[:4] / np.linalg.norm(first[:4])), np.pi / 8
     expected = Quaternion(np.cos(half), 0.0, 0.0, np.sin(half)).multiply(q).wxyz()
     np.testing.assert_allclose(turned[:4], expected, atol=1e-12)
-    block.screenshot(pictures / "page-turned.png", 1280, 800)
+    block.screenshot(pictures, "page-turned.png", 1280, 800)
 
 
 def test_a_notebook_shows_it(browser, tmp_path, pictures):
@@ -230,7 +230,7 @@ def test_a_notebook_shows_it(browser, tmp_path, pictures):
     page.evaluate(f"{frame}.document.getElementById('play').click()")
     page.wait_for(f"{frame}.simulation.machine.time > 0.1")
     assert page.evaluate(f"{frame}.document.getElementById('link').hidden") is True
-    page.screenshot(pictures / "page-notebook.png", 1000, 700)
+    page.screenshot(pictures, "page-notebook.png", 1000, 700)
     assert page.console() == []
     browser.close_page(page)
 
@@ -292,7 +292,7 @@ def test_it_fits_a_phone_and_the_dark(block, pictures, width, height, dark):
     )
     block.wait_for(f"document.documentElement.scrollWidth <= {width}")
     assert (block.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)") is not dark
-    block.screenshot(pictures / f"page-{width}-{scheme}.png", width, height)
+    block.screenshot(pictures, f"page-{width}-{scheme}.png", width, height)
 
 
 def test_it_keeps_the_rules_of_accessibility(block):

@@ -44,7 +44,10 @@ def DiagnoseModel(path: str | PathLike[str], package_map: PackageMap | None = No
     if not path.is_file():
         raise FileNotFoundError(f"DiagnoseModel(): there is no file '{path}'.")
     if path.suffix.lower() not in _ENDINGS:
-        raise ValueError(f"DiagnoseModel(): '{path}' is none of {', '.join(_ENDINGS)}.")
+        raise ValueError(
+            f"DiagnoseModel(): '{path}' is none of {', '.join(_ENDINGS)}; "
+            "of a part from CAD `sheldrake mesh2urdf` makes a model."
+        )
     return _Doctor(path, package_map).examine()
 
 

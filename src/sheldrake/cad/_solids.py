@@ -149,14 +149,17 @@ def _read_3mf(path: Path, data: bytes) -> MeshFile:
 def _read_with_trimesh(path: Path, data: bytes) -> MeshFile:
     import trimesh
 
-    from sheldrake.geometry._meshes.mesh_files import _DiskFiles
+    from sheldrake.geometry._meshes.check_gltf import check_gltf
+    from sheldrake.geometry._meshes.mesh_files import DiskFiles
 
-    extension = path.suffix.lower()
+    extension, files = path.suffix.lower(), DiskFiles(path.parent)
     try:
+        if extension in (".gltf", ".glb"):
+            check_gltf(data, extension, path.name, files.get)
         loaded = trimesh.load(
             io.BytesIO(data),
             file_type=extension[1:],
-            resolver=_DiskFiles(path.parent),  # type: ignore[arg-type]
+            resolver=files,  # type: ignore[arg-type]
             process=False,
             skip_materials=True,
         )

@@ -88,7 +88,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=formatter,
     )
     run.add_argument("-m", dest="is_module", action="store_true", help="SCRIPT is the name of a module")
-    run.add_argument("script", metavar="SCRIPT", help="the script, or `-` for standard input")
+    run.add_argument("script", metavar="SCRIPT", nargs="?", help="the script, or `-` for standard input")
     run.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
 
     for name, text in _TOOLS.items():
@@ -117,6 +117,19 @@ def _misspelt(parser: argparse.ArgumentParser, words: list[str]) -> str | None:
     return f"sheldrake: there is no command '{words[0]}'; {hint}"
 
 
+def _command(parser: argparse.ArgumentParser, name: str | None) -> argparse.ArgumentParser:
+    """What reads the options of a command; of none, the options of all."""
+    return parser if name is None else parser._subparsers._group_actions[0].choices[name]  # type: ignore
+
+
+def _no_option(command: argparse.ArgumentParser, word: str) -> str:
+    """What to say of a word that a command does not understand."""
+    close = difflib.get_close_matches(word.partition("=")[0], command._option_string_actions, n=1)
+    if not word.startswith("-"):
+        return f"what is '{word}' for? One word too many."
+    return f"there is no option '{word}'" + (f"; did you mean '{close[0]}'?" if close else ".")
+
+
 def main(argv: list[str] | None = None) -> int:
     """Runs the command.
 
@@ -132,7 +145,11 @@ def main(argv: list[str] | None = None) -> int:
     if unknown is not None:
         print(unknown, file=sys.stderr)
         return 2
-    args = parser.parse_args(words)
+    args, unread = parser.parse_known_args(words)
+    if unread:
+        _command(parser, args.command).error(_no_option(_command(parser, args.command), unread[0]))
+    if args.command == "run" and args.script is None:
+        _command(parser, "run").error("give a script: sheldrake run script.py")
     if getattr(args, "json", False) and getattr(args, "output", None) == STDOUT:
         parser.error("--json and -o - both want the standard output")
     if args.command is None:

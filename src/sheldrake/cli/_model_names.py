@@ -40,7 +40,7 @@ def find_model(name: str) -> str:
     described, place = _described(name)
     if described is not None:
         return described
-    close = difflib.get_close_matches(name, known, n=3, cutoff=0.6)
+    close = difflib.get_close_matches(name, known, n=3, cutoff=0.7)
     hint = f" Did you mean {' or '.join(repr(match) for match in close)}?" if close else ""
     raise FileNotFoundError(
         f"there is no file {name!r} (looked from {os.getcwd()}), and no robot is called so in "

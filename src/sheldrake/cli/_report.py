@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
 _VIEWERS = (".rrd", ".mcap")
+_MODELS = (".urdf", ".sdf", ".xml", ".yaml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +53,13 @@ def _report(options: argparse.Namespace, output: str) -> int:
     """Writes the report to a path."""
     if options.is_module or options.script.endswith(".py"):
         return _of_script(options, output)
+    if options.script.endswith(_MODELS):
+        print(
+            f"sheldrake report: a report is about a run: give a script or a file of logs; of a model, "
+            f"`sheldrake view {options.script}` and `sheldrake doctor {options.script}` tell.",
+            file=sys.stderr,
+        )
+        return 2
     from sheldrake.report import SaveLogReport
     from sheldrake.systems.primitives import ReadLogs
 
@@ -60,6 +68,9 @@ def _report(options: argparse.Namespace, output: str) -> int:
         return 1
     try:
         SaveLogReport(ReadLogs(options.script), output, title=os.path.basename(options.script))
+    except FileNotFoundError:
+        print(f"sheldrake report: there is no file '{options.script}'.", file=sys.stderr)
+        return 1
     except (OSError, ValueError, ImportError) as error:
         print(f"sheldrake report: {error}", file=sys.stderr)
         return 1

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("drake")
 
 _STOP_BUTTON, _RELOAD_BUTTON = "Stop Running", "Reload Model Files"
-_HOME_BUTTON, _RANDOM_BUTTON = "Home", "Random Posture"
+_HOME_BUTTON, _RANDOM_BUTTON, _WELD_BUTTON = "Home", "Random Posture", "Weld / Free Base"
 _WRONG = "/PARSE_ERROR"  # where a traffic cone stands when files cannot be read
 _POLL = 1 / 32.0  # time between two looks at the page's controls [s]
 
@@ -51,7 +51,8 @@ class ModelVisualizer:
     """Shows models in the page: looks, collisions, inertias, contacts, and sliders for the posture.
 
     There is a slider for each position of a joint, and six for a body that floats: its place and its roll, pitch and
-    yaw. A model that floats stands on the ground at z = 0, unless its file places it.
+    yaw. A model that floats stands on the ground at z = 0, unless its file places it. Where models can be played, a
+    button welds what floats where it is, and frees it again.
 
         visualizer = ModelVisualizer()
         visualizer.AddModels("robot.urdf")
@@ -110,6 +111,7 @@ class ModelVisualizer:
         self._changes = 0  # of the sliders
         self._shown: dict[str, float] | None = None  # where the sliders stood at the last look
         self._resumes = False  # whether "play" goes on with a motion that was paused
+        self._holds = False  # whether what floats stays where it is
         self._builder, self._plant, self._scene_graph, self._parser = self._new_parser()
 
     # ---- before Finalize()
@@ -206,6 +208,8 @@ class ModelVisualizer:
             for name in (_HOME_BUTTON, _RANDOM_BUTTON) if self._plant.num_positions() else ():
                 meshcat.AddButton(name)
             if self._playback is not None:
+                if self._plant.GetFloatingBaseBodies():
+                    meshcat.AddButton(_WELD_BUTTON)
                 self._playback.add_buttons()
             if not loop_once:
                 print(
@@ -218,7 +222,8 @@ class ModelVisualizer:
                 self._follow(lambda: check() or loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
             finally:
                 self._pause()
-                for name in (_STOP_BUTTON, _HOME_BUTTON, _RANDOM_BUTTON, PLAY_BUTTON, RESET_BUTTON):
+                postures = _HOME_BUTTON, _RANDOM_BUTTON, _WELD_BUTTON
+                for name in (_STOP_BUTTON, *postures, PLAY_BUTTON, RESET_BUTTON):
                     meshcat.DeleteButton(name, strict=False)
                 if self._added is not None:
                     meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
@@ -265,6 +270,19 @@ class ModelVisualizer:
             self._sliders.GoHome()
         if self._clicked(_RANDOM_BUTTON):
             self._sliders.GoAnywhere(self._random)
+        if self._clicked(_WELD_BUTTON):
+            self._holds = not self._holds
+            self._hold_or_free()
+            text = "It stays where its sliders put it." if self._holds else "It falls when the model plays."
+            self.meshcat()._notify("The base is welded" if self._holds else "The base is free", text)
+
+    def _hold_or_free(self) -> None:
+        """Locks what floats where it is, or unlocks it."""
+        for body in map(self._plant.get_body, self._plant.GetFloatingBaseBodies()):
+            if self._holds:
+                body.Lock(self._plant_context)
+            else:
+                body.Unlock(self._plant_context)
 
     def _answer_playback(self) -> None:
         """Does what the buttons to play, pause and reset ask, and simulates while it plays."""
@@ -386,6 +404,8 @@ class ModelVisualizer:
         self._context = self._diagram.CreateDefaultContext()
         self._plant_context = self._plant.GetMyMutableContextFromRoot(self._context)
         self._apply_positions()
+        if self._holds:
+            self._hold_or_free()
         Simulator(self._diagram, self._context).Initialize()
         self._resumes = False
         if self._simulate:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from real_robots import robot_files
 from test_robot_files import WRONG
 from tests.browser.chromium import Chromium, executable
 
+from sheldrake.geometry import Meshcat
 from sheldrake.visualization import ModelVisualizer
 
 Image = pytest.importorskip("PIL.Image")
@@ -26,6 +27,26 @@ FILES = [path for path in robot_files("urdf", "sdf") if path.name not in WRONG a
 """Those that can be read, but for one without links."""
 WIDTH, HEIGHT = 480, 360
 READY = "!!(window.__viserMutable && window.__viserMutable.scene && window.__viserMutable.nodeRefFromName['/Grid'])"
+IS_DRAWN = """
+  const node = window.__viserMutable.nodeRefFromName[name];
+  if (node) node.traverse((o) => { drawn = drawn || o.isMesh || o.isLine || o.isPoints; })
+"""
+IS_LIT = """
+(async () => {
+  const { scene, canvas } = window.__viserMutable, light = scene.environment;
+  await new Promise((later) => setTimeout(later, 3000));  // viser's own light comes first, and then ours
+  return light && scene.environment === light && canvas.style.opacity === "1";
+})()
+"""
+DRAWN = """
+(async () => {
+  const next = () => new Promise((drawn) => requestAnimationFrame(drawn));
+  window.__viserMutable.requestRender();
+  for (let k = 0; k < 3; k++) await next();
+  const gl = window.__viserMutable.canvas.getContext("webgl2");  // waits until all that was asked for is drawn
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+})()
+"""
 HIDE_PANEL = """
 (() => {
   const style = document.createElement("style");
@@ -35,12 +56,53 @@ HIDE_PANEL = """
 """
 
 
+class OnePage:
+    """A page of a browser in which scenes are looked at one after the other: loading it takes longer than all else."""
+
+    def __init__(self, browser):
+        self.meshcat = Meshcat(port=0)
+        self._page = browser.open(f"{self.meshcat.web_url()}?fixedDpr=1")  # else pixels grow while drawing is slow
+        self._page.call(
+            "Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT, deviceScaleFactor=1, mobile=False
+        )
+        self._page.wait_for(READY)
+        self._page.wait_for(IS_LIT)
+        self._page.evaluate(HIDE_PANEL)
+
+    def show(self, path):
+        """Shows a model as `sheldrake view` does, as soon as its page is opened."""
+        self.meshcat.Delete()
+        visualizer = ModelVisualizer(meshcat=self.meshcat, publish_contacts=False, simulate=True)
+        visualizer.AddModels(str(path))
+        visualizer.Finalize()
+        self.meshcat.ResetRenderMode()
+        scene = self.meshcat._hub.page
+        scene.sync()
+        scene.stage.frame_scene(scene.outline)
+        objects = json.dumps([f"{path}/<object>" for path in scene._drawn])
+        self._page.wait_for(f"{objects}.every((name) => {{ let drawn = false; {IS_DRAWN}; return drawn; }})")
+
+    def picture(self, visible):
+        """What is seen with the models or without them, shape (HEIGHT, WIDTH, 3), once it stands still."""
+        self.meshcat.SetProperty("", "visible", visible)
+        self.meshcat.Flush()
+        self._page.wait_for(f"window.__viserMutable.nodeRefFromName['/drake'].visible === {json.dumps(visible)}")
+        before = None
+        while True:
+            self._page.evaluate(DRAWN)
+            data = base64.b64decode(self._page.call("Page.captureScreenshot", format="png")["data"])
+            picture = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+            if before is not None and np.array_equal(picture, before):
+                return picture
+            before = picture
+
+
 @pytest.fixture(scope="module")
-def chromium():
+def one_page():
     if executable() is None:
         pytest.skip("no Chromium found; on Debian: apt-get install chromium")
     with Chromium(WIDTH, HEIGHT) as browser:
-        yield browser
+        yield OnePage(browser)
 
 
 PICTURES: dict[str, np.ndarray] = {}
@@ -61,24 +123,6 @@ def save_sheet(path, columns=8, size=(240, 180)):
     sheet.save(path)
 
 
-def picture_of(page):
-    data = base64.b64decode(page.call("Page.captureScreenshot", format="png")["data"])
-    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
-
-
-def settled_picture(page, differs_from=None, seconds=240):
-    """What the page shows once it stands still, and does not show something given any more."""
-    deadline, before = time.monotonic() + seconds, None
-    while time.monotonic() < deadline:
-        picture = picture_of(page)
-        if before is not None and np.array_equal(picture, before):
-            if differs_from is None or not np.array_equal(picture, differs_from):
-                return picture
-        before = picture
-        time.sleep(0.2)
-    raise TimeoutError("the page never stands still")
-
-
 def extent(pixels):
     """First and last row and column of what is true, as shares of the picture: shape (2, 2)."""
     sides = [np.flatnonzero(pixels.any(axis=axis)) for axis in (1, 0)]
@@ -86,27 +130,15 @@ def extent(pixels):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parts[-3]}-{path.name}")
-def test_a_robot_fills_the_picture_and_stands_in_its_middle(path, chromium):
-    visualizer = ModelVisualizer(publish_contacts=False, simulate=True)  # as `sheldrake view` has it
-    visualizer.AddModels(str(path))
-    visualizer.Finalize()
-    meshcat = visualizer.meshcat()
-    page = chromium.open(meshcat.web_url())
-    try:
-        page.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=HEIGHT, deviceScaleFactor=1, mobile=False)
-        page.wait_for(READY)
-        page.evaluate(HIDE_PANEL)
-        meshcat.SetProperty("", "visible", False)
-        meshcat.Flush()
-        without = settled_picture(page)
-        meshcat.SetProperty("", "visible", True)
-        picture = settled_picture(page, differs_from=without)
-    finally:
-        chromium.close_page(page)
+def test_a_robot_fills_the_picture_and_stands_in_its_middle(path, one_page):
+    one_page.show(path)
+    without, picture = one_page.picture(False), one_page.picture(True)
     PICTURES[f"{path.parts[-3]}/{path.name}"] = picture
     if "SHELDRAKE_PICTURES" in os.environ:
         save_sheet(Path(os.environ["SHELDRAKE_PICTURES"]) / "robots.png")
-    seen = extent((np.abs(picture.astype(int) - without) > 6).any(axis=2))
+    differs = (np.abs(picture.astype(int) - without) > 6).any(axis=2)
+    assert differs.any(), "nothing is seen"
+    seen = extent(differs)
     filled, middle = np.diff(seen, axis=1).ravel(), seen.mean(axis=1)
     assert 0.2 < filled.max() < 0.8 and filled.min() < 0.8, f"fills {filled.round(2)} of the height and width"
     assert np.abs(middle - 0.5).max() < 0.15, f"its middle is at {middle.round(2)} of the height and width"

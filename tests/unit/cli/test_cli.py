@@ -247,3 +247,42 @@ def test_warnings_of_a_model_are_one_line(tmp_path, capsys, monkeypatch):
     assert main(["view", "robot.urdf", "--once"]) == 0
     said = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
     assert said == ["3 warnings about the model; all of them: sheldrake doctor robot.urdf"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--verson"], "there is no option '--verson'; did you mean '--version'?"),
+        (
+            ["view", "--weldbase", "a.urdf"],
+            "sheldrake view: error: there is no option '--weldbase'; did you mean '--weld",
+        ),
+        (["info", "extra"], "what is 'extra' for? One word too many."),
+        (["run"], "give a script: sheldrake run script.py"),
+    ],
+)
+def test_words_that_are_not_understood(words, said, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["report", "robot.urdf"],
+            "a report is about a run: give a script or a file of logs; of a model, `sheldrake view",
+        ),
+        (["report", "nothing.npz"], "there is no file 'nothing.npz'"),
+        (["demo", "nothing.stl", "--headless"], "nothing.stl: error: The file does not exist"),
+        (["demo", "part.stl", "--headless"], "`sheldrake mesh2urdf part.stl` makes a model of it"),
+        (["doctor", "part.stl"], "of a part from CAD `sheldrake mesh2urdf` makes a model"),
+    ],
+)
+def test_files_that_are_not_what_a_command_is_for(words, said, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "part.stl").write_text("solid a\n")
+    assert main(words) in (1, 2)
+    assert said in capsys.readouterr().err

@@ -66,8 +66,27 @@ def test_a_textured_tile(tmp_path, source):
     )
 
 
-def test_what_is_missing_is_said(tmp_path):
+def test_what_is_missing_is_said_and_left_out(tmp_path, caplog):
     mesh = from_files(tmp_path)
     (tmp_path / "my paint.png").unlink()
-    with pytest.raises(RuntimeError, match=r"cannot read mesh file '.*tile\.dae': .*my paint\.png"):
+    (part,) = load_mesh(mesh).parts
+    assert part.image is None and len(part.faces) == 2
+    assert "tile.dae: the mesh names the file 'my paint.png': No such file or directory. It is drawn without." in (
+        caplog.text
+    )
+
+
+def test_a_texture_that_is_no_picture_is_an_error(tmp_path):
+    mesh = from_files(tmp_path)
+    (tmp_path / "my paint.png").write_text("hello")
+    with pytest.raises(RuntimeError, match=r"tile\.dae': the texture 'my paint\.png' is no picture"):
         load_mesh(mesh)
+
+
+def test_the_up_axis_that_meshlab_writes_is_not_believed(tmp_path):
+    tool = "<contributor><authoring_tool>VCGLib | MeshLab</authoring_tool></contributor>"
+    turned = load_mesh(from_files(tmp_path)).vertices
+    (tmp_path / "tile.dae").write_text(TILE.replace("<asset>", f"<asset>{tool}"))
+    kept = load_mesh(Mesh(str(tmp_path / "tile.dae"), 2.0)).vertices
+    np.testing.assert_allclose(turned, kept[:, [0, 2, 1]] * [1, -1, 1], rtol=0, atol=1e-12)
+    assert np.ptp(kept[:, 2]) == 0 and np.ptp(turned[:, 2]) > 0, "a tile that stood lies"

@@ -101,7 +101,7 @@ class Page:
 
     async def _on_connect(self, _connection: object) -> None:
         self._sync_now()
-        self.stage.frame_scene(self.outline())
+        self.stage.frame_scene(self.outline)
 
     def sync(self) -> None:
         """Brings the page up to date, in the calling thread."""
@@ -121,7 +121,7 @@ class Page:
                     self._apply_property(path, name)
             self._sweeper.sweep_if_due()
             if new:
-                self.stage.frame_scene(self.outline())
+                self.stage.frame_scene(self.outline)
 
     def _frame(self, path: str) -> Any:
         frame = self._frames.get(path)

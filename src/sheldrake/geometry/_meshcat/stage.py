@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import viser
 
 STAGE = ("/Grid", "/Axes", "/Background", "/Lights", "/Cameras", "/Render Settings")
@@ -82,9 +84,14 @@ class Stage:
         server.initial_camera.fov = self._fov
         self._send_camera()
 
-    def frame_scene(self, points: np.ndarray | None) -> None:
-        """Places the camera so that it sees points, shape (n, 3) [m]; once, and never over the user's choice."""
-        if self._framed or points is None:
+    def frame_scene(self, outline: Callable[[], np.ndarray | None]) -> None:
+        """Places the camera so that it sees the scene; once, and never over the user's choice.
+
+        Args:
+            outline: Gives points around the scene, shape (n, 3) [m], None for an empty one.
+        """
+        points = None if self._framed else outline()
+        if points is None:
             return
         self._framed = True
         target, position, radius = viewpoint(points)

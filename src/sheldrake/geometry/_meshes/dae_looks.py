@@ -77,7 +77,14 @@ def _material(material: Any, known: dict, read_file: Callable[[str], bytes]) -> 
         from PIL import Image
 
         file = _image_file(texture.get("texture"), effect, known)
-        look["baseColorTexture"] = Image.open(io.BytesIO(read_file(file)))
+        try:
+            picture = read_file(file)
+        except (OSError, ValueError):  # who reads files has noted it
+            return PBRMaterial(**look)
+        try:
+            look["baseColorTexture"] = Image.open(io.BytesIO(picture))
+        except OSError:
+            raise RuntimeError(f"the texture '{file}' is no picture that can be read.") from None
     elif diffuse.find("color") is not None:
         color = np.array(diffuse.findtext("color").split(), dtype=float)
         look["baseColorFactor"] = np.round(255 * np.clip(color, 0.0, 1.0)).astype(np.uint8)

@@ -11,11 +11,13 @@ import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import unquote
 
 import numpy as np
 
 from sheldrake.common._files import regular_bytes
 
+from .check_gltf import check_gltf
 from .mesh_source import MeshSource
 from .read_dae import read_dae
 from .read_obj import read_obj
@@ -25,8 +27,6 @@ from .read_vtk import read_vtk
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_GLTF_COUNT = re.compile(rb'"count"\s*:\s*(\d+)')
-_MOST = 100_000_000  # trimesh makes room for as many zeros as a glTF file says it has
 IN_ONE_FILE = (".obj", ".stl", ".dae", ".vtk")
 """Formats in which the vertices are in the file itself, and which are read here."""
 SUPPORTED = (*IN_ONE_FILE, ".ply", ".gltf", ".glb")
@@ -77,7 +77,7 @@ def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
 @functools.lru_cache(maxsize=64)
 def _read_file(path: Path, stamp: int) -> MeshData:
     """Cached while the file's time of change stays the same."""
-    return parse(bytes_of(path), path.suffix.lower(), str(path), _DiskFiles(path.parent))
+    return parse(bytes_of(path), path.suffix.lower(), str(path), DiskFiles(path.parent))
 
 
 def bytes_of(path: Path) -> bytes:
@@ -92,19 +92,18 @@ def bytes_of(path: Path) -> bytes:
         raise RuntimeError(f"cannot read the mesh file '{path}': {error.strerror}.") from None
 
 
-def parse(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles | None = None) -> MeshData:
+def parse(data: bytes, extension: str, name: str, files: _MemoryFiles | DiskFiles | None = None) -> MeshData:
     """The mesh in the bytes of a file; `files` gives others that it names, where it is not `IN_ONE_FILE`.
 
     Raises:
         RuntimeError: whatever a reader stumbles over; the message names the file.
     """
     try:
-        mesh = _read(data, extension, name, files)
+        mesh = _read(data, extension, name, files or _MemoryFiles({}))
     except Exception as error:
         if type(error) is RuntimeError:  # of our own readers
             raise
-        problem = f"{type(error).__name__} {str(error)[:200]}"
-        raise RuntimeError(f"{name}: cannot read the {extension} mesh: {problem}") from error
+        raise RuntimeError(f"{name}: cannot read the {extension} mesh: {what_is_wrong(error).rstrip('.')}.") from error
     if not np.all(np.isfinite(mesh.vertices)):
         raise RuntimeError(f"{name}: a vertex is not finite.")
     for corners in (mesh.triangles, mesh.tetrahedra):
@@ -113,7 +112,14 @@ def parse(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFil
     return mesh
 
 
-def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFiles | None) -> MeshData:
+def what_is_wrong(error: Exception) -> str:
+    """What readers of others stumbled over, in words."""
+    if isinstance(error, OSError) and error.filename:
+        return f"the file '{error.filename}' that it names: {error.strerror}"
+    return str(error)[:200] or type(error).__name__
+
+
+def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | DiskFiles) -> MeshData:
     tetrahedra = None
     if extension == ".obj":
         vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)
@@ -129,8 +135,8 @@ def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | _DiskFil
     else:
         if extension == ".ply":
             _check_rows_of_ply(data, name)
-        elif max(map(int, _GLTF_COUNT.findall(data)), default=0) > _MOST:
-            raise RuntimeError(f"{name}: the glTF file says it has more than {_MOST} values in one place.")
+        else:
+            check_gltf(data, extension, name, files.get)
         return MeshData(*_read_with_trimesh(data, extension, files), None)
     return MeshData(vertices, _fans(polygons), tetrahedra)
 
@@ -195,11 +201,14 @@ def _read_with_trimesh(data: bytes, extension: str, files: Any) -> tuple[np.ndar
     return vertices, triangles
 
 
-class _DiskFiles:
-    """Gives trimesh the files that a mesh names, relative to the folder of the mesh and within its package.
+class DiskFiles:
+    """Gives the files that a mesh names, relative to the folder of the mesh and within its package.
 
     The package is the closest folder above that holds a package.xml; where there is none, the folder that holds the
     folder of the mesh (but not the user's home), so that `meshes/a.gltf` may name `../textures/a.png`.
+
+    Attributes:
+        problems: What was wrong with files that could not be given; trimesh goes on without a texture.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -207,15 +216,23 @@ class _DiskFiles:
         above = (f for f in (self._folder, *self._folder.parents) if (f / "package.xml").is_file())
         home = self._folder.parent
         self._package = next(above, self._folder if home in (Path(home.anchor), Path.home()) else home)
+        self.problems: list[str] = []
 
     def get(self, name: str) -> bytes:
         path = Path(os.path.abspath(self._folder / name.strip()))
+        if not path.exists():  # glTF writes a space as %20
+            path = Path(os.path.abspath(self._folder / unquote(name.strip())))
         if not path.is_relative_to(self._package):
-            raise RuntimeError(
+            self.problems.append(
                 f"the mesh names the file {name!r}, which is not in its package '{self._package}': copy that file "
                 "beside the mesh and name it there."
             )
-        return regular_bytes(path)
+            raise ValueError(self.problems[-1])
+        try:
+            return regular_bytes(path)
+        except OSError as error:
+            self.problems.append(f"the mesh names the file {name!r}: {error.strerror}.")
+            raise
 
     __getitem__ = get  # trimesh asks in either way
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import io
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,12 +12,18 @@ import numpy as np
 
 from sheldrake.common._files import regular_bytes
 
+from .check_gltf import check_gltf
 from .dae_looks import dae_scene
+from .mesh_files import SUPPORTED, DiskFiles, read_mesh, what_is_wrong
 from .mesh_source import MeshSource
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.common._files import MemoryFile
     from sheldrake.geometry._shapes import Convex, Mesh
+
+log = logging.getLogger("drake")
 
 # glTF has +y up, Drake's world has +z up: +y of the file becomes +z.
 _Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -148,7 +155,9 @@ def load_mesh(shape: Mesh | Convex, call: str = "Meshcat.SetObject()") -> Loaded
     x, y, z = (float(s) for s in shape.scale3())
     scale = (x, y, z)
     if not source.is_path():
-        return LoadedMesh(_scaled(_load_memory(source.in_memory(), source, call), source, scale, call))
+        mesh = source.in_memory()
+        files = _MemoryResolver({name: _bytes_of(file) for name, file in mesh.supporting_files.items()})
+        return _load(lambda: _bytes_of(mesh.mesh_file), source, files, scale, call)
     path = Path(source.path())
     if not path.exists():
         raise RuntimeError(f"{call}: mesh file '{path}' does not exist.")
@@ -158,31 +167,42 @@ def load_mesh(shape: Mesh | Convex, call: str = "Meshcat.SetObject()") -> Loaded
 
 @functools.lru_cache(maxsize=64)
 def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, float], call: str) -> LoadedMesh:
+    files = DiskFiles(path.parent)
+    mesh = _load(lambda: regular_bytes(path), MeshSource(path), files, scale, call)
+    for problem in dict.fromkeys(files.problems):
+        log.warning("%s: %s It is drawn without.", path, problem)
+    return mesh
+
+
+def _load(
+    read: Callable[[], bytes], source: MeshSource, files: Any, scale: tuple[float, float, float], call: str
+) -> LoadedMesh:
+    """A mesh with the files that it names, scaled.
+
+    Where it cannot be drawn, what the readers of its triangles say is said: they know the place in the file.
+    """
     import trimesh
 
+    kind, name = source.extension(), source.description()
     try:
-        if path.suffix.lower() == ".dae":  # trimesh needs another library for it
-            scene = dae_scene(regular_bytes(path), path.name, lambda file: regular_bytes(path.parent / file))
+        data = read()
+        if kind == ".dae":  # trimesh needs another library for it
+            scene = dae_scene(data, Path(name).name, files.get)
         else:
-            regular_bytes(path)  # trimesh would wait for a pipe
-            scene = trimesh.load_scene(path)
+            if kind in (".gltf", ".glb"):
+                check_gltf(data, kind, Path(name).name, files.get)
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=files)
+        mesh = LoadedMesh(_scaled(scene, source, scale))
+        if mesh.vertices.shape[1:] != (3,) or not np.isfinite(mesh.vertices).all():
+            raise ValueError("a vertex is not three finite numbers")
+        return mesh
     except Exception as error:
-        raise RuntimeError(f"{call}: cannot read mesh file '{path}': {error}") from None
-    return LoadedMesh(_scaled(scene, MeshSource(path), scale, call))
-
-
-def _load_memory(mesh: Any, source: MeshSource, call: str) -> Any:
-    import trimesh
-
-    supporting = {name: _bytes_of(file) for name, file in mesh.supporting_files.items()}
-    resolver: Any = _MemoryResolver(supporting)
-    kind = source.extension().lstrip(".")
-    try:
-        if kind == "dae":
-            return dae_scene(_bytes_of(mesh.mesh_file), source.description(), resolver.get)
-        return trimesh.load_scene(io.BytesIO(_bytes_of(mesh.mesh_file)), file_type=kind, resolver=resolver)
-    except Exception as error:
-        raise RuntimeError(f"{call}: cannot read mesh '{source.description()}': {error}") from None
+        if kind in SUPPORTED and not isinstance(error, OSError):
+            try:
+                read_mesh(source, call)
+            except RuntimeError as better:
+                raise RuntimeError(f"{call}: {better}") from None
+        raise RuntimeError(f"{call}: cannot read mesh '{name}': {what_is_wrong(error)}") from None
 
 
 def _bytes_of(file: MemoryFile | Path) -> bytes:
@@ -203,9 +223,9 @@ class _MemoryResolver:
         return self._files[name]
 
 
-def _scaled(scene: Any, source: MeshSource, scale: tuple[float, float, float], call: str) -> Any:
+def _scaled(scene: Any, source: MeshSource, scale: tuple[float, float, float]) -> Any:
     if not scene.geometry:
-        raise RuntimeError(f"{call}: mesh '{source.description()}' has no triangles.")
+        raise RuntimeError("it has no triangles.")
     if source.extension() in (".gltf", ".glb"):
         scene.apply_transform(_Y_UP_TO_Z_UP)
     if scale != (1.0, 1.0, 1.0):

@@ -34,6 +34,8 @@ class PlacedMesh(NamedTuple):
 def open_dae(data: bytes, name: str) -> tuple[list[PlacedMesh], dict[str, Any]]:
     """All meshes which the scene of a COLLADA file shows, and its elements by id.
 
+    The up axis that MeshLab writes is not believed: parts of robots that were saved by it would lie on their sides.
+
     Raises:
         RuntimeError: not XML.
     """
@@ -43,12 +45,48 @@ def open_dae(data: bytes, name: str) -> tuple[list[PlacedMesh], dict[str, Any]]:
         raise RuntimeError(f"{name}: cannot read the COLLADA file: {error}.") from None
     for element in root.iter():
         element.tag = element.tag.split("}", 1)[-1]
-    known = {str(element.get("id")): element for element in root.iter() if element.get("id")}
+    if root.tag != "COLLADA":
+        raise RuntimeError(f"{name}: the file begins with <{root.tag}>; expected <COLLADA>.")
+    known = _ById({str(element.get("id")): element for element in root.iter() if element.get("id")})
     unit = root.find("asset/unit")
     up = root.findtext("asset/up_axis", "Y_UP").strip()
+    if "MeshLab" in root.findtext("asset/contributor/authoring_tool", ""):
+        up = "Z_UP"  # it writes Y_UP of whatever it was given, and turns nothing
+    if up not in _TO_Z_UP:
+        raise ValueError(f"<up_axis> is '{up}'; expected one of {', '.join(_TO_Z_UP)}")
     X_GF = np.eye(4)
-    X_GF[:3, :3] = _TO_Z_UP[up] * (1.0 if unit is None else float(unit.get("meter", "1")))
+    X_GF[:3, :3] = _TO_Z_UP[up] * (1.0 if unit is None else _numbers("<unit meter>", unit.get("meter", "1"), 1)[0, 0])
     return [PlacedMesh(mesh, X_GF @ X, materials) for mesh, X, materials in _placed_meshes(root, known)], known
+
+
+class _ById(dict):
+    """Elements by their ids."""
+
+    def __missing__(self, name: str) -> Any:
+        raise ValueError(f"it names '#{name}', but nothing in the file has this id")
+
+
+def _numbers(where: str, text: str | None, columns: int, kind: type = float) -> np.ndarray:
+    """Numbers of a text in rows, shape (n, columns)."""
+    words = (text or "").split()
+    try:
+        values: np.ndarray = np.array(words, dtype=kind)
+    except ValueError:
+        wrong = next((word for word in words if not _is_number(word, kind)), "?")
+        raise ValueError(f"{where} holds '{wrong[:20]}'; expected numbers") from None
+    if columns < 1:
+        raise ValueError(f"{where} has rows of {columns} numbers")
+    if len(values) % columns:
+        raise ValueError(f"{where} holds {len(values)} numbers; expected a multiple of {columns}")
+    return values.reshape(-1, columns)
+
+
+def _is_number(word: str, kind: type) -> bool:
+    try:
+        kind(word)
+    except ValueError:
+        return False
+    return True
 
 
 def read_dae(data: bytes, name: str) -> tuple[np.ndarray, list[list[int]]]:
@@ -100,8 +138,11 @@ def _placed_meshes(root: Any, known: dict) -> list[tuple[Any, np.ndarray, dict[s
 
 
 def _transform(element: Any) -> np.ndarray:
-    values = np.array(element.text.split(), dtype=float)
-    X = np.eye(4)
+    size = {"matrix": 16, "rotate": 4}.get(element.tag, 3)
+    values = _numbers(f"<{element.tag}>", element.text, size)
+    if len(values) != 1:
+        raise ValueError(f"<{element.tag}> holds {values.size} numbers; expected {size}")
+    values, X = values[0], np.eye(4)
     if element.tag == "matrix":
         return values.reshape(4, 4)
     if element.tag == "translate":
@@ -132,8 +173,11 @@ def vertex_positions(mesh: Any, known: dict) -> np.ndarray:
 
 def source_rows(source: Any) -> np.ndarray:
     """Rows of a <source> of numbers."""
-    stride = int(source.find("technique_common/accessor").get("stride", "3"))
-    return np.array(source.findtext("float_array").split(), dtype=float).reshape(-1, stride)
+    where, accessor = f"<source id='{source.get('id')}'>", source.find("technique_common/accessor")
+    if accessor is None or source.find("float_array") is None:
+        raise ValueError(f"{where} has no <float_array> with an <accessor>")
+    stride = int(_numbers(f"the stride of {where}", accessor.get("stride", "3"), 1, int)[0, 0])
+    return _numbers(f"the <float_array> of {where}", source.findtext("float_array"), stride)
 
 
 def polygon_groups(mesh: Any, name: str) -> list[Any]:
@@ -161,7 +205,7 @@ def group_polygons(group: Any) -> list[np.ndarray]:
     width = 1 + max(int(i.get("offset", "0")) for i in group.findall("input"))
     polygons = []
     for p in group.findall("p"):
-        corners = np.array((p.text or "").split(), dtype=np.int64).reshape(-1, width)
+        corners = _numbers(f"a <p> of <{group.tag}>", p.text, width, np.int64)
         polygons += _split(corners, group)
     return polygons
 

@@ -71,8 +71,10 @@ def _read_line_by_line(text: str, name: str) -> tuple[np.ndarray, list[list[int]
         except ValueError:
             raise RuntimeError(f"{name}:{number}: cannot read the OBJ line {line!r}.") from None
     for face in faces:
-        if any(not 0 <= v < len(vertices) for v in face):
-            raise RuntimeError(f"{name}: a face names vertex {max(face) + 1}, but the file has {len(vertices)}.")
+        for v in face:
+            if not 0 <= v < len(vertices):
+                found = v + 1 if v >= 0 else f"{-v} before the first"
+                raise RuntimeError(f"{name}: a face names vertex {found}, but the file has {len(vertices)}.")
     return np.array(vertices, dtype=float).reshape(-1, 3), faces
 
 

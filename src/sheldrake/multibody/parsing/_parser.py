@@ -33,6 +33,7 @@ from ._reading.remembered import read_or_remember
 _PLANT = instance_of(MultibodyPlant)
 _SCENE = (instance_of(SceneGraph), None)
 _FORMATS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
+_FROM_CAD = (".stl", ".step", ".stp", ".3mf", ".ply", ".dae", ".gltf", ".glb")
 
 
 class Parser:
@@ -208,15 +209,17 @@ class Parser:
         kind = next((ending for ending in _FORMATS if name.lower().endswith(ending)), None)
         if kind is None:
             known = ", ".join(_FORMATS)
-            self._policy.Error(Location(name), f"The file type is not recognized; the known endings are {known}.")
+            hint = ""
+            if name.lower().endswith(_FROM_CAD):
+                hint = f" A mesh has neither mass nor units: `sheldrake mesh2urdf {name}` makes a model of it."
+            self._policy.Error(Location(name), f"The file type is not recognized; the known endings are {known}.{hint}")
         return kind
 
     def _add_file(self, path: str, model_name: str = "") -> list:
-        kind = self._kind_of(path)
         if not os.path.isfile(path):
             problem = "is a folder" if os.path.isdir(path) else "does not exist"
             self._policy.Error(Location(path), f"The file {problem} (working folder: '{os.getcwd()}').")
-        return self._add(kind, self._reading_of(path), None, model_name)
+        return self._add(self._kind_of(path), self._reading_of(path), None, model_name)
 
     def _reading_of(self, path: str) -> Reading:
         path = os.path.abspath(path)

@@ -65,7 +65,7 @@ def test_bytes_may_carry_their_encoding():
         ("<a", "well-formed", 1),
         ("<a/>\ntext", "junk after document element; the document ended with </a> before this", 2),
         ("<a x=1/>", "invalid token at '1/>'; a model is one element", 1),
-        ('{"a": 1}', "invalid token at '.*'; a model is one element, such as <robot> or <sdf>", 1),
+        ('{"a": 1}', r"\(invalid token\); a model is one element, such as <robot> or <sdf>", 1),
         ("<a x='1' x='2'/>", "duplicate attribute", 1),
         ('<!DOCTYPE a [\n<!ENTITY e "text">]><a>&e;</a>', "entity 'e'", 2),
         ('<!DOCTYPE a [<!ENTITY e SYSTEM "file:///etc/passwd">]><a>&e;</a>', "entity 'e'", 1),

@@ -7,6 +7,7 @@ import glob
 import json
 import logging
 import os
+import pathlib
 import sys
 import urllib.parse
 
@@ -267,7 +268,8 @@ def resolve_uri(uri: str, packages: PackageMap, folder: "str | None", where: Loc
     """The path of the file that an address in a model file stands for.
 
     Args:
-        uri: `package://name/path`, `model://name/path`, `file:///path`, or a path; relative paths start at `folder`.
+        uri: `package://name/path`, `model://name/path`, `file:///path`, or a path; relative paths start at `folder` and
+            stay in the package around it, where there is one.
         packages: The known packages.
         folder: The folder of the model file; None when the model is a string.
         where: The place of the address, for messages.
@@ -281,6 +283,12 @@ def resolve_uri(uri: str, packages: PackageMap, folder: "str | None", where: Loc
         path = _resolve_plain(uri, folder, where, policy)
     elif scheme == "file":
         path = urllib.parse.unquote(rest) if "%" in rest else rest
+        if not os.path.isabs(path):
+            policy.Error(
+                where,
+                f"URI '{uri}' is not absolute: write file:///folder/name with three slashes, or leave out file:// for "
+                "a path that begins at the folder of this file.",
+            )
     elif scheme in ("package", "model"):
         path = _resolve_in_package(uri, rest, packages, folder, where, policy)
     else:
@@ -300,7 +308,25 @@ def _resolve_plain(uri: str, folder: "str | None", where: Location, policy: Diag
             f"URI '{uri}' is a relative path, which is invalid when parsing a string instead of a filename; use a "
             "file with AddModels(), an absolute path, or a package:// address.",
         )
-    return os.path.normpath(os.path.join(folder, uri))
+    path = os.path.normpath(os.path.join(folder, uri))
+    package = _package_around(folder) if os.pardir in pathlib.PurePath(uri).parts else None
+    if package is not None and not path.startswith(package.rstrip(os.sep) + os.sep):
+        policy.Error(
+            where,
+            f"URI '{uri}' leaves the package of this file (folder '{package}') through '..'; this is refused. Name the "
+            "other package, package://name/path, or give an absolute path.",
+        )
+    return path
+
+
+def _package_around(folder: str) -> "str | None":
+    """The closest folder, this one or one above, that holds a package.xml."""
+    current, above = os.path.normpath(os.path.abspath(folder)), ""
+    while current != above:
+        if os.path.isfile(os.path.join(current, "package.xml")):
+            return current
+        current, above = os.path.dirname(current), current
+    return None
 
 
 def _resolve_in_package(uri: str, rest: str, packages, folder, where: Location, policy: DiagnosticPolicy) -> str:

@@ -152,7 +152,7 @@ class _TreeBuilder:
         """What expat found, and what the reader of the message can do about it."""
         text, at = self._source.data, self.parser.ErrorByteIndex
         found = expat.ErrorString(error.code)
-        if found == _INVALID_TOKEN:
+        if found == _INVALID_TOKEN and text.lstrip()[:1] == b"<":  # what is no XML may be anybody's: it is not quoted
             found = f"invalid token at {text[at : at + 20].decode('utf-8', 'replace')!r}"
         if self._stack:
             return f"{found}; the innermost open element is the <{self._stack[-1].tag}> of line {self._stack[-1].line}."

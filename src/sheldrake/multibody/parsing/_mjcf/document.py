@@ -123,7 +123,8 @@ class _MjcfReader:
                 continue
             reading.warn_unknown(child, attributes=("file",))
             file = reading.name(child, "<include>", "file")
-            path = reading.resolve(os.path.join(reading.folder or os.getcwd(), file), child.where_attribute("file"))
+            path = file if reading.folder else os.path.join(os.getcwd(), file)
+            path = reading.resolve(path, child.where_attribute("file"))
             inner = reading.inside(path, child.where)
             root = inner.open_document()
             inner.warn_unknown(root, [section.tag for section in root])

@@ -81,7 +81,7 @@ def read_mesh_asset(element: Element, assets: Assets, compiler: Compiler, readin
         return
     path = file
     if "://" not in file and not os.path.isabs(file):
-        path = os.path.join(reading.folder or os.getcwd(), compiler.mesh_folder, file)
+        path = os.path.join("" if reading.folder else os.getcwd(), compiler.mesh_folder, file)
     path = reading.resolve(path, element.where_attribute("file"))
     assets.meshes[name] = MeshAsset(path, reading.vector(element, "scale", 3, np.ones(3)))
 
