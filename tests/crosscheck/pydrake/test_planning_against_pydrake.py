@@ -25,12 +25,12 @@ def texts(build):
     return out
 
 
-def collocation(L):
+def collocation(L, parameters=(1.0, 0.5, 0.1, 9.81)):
     system = L.examples.PendulumPlant()
     KEEP.append(system)
-    t = L.planning.DirectCollocation(
-        system, system.CreateDefaultContext(), 4, 0.1, 0.5, input_port_index=system.get_input_port().get_index()
-    )
+    context = system.CreateDefaultContext()
+    context.get_mutable_numeric_parameter(0).SetFromVector(parameters)
+    t = L.planning.DirectCollocation(system, context, 4, 0.1, 0.5, input_port_index=system.get_input_port().get_index())
     t.AddEqualTimeIntervalsConstraints()
     t.AddDurationBounds(0.3, 2)
     t.AddTimeIntervalBounds(0.01, 0.4)
@@ -240,9 +240,9 @@ def test_angles_without_limits():
 
 
 def test_a_planted_fault_is_seen():
-    c = collocation(OURS).prog().generic_constraints()[0].evaluator()
-    x = np.linspace(0.1, 0.9, c.num_vars())
-    before = c.Eval(x)
-    c._dynamics._values.clear()
-    c._dynamics._context.get_mutable_numeric_parameter(0).SetFromVector([1.0, 0.5, 0.2, 9.81])
-    assert np.abs(c.Eval(x) - before).max() > 1e-3
+    all_three = collocation(OURS), collocation(OURS, (1.0, 0.5, 0.2, 9.81)), collocation(THEIRS)
+    KEEP.append(all_three)
+    right, wrong, theirs = (each.prog().generic_constraints()[0].evaluator() for each in all_three)
+    x = np.linspace(0.1, 0.9, theirs.num_vars())
+    np.testing.assert_allclose(right.Eval(x), theirs.Eval(x), rtol=1e-12)
+    assert np.abs(wrong.Eval(x) - theirs.Eval(x)).max() > 1e-3
