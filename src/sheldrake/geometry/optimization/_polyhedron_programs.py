@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from sheldrake.solvers import MathematicalProgram, Solve
@@ -58,6 +60,48 @@ def point(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
     if box is not None:
         return None if np.any(box[0] > box[1]) else np.clip(np.zeros(A.shape[1]), *box)
     return maximize(np.zeros(A.shape[1]), A, b).x
+
+
+class Image(NamedTuple):
+    """The points D w + p of all w with A w <= b."""
+
+    D: np.ndarray
+    p: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+
+
+def hull(vertices: np.ndarray) -> Image:
+    """The convex hull of columns: weights that are not negative and sum to one."""
+    n, count = vertices.shape
+    ones = np.ones((1, count))
+    return Image(
+        vertices, np.zeros(n), np.vstack((-np.eye(count), ones, -ones)), np.append(np.zeros(count), [1.0, -1.0])
+    )
+
+
+def meet(one: Image, other: Image) -> bool:
+    """Whether two images have a point in common."""
+    D, apart = np.hstack((one.D, -other.D)), other.p - one.p
+    (m, n), (k, _) = one.A.shape, other.A.shape
+    A = np.zeros((m + k, D.shape[1]))
+    A[:m, :n], A[m:, n:] = one.A, other.A
+    return point(np.vstack((A, D, -D)), np.concatenate((one.b, other.b, apart, -apart))) is not None
+
+
+def distance_to_hull(vertices: np.ndarray, x: np.ndarray) -> float:
+    """By how much a coordinate of x must be changed at least to be in the hull of columns; nan if that is not found.
+
+    It is by how much a direction u - v, of entries that sum to one, tells x from all vertices.
+    """
+    n, count = vertices.shape
+    apart = (vertices - x[:, None]).T
+    rows = np.hstack((apart, -apart, -np.ones((count, 1))))
+    signs = -np.eye(2 * n + 1)[:-1]
+    length = np.append(np.ones(2 * n), 0.0)
+    A, b = np.vstack((rows, signs, length)), np.append(np.zeros(count + 2 * n), 1.0)
+    found = maximize(-np.eye(2 * n + 1)[-1], A, b)
+    return np.nan if found.x is None else -float(found.x[-1])
 
 
 def is_bounded(A: np.ndarray, b: np.ndarray) -> bool:

@@ -1,10 +1,10 @@
 """Small dense linear programs by the simplex method on a tableau, each answer with its proof.
 
-The last column of the tableau is in each row the variable of its own plus the other entries times the variables that are
-at zero. The slack of row i has number i, x_k has rows + k, and the artificial variable, by which rows may be violated
-until a point is found, rows + n. First every x trades places with a slack: then no step looks at it any more, and one
-that finds no partner matters to no row. Steps go along the steepest column (G. B. Dantzig, 1951), and where that does
-not end by the rule of R. G. Bland (Mathematics of Operations Research 2, 1977), which never cycles.
+Each row says that its last entry is a variable of its own plus the other entries times the variables that are at zero.
+The slack of row i has number i, x_k has rows + k, and the artificial variable, by which rows may be violated until a
+point is found, rows + n. First every x trades places with a slack: then no step looks at it any more, and one that
+finds no partner matters to no row. Steps go along the steepest column (G. B. Dantzig, 1951), and where that does not
+end by the rule of R. G. Bland (Mathematics of Operations Research 2, 1977), which never cycles.
 
 What the tableau ends with is only a guess, for rounding adds up in it: points are computed once more from the rows that
 hold with equality, and signs and products are looked at in A, b and c as they were given.
@@ -44,21 +44,35 @@ def trade(T, own, at_zero, height, width, row, col):
 
 
 @kernel
+def largest_entry(A, j, n):
+    """Of a row, by size."""
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(A[j, k]))
+    return largest
+
+
+@kernel
+def largest_of(x, n):
+    """Of the first n numbers, by size."""
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(x[k]))
+    return largest
+
+
+@kernel
 def fill(T, own, at_zero, c, A, b, rows, n):
     """The tableau at x = 0; below the rows that of the cost, and one for the artificial variable."""
     for i in range(rows):
-        largest = 0.0
-        for k in range(n):
-            largest = max(largest, abs(A[i, k]))
+        largest = largest_entry(A, i, n)
         scale = 1.0 / largest if largest > 0.0 else 1.0
         for k in range(n):
             T[i, k] = A[i, k] * scale
         T[i, n] = 0.0
         T[i, n + 1] = b[i] * scale
         own[i] = i
-    largest = 0.0
-    for k in range(n):
-        largest = max(largest, abs(c[k]))
+    largest = largest_of(c, n)
     scale = 1.0 / largest if largest > 0.0 else 1.0
     for k in range(n):
         T[rows, k] = -c[k] * scale
@@ -175,38 +189,34 @@ def reach_a_point(T, own, at_zero, rows, n):
 
 
 @kernel
-def is_impossible(T, at_zero, A, b, rows, n):
-    """Whether a combination of rows, none of them negative, says 0 x <= less than nothing."""
-    total, bound = 0.0, 0.0
-    for k in range(n + 1):
-        j = at_zero[k]
-        if j < rows:
-            # Rows were divided by their largest entry.
-            y = multiplier(T[rows + 1, k], A, j, n)
-            total += y
-            bound += y * b[j]
-    if not bound < -VIOLATED * total:
-        return 0
-    for i in range(n):
-        left, terms = 0.0, 0.0
-        for k in range(n + 1):
-            j = at_zero[k]
-            if j < rows:
-                y = multiplier(T[rows + 1, k], A, j, n)
-                left += y * A[j, i]
-                terms += abs(y * A[j, i])
-        if not abs(left) <= _PROVEN * (terms + total):
-            return 0
-    return 1
+def multiplier(entry, A, j, n):
+    """How often row j is taken, where an entry below the tableau says it of the row with a largest entry of 1."""
+    largest = largest_entry(A, j, n)
+    return max(entry, 0.0) / (largest if largest > 0.0 else 1.0)
 
 
 @kernel
-def multiplier(entry, A, j, n):
-    """How often row j is taken, where an entry below the tableau says so of the scaled row."""
-    largest = 0.0
-    for k in range(n):
-        largest = max(largest, abs(A[j, k]))
-    return max(entry, 0.0) / (largest if largest > 0.0 else 1.0)
+def is_impossible(T, at_zero, A, b, rows, n):
+    """Whether a combination of rows, none of them negative, says 0 x <= less than nothing."""
+    total, bound, largest = 0.0, 0.0, 0.0
+    for k in range(n + 1):
+        j = at_zero[k]
+        if j < rows:
+            y = multiplier(T[rows + 1, k], A, j, n)
+            total += y
+            bound += y * b[j]
+            largest = max(largest, T[rows + 1, k])
+    if not bound < -VIOLATED * total:
+        return 0
+    for i in range(n):
+        left = 0.0
+        for k in range(n + 1):
+            j = at_zero[k]
+            if j < rows:
+                left += multiplier(T[rows + 1, k], A, j, n) * A[j, i]
+        if not abs(left) <= _PROVEN * largest:
+            return 0
+    return 1
 
 
 @kernel
@@ -232,12 +242,12 @@ def point_of_rows(K, x, own, at_zero, A, b, rows, n):
         if own[i] >= rows and own[i] < rows + n:
             x[own[i] - rows] = K[col, count]
             col += 1
+    largest = largest_of(x, n)
     for j in range(rows):
-        beyond, terms = -b[j], abs(b[j])
+        beyond = -b[j]
         for k in range(n):
             beyond += A[j, k] * x[k]
-            terms += abs(A[j, k] * x[k])
-        if not beyond <= _PROVEN * terms:
+        if not beyond <= _PROVEN * (abs(b[j]) + largest_entry(A, j, n) * largest):
             return 1
     return 0
 
@@ -257,20 +267,24 @@ def is_best(K, own, at_zero, c, A, rows, n):
             count += 1
     if eliminate(K, count) != 0:
         return 0
-    largest = 0.0
-    for a in range(count):
-        largest = max(largest, abs(K[a, count]))
-    for a in range(count):
-        if not K[a, count] >= -_PROVEN * largest:
-            return 0
+    largest, col = largest_of(c, n), 0
+    for k in range(n + 1):
+        if at_zero[k] < rows:
+            largest = max(largest, abs(K[col, count]) * largest_entry(A, at_zero[k], n))
+            col += 1
+    col = 0
+    for k in range(n + 1):
+        if at_zero[k] < rows:
+            if not K[col, count] * largest_entry(A, at_zero[k], n) >= -_PROVEN * largest:
+                return 0
+            col += 1
     for i in range(n):
-        left, terms, col = c[i], abs(c[i]), 0
+        left, col = c[i], 0
         for k in range(n + 1):
             if at_zero[k] < rows:
                 left -= K[col, count] * A[at_zero[k], i]
-                terms += abs(K[col, count] * A[at_zero[k], i])
                 col += 1
-        if not abs(left) <= _PROVEN * (terms + largest):
+        if not abs(left) <= _PROVEN * largest:
             return 0
     return 1
 
@@ -285,18 +299,16 @@ def goes_on(T, own, at_zero, ray, c, A, rows, n, col):
     for i in range(rows):
         if own[i] >= rows and own[i] < rows + n:
             ray[own[i] - rows] = -T[i, col] if at_zero[col] < rows or T[rows, col] < 0.0 else T[i, col]
-    gain, terms = 0.0, 0.0
+    gain, largest = 0.0, largest_of(ray, n)
     for k in range(n):
         gain += c[k] * ray[k]
-        terms += abs(c[k] * ray[k])
-    if not gain > _PIVOT * terms:
+    if not gain > _PIVOT * largest_of(c, n) * largest:
         return 0
     for j in range(rows):
-        slope, terms = 0.0, 0.0
+        slope = 0.0
         for k in range(n):
             slope += A[j, k] * ray[k]
-            terms += abs(A[j, k] * ray[k])
-        if not slope <= _PROVEN * terms:
+        if not slope <= _PROVEN * largest_entry(A, j, n) * largest:
             return 0
     return 1
 
