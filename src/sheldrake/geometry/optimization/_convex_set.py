@@ -158,9 +158,9 @@ class ConvexSet:
         own, others = self._faces(), other._faces()
         if own is not None and others is not None:
             return programs.point(np.vstack((own[0], others[0])), np.concatenate((own[1], others[1]))) is not None
-        images = self._image(), other._image()
-        if images[0] is not None and images[1] is not None:
-            return programs.meet(*images)
+        image, other_image = self._image(), other._image()
+        if image is not None and other_image is not None:
+            return programs.meet(image, other_image)
         prog, x = self._program()
         other._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
         return Solve(prog).is_success()
