@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from sheldrake.solvers._engines import linear
+from sheldrake.solvers import MathematicalProgram, Solve
+from sheldrake.solvers._engines import highs, linear
 from sheldrake.solvers._kernels.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNDECIDED
 
 KINDS = ["any", "whole numbers", "cones", "units", "boxes", "equations", "too few directions", "degenerate"]
@@ -96,6 +97,54 @@ def test_tiny_and_huge_numbers():
 def test_large_programs_are_solved_too():
     rng = np.random.default_rng(0)
     A, c = rng.normal(size=(400, 40)), rng.normal(size=40)
-    assert A.size > linear._SMALL
+    assert A.size > linear.SMALL
     found, (status, cost) = linear.maximize(c, A, np.ones(400)), by_highs(c, A, np.ones(400))
     assert found.status == status == OPTIMAL and c @ found.x == pytest.approx(-cost)
+
+
+def some_mathematical_program(seed):
+    """With rows, equations, one-sided and two-sided bounds, some of them twice; and its constraints."""
+    rng = np.random.default_rng(seed)
+    n, m, few = int(rng.integers(2, 6)), int(rng.integers(1, 8)), int(rng.integers(1, 3))
+    prog = MathematicalProgram()
+    x, inside = prog.NewContinuousVariables(n), rng.normal(size=n)
+    A, E = rng.normal(size=(m, n)), rng.normal(size=(few, n))
+    lower, upper = A @ inside - rng.random(m), A @ inside + rng.random(m)
+    lower[rng.random(m) < 0.3] = -np.inf
+    constraints = [
+        prog.AddLinearConstraint(A, lower, upper, x),
+        prog.AddLinearEqualityConstraint(E[:1], E[:1] @ inside, x),
+        prog.AddBoundingBoxConstraint(inside - 2.0, inside + 2.0, x),
+        prog.AddBoundingBoxConstraint(inside[:2] - [2.0, 0.5], inside[:2] + np.array([np.inf, 2.0]), x[:2]),
+    ]
+    prog.AddLinearCost(rng.normal(size=n), 0.7, x)
+    return prog, constraints
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_mathematical_programs_have_the_solutions_and_duals_of_highs(seed, monkeypatch):
+    prog, constraints = some_mathematical_program(seed)
+    found = Solve(prog)
+    monkeypatch.setattr(highs, "_solve_small", lambda *_: False)
+    wanted = Solve(prog)
+    assert found.get_solver_id().name() == "Simplex" and wanted.get_solver_id().name() == "HiGHS"
+    assert found.is_success() and wanted.is_success()
+    assert found.get_optimal_cost() == pytest.approx(wanted.get_optimal_cost(), abs=1e-7)
+    np.testing.assert_allclose(found.get_x_val(), wanted.get_x_val(), atol=1e-6)
+    for constraint in constraints:
+        np.testing.assert_allclose(
+            found.GetDualSolution(constraint), wanted.GetDualSolution(constraint), atol=1e-6, err_msg=str(constraint)
+        )
+
+
+def test_programs_without_a_solution_say_what_highs_says():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddLinearCost(x[0])
+    unbounded = Solve(prog)
+    prog.AddLinearConstraint(x[0] + x[1] >= 1.0)
+    prog.AddBoundingBoxConstraint(0.0, 0.25, x)
+    infeasible = Solve(prog)
+    assert unbounded.get_solution_result().name == "kUnbounded" and unbounded.get_optimal_cost() == -np.inf
+    assert infeasible.get_solution_result().name == "kInfeasibleConstraints"
+    assert infeasible.get_solver_id().name() == "HiGHS" and infeasible.get_optimal_cost() == np.inf

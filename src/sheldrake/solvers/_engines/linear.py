@@ -10,7 +10,7 @@ from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.common.kernel import Bound
 from sheldrake.solvers._kernels.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNDECIDED, solve_linear_program
 
-_SMALL = 8192  # entries of a tableau up to which dense steps take less time than SciPy's call of HiGHS
+SMALL = 8192  # entries of a tableau up to which dense steps take less time than SciPy's call of HiGHS
 _STATUS = {0: OPTIMAL, 2: INFEASIBLE, 3: UNBOUNDED}  # SciPy's
 
 
@@ -19,6 +19,7 @@ class LinearAnswer(NamedTuple):
 
     status: int
     x: np.ndarray | None = None
+    y: np.ndarray | None = None  # what a solution gains for each row whose bound grows by one, not from HiGHS
 
     def __str__(self) -> str:
         return ("it is solved", "there is no point", "it has no limit", "the solver failed")[self.status]
@@ -30,22 +31,26 @@ def maximize(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
     Small programs too go to HiGHS where there is no proof of an answer: points that satisfy the rows only up to its
     tolerance are points, as for other programs.
     """
+    answer = maximize_small(c, A, b)
+    return _by_highs(c, A, b) if answer.status == UNDECIDED else answer
+
+
+def maximize_small(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
+    """The same, UNDECIDED where it is not small or there is no proof."""
     m, n = A.shape
-    if m and n and m * n <= _SMALL and np.isfinite(b).all():
-        answer = _at_once(c, A, b)
-        if answer.status != UNDECIDED:
-            return answer
-    return _by_highs(c, A, b)
+    if m and n and m * n <= SMALL and np.isfinite(b).all():
+        return _at_once(c, A, b)
+    return LinearAnswer(UNDECIDED)
 
 
 def _at_once(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
     m, n = A.shape
-    call, all_c, all_A, all_b, x = _calls.of(_room(m), _room(n))
+    call, all_c, all_A, all_b, x, y = _calls.of(_room(m), _room(n))
     all_c[:n], all_A[:m, :n], all_b[:m] = c, A, b
     call.set("rows", m)
     call.set("n", n)
     status = call()
-    return LinearAnswer(status, x[:n].copy() if status == OPTIMAL else None)
+    return LinearAnswer(status, x[:n].copy(), y[:m].copy()) if status == OPTIMAL else LinearAnswer(status)
 
 
 def _room(size: int) -> int:
@@ -53,12 +58,12 @@ def _room(size: int) -> int:
     return max(8, 1 << (size - 1).bit_length())
 
 
-def _bound(rows: int, n: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A bound call, and its c, A, b and x."""
-    c, A, b, x = np.zeros(n), np.zeros((rows, n)), np.zeros(rows), np.zeros(n)
+def _bound(rows: int, n: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A bound call, and its c, A, b, x and y."""
+    c, A, b, x, y = np.zeros(n), np.zeros((rows, n)), np.zeros(rows), np.zeros(n), np.zeros(rows)
     scratch = np.zeros((rows + 2, n + 2)), np.zeros((n, n + 1)), np.zeros(n)
     places = np.zeros(rows + 2, dtype=np.int64), np.zeros(n + 1, dtype=np.int64)
-    return solve_linear_program.bind(0, 0, c, A, b, x, *scratch, *places), c, A, b, x
+    return solve_linear_program.bind(0, 0, c, A, b, x, y, *scratch, *places), c, A, b, x, y
 
 
 _calls = BoundCalls(_bound)

@@ -20,8 +20,8 @@ VIOLATED = 1e-7  # A set of rows that less could satisfy is not called infeasibl
 _PROVEN = 1e-11  # what a proof may miss, relative to its terms
 _PIVOT = 1e-9  # the least entry to divide by; rows have a largest entry of 1
 _ZERO = 1e-12  # the largest entry that is none
-_DANTZIG = 4  # times rows and columns: steps along the steepest column
-_STEPS = 20  # times rows and columns
+_DANTZIG = 2  # times rows and columns: steps along the steepest column
+_STEPS = 6  # times rows and columns
 
 
 @kernel
@@ -253,9 +253,11 @@ def point_of_rows(K, x, own, at_zero, A, b, rows, n):
 
 
 @kernel
-def is_best(K, own, at_zero, c, A, rows, n):
-    """Whether c is a combination of the rows whose slacks are at zero, none of them negative."""
+def is_best(K, y, own, at_zero, c, A, rows, n):
+    """Whether c is a combination y of the rows whose slacks are at zero, none of them negative."""
     count = 0
+    for j in range(rows):
+        y[j] = 0.0
     for i in range(rows):
         if own[i] >= rows and own[i] < rows + n:
             col = 0
@@ -277,6 +279,7 @@ def is_best(K, own, at_zero, c, A, rows, n):
         if at_zero[k] < rows:
             if not K[col, count] * largest_entry(A, at_zero[k], n) >= -_PROVEN * largest:
                 return 0
+            y[at_zero[k]] = max(K[col, count], 0.0)
             col += 1
     for i in range(n):
         left, col = c[i], 0
@@ -321,6 +324,7 @@ def solve_linear_program(
     A: Matrix,
     b: Vector,
     x: Vector,
+    y: Vector,
     T: Matrix,
     K: Matrix,
     ray: Vector,
@@ -338,6 +342,7 @@ def solve_linear_program(
         A: Shape (rows, n).
         b: Shape (rows,), finite.
         x: Filled with the solution, or with some point from where c'x grows for ever, shape (n,).
+        y: Filled with how much a solution gains for each row whose bound grows by one, shape (rows,).
         T: Scratch, shape (rows + 2, n + 2).
         K: Scratch, shape (n, n + 1).
         ray: Scratch, shape (n,).
@@ -365,4 +370,4 @@ def solve_linear_program(
         return UNDECIDED
     if status == UNBOUNDED:
         return UNBOUNDED if goes_on(T, own, at_zero, ray, c, A, rows, n, col) != 0 else UNDECIDED
-    return OPTIMAL if is_best(K, own, at_zero, c, A, rows, n) != 0 else UNDECIDED
+    return OPTIMAL if is_best(K, y, own, at_zero, c, A, rows, n) != 0 else UNDECIDED
