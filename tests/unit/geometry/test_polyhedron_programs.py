@@ -141,3 +141,20 @@ def test_largest_balls(seed):
 def test_no_largest_ball_in_an_unbounded_polyhedron():
     with pytest.raises(RuntimeError, match="it has no limit"):
         HPolyhedron([[1.0, 0.0]], [1.0]).ChebyshevCenter()
+
+
+def test_rows_that_are_met_everywhere_or_nowhere():
+    triangle = np.array([[1.0, 1.0], [-1.0, 0.5], [0.5, -1.0]])
+    b = np.ones(3)
+    for i in range(3):
+        b[i] = np.inf
+        assert not HPolyhedron(triangle, b).IsEmpty() and not HPolyhedron(triangle, b).IsBounded()
+        b[i] = -np.inf
+        assert HPolyhedron(triangle, b).IsEmpty() and HPolyhedron(triangle, b).IsBounded()
+        b[i] = 1.0
+    twice = HPolyhedron(np.vstack((triangle, triangle)), [1.0, 1.0, 1.0, np.inf, np.inf, np.inf])
+    assert twice.IsBounded() and twice.ReduceInequalities().b().size == 3
+    np.testing.assert_allclose(twice.ChebyshevCenter(), HPolyhedron(triangle, b).ChebyshevCenter(), atol=1e-14)
+    everything = HPolyhedron(triangle, np.full(3, np.inf))
+    assert not everything.IsEmpty() and not everything.IsBounded()
+    assert programs.largest(triangle, np.full(3, np.inf), np.ones(2)) == np.inf

@@ -109,6 +109,7 @@ def is_bounded(A: np.ndarray, b: np.ndarray) -> bool:
     box = box_of(A, b)
     if box is not None:
         return bool(np.isfinite(box).all() or np.any(box[0] > box[1]))
+    A, b = A[b < np.inf], b[b < np.inf]
     m, n = A.shape
     spans = m > n and np.linalg.matrix_rank(A) == n
     if spans and maximize(-A.sum(axis=0), A, np.zeros(m)).status == OPTIMAL:

@@ -29,8 +29,13 @@ def maximize(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
     """Finds x with the greatest c'x and A x <= b: small programs to rounding, others by HiGHS.
 
     Small programs too go to HiGHS where there is no proof of an answer: points that satisfy the rows only up to its
-    tolerance are points, as for other programs.
+    tolerance are points, as for other programs. Rows with an infinite b say nothing, or that there is no x.
     """
+    says_something = b != np.inf
+    if not says_something.all():
+        A, b = A[says_something], b[says_something]
+    if np.any(b == -np.inf):
+        return LinearAnswer(INFEASIBLE)
     answer = maximize_small(c, A, b)
     return _by_highs(c, A, b) if answer.status == UNDECIDED else answer
 
