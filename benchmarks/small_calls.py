@@ -2,7 +2,7 @@
 
     python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
 
-Families: values, contexts, plant, python, present, questions, programs, setting_up.
+Families: values, contexts, plant, python, present, questions, programs, sets, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
 `--slower` prints those lines only in which Drake is faster. What Drake keeps in its cache costs it a look in lines that
@@ -593,6 +593,38 @@ def programs(lib: Any) -> Calls:
         "A @ x": lambda: A @ x,
         "x.T @ Q @ x": lambda: x @ np.eye(10) @ x,
         "DecomposeLinearExpressions": lambda: lib.DecomposeAffineExpressions([x[0] + 2 * x[1]], x[:2]),
+    }
+
+
+@family
+def sets(lib: Any) -> Calls:
+    """Questions of polyhedra that small linear programs answer."""
+    rng = np.random.default_rng(1)
+    A, b = np.vstack((rng.normal(size=(12, 3)), np.eye(3), -np.eye(3))), np.ones(18)
+    P, loose = lib.HPolyhedron(A, b), lib.HPolyhedron(rng.normal(size=(10, 3)), np.full(10, 2.0))
+    empty = lib.HPolyhedron(np.vstack((A, A[:1], -A[:1])), np.append(b, [-2.0, 1.0]))
+    V, generator, x = lib.VPolytope(rng.normal(size=(3, 12))), lib.RandomGenerator(0), np.full(3, 0.1)
+    prog = lib.MathematicalProgram()
+    vars = prog.NewContinuousVariables(3)
+    prog.AddLinearConstraint(A, np.full(18, -np.inf), b, vars)
+    prog.AddLinearCost(np.ones(3), 0.0, vars)
+    return {
+        "HPolyhedron: IsEmpty": P.IsEmpty,
+        "HPolyhedron without points: IsEmpty": empty.IsEmpty,
+        "HPolyhedron: IsBounded": P.IsBounded,
+        "HPolyhedron: ChebyshevCenter": P.ChebyshevCenter,
+        "HPolyhedron: ContainedIn": lambda: P.ContainedIn(loose),
+        "HPolyhedron: Intersection, without what is redundant": lambda: P.Intersection(loose, True),
+        "HPolyhedron: ReduceInequalities": P.ReduceInequalities,
+        "HPolyhedron: UniformSample": lambda: P.UniformSample(generator, x),
+        "HPolyhedron: PointInSet": lambda: P.PointInSet(x),
+        "two HPolyhedra: IntersectsWith": lambda: P.IntersectsWith(loose),
+        "VPolytope: PointInSet": lambda: V.PointInSet(x),
+        "VPolytope: IntersectsWith an HPolyhedron": lambda: V.IntersectsWith(P),
+        "VPolytope: GetMinimalRepresentation": V.GetMinimalRepresentation,
+        "VPolytope of an HPolyhedron": lambda: lib.VPolytope(P),
+        "HPolyhedron of a VPolytope": lambda: lib.HPolyhedron(V),
+        "Solve: a linear program": lambda: lib.Solve(prog),
     }
 
 

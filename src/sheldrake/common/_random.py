@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
 
 _TWO_32 = 4294967296.0
+_BELOW_ONE = math.nextafter(1.0, 0.0)
 
 
 class RandomDistribution(BoundEnum):
@@ -123,8 +124,14 @@ class RandomGenerator:
 
     def _uniform(self) -> float:
         """The next number in [0, 1), from two integers, low half first, as C++'s generate_canonical takes them."""
-        low, high = self(), self()
-        return min((low + high * _TWO_32) / (_TWO_32 * _TWO_32), math.nextafter(1.0, 0.0))
+        stretch, position = self._stretch, self._position
+        if stretch is not None and position <= _SIZE - 2:
+            low, high = stretch.numbers[position : position + 2]
+            self._position = position + 2
+        else:
+            low, high = self(), self()
+        number = (low + high * _TWO_32) / (_TWO_32 * _TWO_32)
+        return number if number < 1.0 else _BELOW_ONE
 
     def ToPlain(self) -> dict:
         """Where the sequence stands, as numbers and arrays; `SetFromPlain` goes on from there."""

@@ -1,8 +1,8 @@
 """Mathematical programs and solvers.
 
 A `MathematicalProgram` holds variables, costs and constraints; `Solve` looks at their kinds and hands it to the best
-solver there is. Convex programs go to libraries (extra `solvers`, HiGHS of SciPy), nonlinear ones to an own SQP
-method.
+solver there is. Convex programs go to libraries (extra `solvers`, HiGHS of SciPy), small linear ones to an own
+simplex method, nonlinear ones to an own SQP method.
 """
 
 import sys

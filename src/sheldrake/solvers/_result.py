@@ -81,7 +81,7 @@ class MathematicalProgramResult:
         self._result = arg0
 
     def get_solver_id(self) -> SolverId:
-        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "HiGHS"."""
+        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "Simplex"."""
         return self._solver_id
 
     def get_solver_details(self) -> Any:

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
-from sheldrake.geometry.optimization import ConvexSet, HPolyhedron, Hyperrectangle, Point
+from sheldrake.geometry.optimization import ConvexSet, HPolyhedron, Hyperrectangle, Point, VPolytope
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 
 
@@ -18,7 +19,7 @@ def test_boxes_need_no_program_and_give_the_same_as_one(seed, monkeypatch):
     monkeypatch.setattr(programs, "box_of", lambda *_: None)
     by_program = programs.largest(A, b, direction), programs.point(A, b) is None
     monkeypatch.undo()
-    monkeypatch.setattr(programs, "_linear_program", None)
+    monkeypatch.setattr(programs, "maximize", None)
     assert programs.largest(A, b, direction) == pytest.approx(by_program[0], abs=1e-9)
     x = programs.point(A, b)
     assert (x is None) == by_program[1]
@@ -51,3 +52,109 @@ def test_sets_that_only_touch_meet():
     box = HPolyhedron.MakeBox([0.0, 0.0], [0.1 + 0.2, 1.0])
     assert box.IntersectsWith(Hyperrectangle([0.3, 1.0], [1.0, 2.0]))
     assert box.IntersectsWith(Point([0.3, 0.5])) and not box.IntersectsWith(Point([0.31, 0.5]))
+
+
+def some_hull(rng):
+    n, count = int(rng.integers(1, 5)), int(rng.integers(1, 15))
+    return rng.normal(size=(n, count)) if rng.random() < 0.7 else rng.integers(-1, 2, (n, count)).astype(float)
+
+
+def distance_by_highs(vertices, x):
+    """The least e with |V w - x| <= e in each coordinate, for weights w."""
+    n, count = vertices.shape
+    ones = np.ones((n, 1))
+    A = np.vstack((np.hstack((vertices - x[:, None], -ones)), np.hstack((x[:, None] - vertices, -ones))))
+    e = np.eye(count + 1)[-1]
+    return linprog(e, A_ub=A, b_ub=np.zeros(2 * n), A_eq=[1.0 - e], b_eq=[1.0], method="highs").fun
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_distances_to_hulls(seed):
+    rng = np.random.default_rng(seed)
+    V = some_hull(rng)
+    within, corner = V @ rng.dirichlet(np.ones(V.shape[1])), V[:, 0]
+    for x in (rng.normal(size=len(V)), within, corner, corner + 1e-3 * rng.normal(size=len(V))):
+        distance = programs.distance_to_hull(V, x)
+        assert distance == pytest.approx(distance_by_highs(V, x), abs=2e-7)
+        assert VPolytope(V).PointInSet(x) == (distance <= 1e-8)
+    assert VPolytope(V).PointInSet(within, 1e-14) and VPolytope(V).PointInSet(corner, 1e-14)
+    assert not VPolytope(V).PointInSet(V.max(axis=1) + 1.1e-8) and VPolytope(V[:, :1]).PointInSet(corner + 0.9e-8)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_hulls_meet_other_sets_where_the_program_says_so(seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    V = some_hull(rng)
+    n, low = len(V), rng.uniform(-1.5, 1.0, len(V))
+    other = [
+        VPolytope(rng.normal(size=(n, 4)) + rng.normal(size=(n, 1))),
+        HPolyhedron(rng.normal(size=(5, n)), rng.normal(0.3, 1.0, 5)),
+        Hyperrectangle(low, low + rng.random(n)),
+        Point(V.mean(axis=1)),
+    ]
+    found = [(VPolytope(V).IntersectsWith(s), s.IntersectsWith(VPolytope(V))) for s in other]
+    monkeypatch.setattr(VPolytope, "_image", lambda self: None)
+    assert found == [(VPolytope(V).IntersectsWith(s), s.IntersectsWith(VPolytope(V))) for s in other]
+
+
+def test_hulls_of_numbers_that_are_none_are_refused():
+    flat = VPolytope([[0.0, 1.0], [0.0, 1.0]])
+    with pytest.raises(RuntimeError, match="nan"):
+        flat.PointInSet([np.nan, 0.0])
+    with pytest.raises(RuntimeError, match="finite"):
+        VPolytope([[np.inf, 1.0], [0.0, 1.0]]).IntersectsWith(flat)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_polyhedra_are_bounded_if_no_direction_has_an_infinite_extent(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    A = rng.normal(size=(int(rng.integers(1, 4 * n)), n))
+    if seed % 4 == 0:
+        A = np.vstack((np.eye(n), -np.eye(n)[: int(rng.integers(0, n + 1))]))
+    b = rng.normal(1.0, 1.0, len(A))
+    ends = [
+        linprog(e, A_ub=A, b_ub=b, bounds=(None, None), method="highs", options={"presolve": False}).status
+        for e in (*np.eye(n), *-np.eye(n))
+    ]
+    assert HPolyhedron(A, b).IsBounded() == (3 not in ends)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_largest_balls(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    A = np.vstack((rng.normal(size=(8, n)) * 10.0 ** rng.integers(-3, 3, (8, 1)), np.eye(n), -np.eye(n)))
+    b = rng.uniform(-0.2, 2.0, len(A))
+    lengths = np.linalg.norm(A, axis=1)
+    rows = np.column_stack((A, lengths))
+    bounds = [(None, None)] * n + [(0.0, None)]
+    wanted = linprog(-np.eye(n + 1)[n], A_ub=rows, b_ub=b, bounds=bounds, method="highs")
+    if wanted.status != 0:
+        with pytest.raises(RuntimeError, match="there is no point"):
+            HPolyhedron(A, b).ChebyshevCenter()
+        return
+    room = (b - A @ HPolyhedron(A, b).ChebyshevCenter()) / lengths
+    assert room.min() == pytest.approx(-wanted.fun, abs=1e-6)
+
+
+def test_no_largest_ball_in_an_unbounded_polyhedron():
+    with pytest.raises(RuntimeError, match="it has no limit"):
+        HPolyhedron([[1.0, 0.0]], [1.0]).ChebyshevCenter()
+
+
+def test_rows_that_are_met_everywhere_or_nowhere():
+    triangle = np.array([[1.0, 1.0], [-1.0, 0.5], [0.5, -1.0]])
+    b = np.ones(3)
+    for i in range(3):
+        b[i] = np.inf
+        assert not HPolyhedron(triangle, b).IsEmpty() and not HPolyhedron(triangle, b).IsBounded()
+        b[i] = -np.inf
+        assert HPolyhedron(triangle, b).IsEmpty() and HPolyhedron(triangle, b).IsBounded()
+        b[i] = 1.0
+    twice = HPolyhedron(np.vstack((triangle, triangle)), [1.0, 1.0, 1.0, np.inf, np.inf, np.inf])
+    assert twice.IsBounded() and twice.ReduceInequalities().b().size == 3
+    np.testing.assert_allclose(twice.ChebyshevCenter(), HPolyhedron(triangle, b).ChebyshevCenter(), atol=1e-14)
+    everything = HPolyhedron(triangle, np.full(3, np.inf))
+    assert not everything.IsEmpty() and not everything.IsBounded()
+    assert programs.largest(triangle, np.full(3, np.inf), np.ones(2)) == np.inf

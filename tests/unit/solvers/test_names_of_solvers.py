@@ -25,6 +25,14 @@ def linear():
     return prog
 
 
+def large():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(100)
+    prog.AddBoundingBoxConstraint(0.0, 1.0, x)
+    prog.AddLinearCost(np.ones(100), 0.0, x)
+    return prog
+
+
 def complementary():
     prog = MathematicalProgram()
     prog.AddLinearComplementarityConstraint(np.eye(2), np.array([-1.0, 2.0]), prog.NewContinuousVariables(2))
@@ -82,7 +90,8 @@ def test_clp_solves_quadratic_costs_that_are_convex():
     ("solver", "make", "ran"),
     [
         (CsdpSolver, semidefinite, ClarabelSolver.id()),
-        (ClpSolver, linear, SolverId("HiGHS")),
+        (ClpSolver, linear, SolverId("Simplex")),
+        (ClpSolver, large, SolverId("HiGHS")),
         (MobyLcpSolver, complementary, UnrevisedLemkeSolver.id()),
         (UnrevisedLemkeSolver, complementary, UnrevisedLemkeSolver.id()),
         (LinearSystemSolver, system, LinearSystemSolver.id()),

@@ -85,6 +85,11 @@ class ConvexSet:
         """A and b of A x <= b, for a set that is known by its faces."""
         return None
 
+    def _image(self) -> programs.Image | None:
+        """The set as an affine image of A w <= b, where it is one and that is plain."""
+        faces = self._faces()
+        return None if faces is None else programs.Image(np.eye(self._dimension), np.zeros(self._dimension), *faces)
+
     def _some_point(self) -> np.ndarray | None:
         """A point of the set; None if it is empty."""
         prog, x = self._program()
@@ -153,6 +158,9 @@ class ConvexSet:
         own, others = self._faces(), other._faces()
         if own is not None and others is not None:
             return programs.point(np.vstack((own[0], others[0])), np.concatenate((own[1], others[1]))) is not None
+        image, other_image = self._image(), other._image()
+        if image is not None and other_image is not None:
+            return programs.meet(image, other_image)
         prog, x = self._program()
         other._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
         return Solve(prog).is_success()

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.common._checked import checked
 from sheldrake.common._distributions import gaussian_pairs, sample_uniform
 from sheldrake.common._kinds import count, instance_of
 from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common.kernel import Bound
+from sheldrake.geometry._kernels.hit_and_run import OUTSIDE, UNBOUNDED, walk
 from sheldrake.geometry._shapes import Box, HalfSpace
 from sheldrake.geometry.optimization import _face_translation
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
@@ -282,7 +286,7 @@ class HPolyhedron(ConvexSet):
         Without a previous sample the Chebyshev center is the first.
 
         Raises:
-            ValueError: the previous sample is outside.
+            ValueError: the previous sample is outside or of another size, or a chord has no end.
         """  # fmt: skip
         more = {"mixing_steps": (count, 10), "subspace": (_matrix_or_none, None), "tol": (_arrays.number, 1e-8)}
         ways = [
@@ -298,25 +302,25 @@ class HPolyhedron(ConvexSet):
     def _walk(
         self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: np.ndarray | None, tol: float
     ) -> np.ndarray:
-        x = np.array(start)
+        n, span = self._dimension, np.eye(self._dimension) if subspace is None else subspace
+        if start.shape != (n,) or len(span) != n:
+            raise ValueError(
+                f"UniformSample(): the sample before has {start.size} entries, directions {len(span)}; expected {n}."
+            )
         normals = gaussian_pairs(generator)
-        for _ in range(steps):
-            count = self._dimension if subspace is None else subspace.shape[1]
-            direction = np.array([next(normals) for _ in range(count)])
-            if subspace is not None:
-                direction = subspace @ direction
-            distance, slope = self._b - self._A @ x, self._A @ direction
-            if np.any(distance < -tol):
-                raise ValueError("The Hit and Run algorithm failed to find a feasible point in the set.")
-            distance = np.maximum(distance, 0.0)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                limits = distance / slope
-            low = np.max(limits[slope < 0.0], initial=-np.inf)
-            high = np.min(limits[slope > 0.0], initial=np.inf)
-            if not (np.isfinite(low) and np.isfinite(high)):
-                raise ValueError("UniformSample(): the HPolyhedron is unbounded in a direction of the walk.")
-            x = x + sample_uniform(generator, low, high) * direction
-        return x
+        call, A, b, directions, fractions, x = _walks.of(self._b.size, n, steps)
+        for k in range(steps):
+            direction = np.fromiter(itertools.islice(normals, span.shape[1]), float)
+            directions[k] = direction if subspace is None else span @ direction
+            fractions[k] = sample_uniform(generator, 0.0, 1.0)
+        A[...], b[...], x[...] = self._A, self._b, start
+        call.set("tol", tol)
+        outcome = call()
+        if outcome == OUTSIDE:
+            raise ValueError("The Hit and Run algorithm failed to find a feasible point in the set.")
+        if outcome == UNBOUNDED:
+            raise ValueError("UniformSample(): the HPolyhedron is unbounded in a direction of the walk.")
+        return x.copy()
 
     # As a convex set
 
@@ -345,6 +349,15 @@ class HPolyhedron(ConvexSet):
 
     def _shape(self) -> tuple[Shape, RigidTransform]:
         return VPolytope(self).ToShapeWithPose()
+
+
+def _bound(m: int, n: int, steps: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A bound walk, and its A, b, directions, fractions and x."""
+    A, b, directions, fractions, x = np.zeros((m, n)), np.zeros(m), np.zeros((steps, n)), np.zeros(steps), np.zeros(n)
+    return walk.bind(A, b, directions, fractions, 0.0, x), A, b, directions, fractions, x
+
+
+_walks = BoundCalls(_bound)
 
 
 def _generator(value: object) -> Any:

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers import MathematicalProgram, Solve
-
-if TYPE_CHECKING:
-    import scipy.sparse
-
-
-def _linear_program(A: np.ndarray, b: np.ndarray, cost: np.ndarray) -> scipy.optimize.OptimizeResult:
-    """SciPy's result of min cost'x."""
-    from scipy.optimize import linprog
-
-    return linprog(cost, A_ub=A, b_ub=b, bounds=(None, None), method="highs")
-
+from sheldrake.solvers._engines.linear import INFEASIBLE, OPTIMAL, maximize
 
 _FEASIBLE = 1e-7  # By how much rows may be violated, as for the linear programs.
 
@@ -56,10 +46,10 @@ def largest(A: np.ndarray, b: np.ndarray, direction: np.ndarray) -> float:
             return -np.inf
         turned = direction != 0.0
         return float(np.sum(direction[turned] * np.where(direction > 0.0, high, low)[turned]))
-    found = _linear_program(A, b, -direction)
-    if found.status == 0:
-        return -float(found.fun)
-    return np.inf if point(A, b) is not None else -np.inf
+    found = maximize(direction, A, b)
+    if found.x is not None:
+        return float(direction @ found.x)
+    return -np.inf if found.status == INFEASIBLE or point(A, b) is None else np.inf
 
 
 def point(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
@@ -69,17 +59,60 @@ def point(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
     box = box_of(A, b)
     if box is not None:
         return None if np.any(box[0] > box[1]) else np.clip(np.zeros(A.shape[1]), *box)
-    found = _linear_program(A, b, np.zeros(A.shape[1]))
-    return np.array(found.x) if found.status == 0 else None
+    return maximize(np.zeros(A.shape[1]), A, b).x
+
+
+class Image(NamedTuple):
+    """The points D w + p of all w with A w <= b."""
+
+    D: np.ndarray
+    p: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+
+
+def hull(vertices: np.ndarray) -> Image:
+    """The convex hull of columns: weights that are not negative and sum to one."""
+    n, count = vertices.shape
+    ones = np.ones((1, count))
+    return Image(
+        vertices, np.zeros(n), np.vstack((-np.eye(count), ones, -ones)), np.append(np.zeros(count), [1.0, -1.0])
+    )
+
+
+def meet(one: Image, other: Image) -> bool:
+    """Whether two images have a point in common."""
+    D, apart = np.hstack((one.D, -other.D)), other.p - one.p
+    (m, n), (k, _) = one.A.shape, other.A.shape
+    A = np.zeros((m + k, D.shape[1]))
+    A[:m, :n], A[m:, n:] = one.A, other.A
+    return point(np.vstack((A, D, -D)), np.concatenate((one.b, other.b, apart, -apart))) is not None
+
+
+def distance_to_hull(vertices: np.ndarray, x: np.ndarray) -> float:
+    """By how much a coordinate of x must be changed at least to be in the hull of columns; nan if that is not found.
+
+    It is by how much a direction u - v, of entries that sum to one, tells x from all vertices.
+    """
+    n, count = vertices.shape
+    apart = (vertices - x[:, None]).T
+    rows = np.hstack((apart, -apart, -np.ones((count, 1))))
+    signs = -np.eye(2 * n + 1)[:-1]
+    length = np.append(np.ones(2 * n), 0.0)
+    A, b = np.vstack((rows, signs, length)), np.append(np.zeros(count + 2 * n), 1.0)
+    found = maximize(-np.eye(2 * n + 1)[-1], A, b)
+    return np.nan if found.x is None else -float(found.x[-1])
 
 
 def is_bounded(A: np.ndarray, b: np.ndarray) -> bool:
-    """Whether the rows span the space, and a positive combination of them is zero (Stiemke): it is bounded."""
-    from scipy.optimize import linprog
-
+    """Whether it is empty, or the rows span the space and no direction stays beneath all of them."""
+    box = box_of(A, b)
+    if box is not None:
+        return bool(np.isfinite(box).all() or np.any(box[0] > box[1]))
+    A, b = A[b < np.inf], b[b < np.inf]
     m, n = A.shape
     spans = m > n and np.linalg.matrix_rank(A) == n
-    if spans and linprog(np.zeros(m), A_eq=A.T, b_eq=np.zeros(n), bounds=(1.0, None), method="highs").status == 0:
+    if spans and maximize(-A.sum(axis=0), A, np.zeros(m)).status == OPTIMAL:
         return True
     return point(A, b) is None
 
@@ -141,13 +174,12 @@ def chebyshev_center(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(A, axis=1)
     n = A.shape[1]
     rows = np.vstack((np.column_stack((A, lengths)), -np.eye(1, n + 1, n)))
-    found = _linear_program(rows, np.append(b, 0.0), -np.eye(n + 1)[n])
-    if found.status != 0:
+    found = maximize(np.eye(n + 1)[n], rows, np.append(b, 0.0))
+    if found.x is None:
         raise RuntimeError(
-            f"ChebyshevCenter(): the linear program has no solution ({found.message}). Is it "
-            "unbounded, or without interior?"
+            f"ChebyshevCenter(): the linear program has no solution ({found}). Is it unbounded, or without interior?"
         )
-    return np.array(found.x[:n])
+    return found.x[:n]
 
 
 def inscribed_ellipsoid(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Convex
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace, column_space
 from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box
@@ -171,7 +172,16 @@ class VPolytope(ConvexSet):
         into.nonnegative(scale)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool | None:
-        return None if self._vertices.shape[1] else False
+        if self._empty():
+            return False
+        if not (np.isfinite(x).all() and np.isfinite(self._vertices).all()):
+            return None
+        distance = programs.distance_to_hull(self._vertices, x)
+        return None if np.isnan(distance) else distance <= tol
+
+    def _image(self) -> programs.Image | None:
+        known = not self._empty() and np.isfinite(self._vertices).all()
+        return programs.hull(self._vertices) if known else None
 
     def _empty(self) -> bool:
         return self._vertices.shape[1] == 0

@@ -9,9 +9,10 @@ import numpy as np
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.linear import SMALL, maximize_small
 from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._ids import ProgramAttribute as A
-from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._ids import SolutionResult, SolverId, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import LINEAR
@@ -32,11 +33,14 @@ _RESULTS = {
 
 def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray, list]:
     """All linear constraints that are no bounds as lower <= A x <= upper, A sparse; and (binding, rows) of each."""
+    found = LinearRows(prog, prog.GetLinearConstraints())
+    return _sparse(found, prog.num_vars()), found.lower, found.upper, found.places
+
+
+def _sparse(found: LinearRows, num_vars: int) -> scipy.sparse.csc_matrix:
     from scipy.sparse import csc_matrix
 
-    found = LinearRows(prog, prog.GetLinearConstraints())
-    M = csc_matrix((found.values, (found.rows, found.cols)), shape=(found.num_rows, prog.num_vars()))
-    return M, found.lower, found.upper, found.places
+    return csc_matrix((found.values, (found.rows, found.cols)), shape=(found.num_rows, num_vars))
 
 
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
@@ -82,7 +86,8 @@ _CLP_CODES = {result: _CLP_STATUS[status] for status, result in _RESULTS.items()
 class ClpSolver(SolverInterface):
     """Solves linear programs, and such with convex quadratic costs.
 
-    In sheldrake HiGHS solves the former, by way of SciPy, and Clarabel the latter; results say so.
+    In sheldrake the former are solved by HiGHS, by way of SciPy, or if they are small and have a solution by a simplex
+    method of its own; the latter by Clarabel. Results say so: "HiGHS", "Simplex" or "Clarabel".
     """
 
     _name = "Clp"
@@ -102,12 +107,15 @@ class ClpSolver(SolverInterface):
             result._details = ClpSolverDetails(_CLP_CODES.get(result.get_solution_result(), 4))
             return
         _, c, constant = quadratic_objective(prog)
-        M, low, high, places = linear_rows(prog)
-        bounds = variable_bounds(prog)
+        rows = LinearRows(prog, prog.GetLinearConstraints())
+        low, high, bounds = rows.lower, rows.upper, variable_bounds(prog)
         if _box_is_empty(*bounds) or np.any(low > high):
             result._details = ClpSolverDetails(1)
             result._finish(SolutionResult.kInfeasibleConstraints, np.zeros(prog.num_vars()), np.inf)
             return
+        if not self._prints(options) and _solve_small(prog, rows, bounds, c, constant, result):
+            return
+        M = _sparse(rows, prog.num_vars())
         equal = low == high
         above, below = ~equal & np.isfinite(high), ~equal & np.isfinite(low)
         from scipy.sparse import vstack
@@ -133,9 +141,38 @@ class ClpSolver(SolverInterface):
             marginals = found.ineqlin.marginals if A_ub is not None else np.zeros(0)
             dual[above] += marginals[: above.sum()]
             dual[below] -= marginals[above.sum() :]
-            for b, rows in places:
-                result._set_dual(b, dual[rows])
+            for b, places in rows.places:
+                result._set_dual(b, dual[places])
             set_box_duals(prog, result, found.lower.marginals, found.upper.marginals)
+
+
+def _solve_small(
+    prog: MathematicalProgram,
+    rows: LinearRows,
+    bounds: tuple[np.ndarray, np.ndarray],
+    c: np.ndarray,
+    constant: float,
+    result: MathematicalProgramResult,
+) -> bool:
+    """Solves a small program by the simplex method; whether there is a solution, which is then proven."""
+    m, n = rows.num_rows, prog.num_vars()
+    if 2 * (m + n) * n > SMALL:
+        return False
+    A = np.bincount(rows.rows * n + rows.cols, rows.values, m * n).reshape(m, n)
+    A, lower, upper = np.vstack((A, np.eye(n))), np.append(rows.lower, bounds[0]), np.append(rows.upper, bounds[1])
+    above, below = np.isfinite(upper), np.isfinite(lower)
+    found = maximize_small(-c, np.vstack((A[above], -A[below])), np.append(upper[above], -lower[below]))
+    if found.x is None or found.y is None:
+        return False
+    result._solver_id = SolverId("Simplex")
+    result._details = ClpSolverDetails(_CLP_STATUS[0])
+    result._finish(SolutionResult.kSolutionFound, found.x, c @ found.x + constant)
+    at_lower, at_upper = np.zeros(m + n), np.zeros(m + n)
+    at_upper[above], at_lower[below] = -found.y[: above.sum()], found.y[above.sum() :]
+    for b, places in rows.places:
+        result._set_dual(b, at_lower[places] + at_upper[places])
+    set_box_duals(prog, result, at_lower[m:], at_upper[m:])
+    return True
 
 
 def _least_violation(
