@@ -100,7 +100,7 @@ def slide(page, share, is_there, seconds=PATIENCE, name=""):
             f"""(() => {{ const label = (e) => /[a-z]/i.test(e.innerText) ? e.innerText.trim() : label(e.parentElement);
               const t = [...document.querySelectorAll('.mantine-Slider-trackContainer')]
                 .find((track) => label(track).startsWith({json.dumps(name)}));
-              if (!t) return null; t.scrollIntoView({{block: "nearest", behavior: "instant"}});
+              if (!t) return null; t.scrollIntoView({{block: "center", behavior: "instant"}});
               const r = t.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; }})()"""
         )
         page.click(x + share * width, y + height / 2)

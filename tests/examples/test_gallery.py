@@ -86,7 +86,7 @@ def test_stack_stands_still(capsys):
 
 
 def test_clutter_comes_to_rest_in_its_bin(capsys):
-    share, energy = run("clutter", capsys, seconds=2.5)
+    share, energy = run("clutter", capsys, seconds=3.0)
     assert share == pytest.approx(1.0, rel=1e-3)
     assert energy < 1e-2
 

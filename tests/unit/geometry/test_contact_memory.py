@@ -107,6 +107,7 @@ def test_a_pair_that_was_apart_is_found_when_it_meets():
 
 
 def test_python_source_remembers_as_machine_code_does():
+    """The same but for the order of a facet's corners: which of two is farther can be a matter of the last digit."""
     rng = np.random.default_rng(2)
     scene = Scene([hull(rng, 12), hull(rng, 12)], "single_point")
     at = motion(rng, 2, 0.5)
@@ -114,8 +115,9 @@ def test_python_source_remembers_as_machine_code_does():
     for step in range(4):
         for native, table in enumerate(tables):
             assert find_contacts(scene.model, at(1e-3 * step), table, bool(native)) == 0
-    for name in ("remembered", "slot"):
-        np.testing.assert_array_equal(getattr(tables[0], name), getattr(tables[1], name))
+    np.testing.assert_array_equal(tables[0].remembered, tables[1].remembered)
+    slots = [np.column_stack((table.slot[:, :6], np.sort(table.slot[:, 6:], axis=1))) for table in tables]
+    np.testing.assert_array_equal(*slots)
     np.testing.assert_allclose(*(t.point[: t.num_contacts] for t in tables), rtol=0.0, atol=1e-14)
 
 
@@ -245,7 +247,16 @@ def nearly_touching(scene, turned, gap):
 
 @pytest.mark.parametrize("shapes", [(20, 60), (60, 0), (200, 200)], ids=str)
 def test_flat_faces_that_hardly_touch_are_not_searched_anew(shapes, monkeypatch):
-    """Of two shapes that roll a little on each other, sometimes apart, most steps need no search."""
+    """Of two shapes that roll a little on each other, sometimes apart, most steps need no search.
+
+    Directions are differences of nearest points, and known the less exactly the nearer these are.
+    """
+
+    def same(found, expected):
+        np.testing.assert_allclose(found[:, [0, 1, 2, 3, 4, 5, 9]], expected[:, [0, 1, 2, 3, 4, 5, 9]], 0.0, 1e-13)
+        rounding = 1e-13 + 3e-17 / np.abs(expected[:, 9:]).min()
+        np.testing.assert_allclose(found[:, 6:9], expected[:, 6:9], rtol=0.0, atol=rounding)
+
     rng = np.random.default_rng(7)
     scene = Scene([hull(rng, n) if n else Box(0.2, 0.3, 0.1) for n in shapes])
     scene.model.margin[Margins.several_margin] = 1e-4
@@ -261,13 +272,13 @@ def test_flat_faces_that_hardly_touch_are_not_searched_anew(shapes, monkeypatch)
             forget(mixed)
         search(scene.model, X_WB, mixed)
         assert mixed.num_contacts == fresh.num_contacts
-        np.testing.assert_allclose(mixed.point[: mixed.num_contacts], steps[-1][1], rtol=0.0, atol=1e-13)
+        same(mixed.point[: mixed.num_contacts], steps[-1][1])
     searched = []
     monkeypatch.setattr(separation, "search", lambda *args: searched.append(args) or search_pair(*args))
     for X_WB, points in steps:
         assert find_contacts(scene.model, X_WB, kept, False) == 0
         assert kept.num_contacts == len(points) > 0
-        np.testing.assert_allclose(kept.point[: kept.num_contacts], points, rtol=0.0, atol=1e-13)
+        same(kept.point[: kept.num_contacts], points)
     assert 10 < sum(points[:, 9].max() < 0.0 for _, points in steps) < 20
     assert len(searched) < 12
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 ABI = "8"
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
-_engines: list[Any] = []
+_linked: list[Any] = []
 _NUMBERS_AND_TEXTS = (int, float, complex, str, bytes, np.generic)
 
 
@@ -298,13 +298,41 @@ def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
 
 
 def _link(code: bytes, symbol: str) -> int:
+    """The address of an object file's function, put into this process.
+
+    Code and its constants must be in one piece: addresses between them have 32 bits, and memory that MCJIT asks for
+    piece by piece is farther apart, now and then, where there are many threads or gigabytes of arrays (a failed
+    assertion of LLVM ends the process). JITLink, which does so, is tried on Linux alone.
+    """
+    initialise()
+    return (_by_jit_link if sys.platform == "linux" else _by_mcjit)(code, symbol)
+
+
+@functools.cache
+def _linker() -> Any:
     import llvmlite.binding as llvm
 
-    initialise()
+    machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
+    return llvm.create_lljit_compiler(machine, use_jit_link=True)
+
+
+def _by_jit_link(code: bytes, symbol: str) -> int:
+    import llvmlite.binding as llvm
+
+    library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(symbol)
+    library.import_symbol(living.SYMBOL, living.address())
+    linked = library.link(_linker(), f"{symbol} {len(_linked)}")
+    _linked.append(linked)  # the machine code lives as long as it
+    return linked[symbol]
+
+
+def _by_mcjit(code: bytes, symbol: str) -> int:
+    import llvmlite.binding as llvm
+
     llvm.add_symbol(living.SYMBOL, living.address())
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    _engines.append(engine)  # the machine code lives as long as its engine
+    _linked.append(engine)
     return engine.get_function_address(symbol)

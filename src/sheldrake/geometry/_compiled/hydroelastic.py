@@ -52,7 +52,7 @@ _KERNELS = (
     hydro.compliant_and_compliant,
 )
 
-SHARES = 1.0, 1 / 4, 1 / 8, 1 / 16, 1 / 32, 1 / 64
+SHARES = 1.0, 1 / 4, 1 / 16, 1 / 64
 """How much of a compliant mesh is in each of its parts, as a share of the range of its pressure."""
 assert len(SHARES) == NUM_PARTS
 _ROUNDING = 1e-12

@@ -73,7 +73,7 @@ class Node(Record):
     half_sizes = numbers(3, "of the box; negative of a box of nothing", "m")
 
 
-NUM_PARTS = 6
+NUM_PARTS = 4
 
 
 class Part(Record):

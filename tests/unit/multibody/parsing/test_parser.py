@@ -325,6 +325,7 @@ def test_files(plant, tmp_path, monkeypatch):
     parser = Parser(plant)
     with pytest.raises(ParseError, match=r"nope\.urdf: error: The file does not exist"):
         parser.AddModels("nope.urdf")
+    (tmp_path / "robot.stl").write_text("solid robot")
     with pytest.raises(ParseError, match=r"not recognized; the known endings are \.urdf, \.sdf, \.xml, \.dmd\.yaml"):
         parser.AddModels("robot.stl")
     with pytest.raises(ParseError, match="not recognized"):

@@ -66,9 +66,9 @@ def constraint_cost(model, problem, contacts, rows, alpha):
     return total
 
 
-@kernel
-def contact_slope(model, problem, contacts, rows, alpha):
-    """First and second derivative of what contacts add to `constraint_cost`, with respect to alpha."""
+@kernel(outline=True)
+def constraint_slope(model, problem, contacts, rows, alpha):
+    """First and second derivative of `constraint_cost` with respect to alpha."""
     slope = 0.0
     curvature = 0.0
     for contact in contacts_of_island(problem, contacts):
@@ -77,13 +77,6 @@ def contact_slope(model, problem, contacts, rows, alpha):
         gamma, G = contact_impulse(model, contact, vc)
         slope -= dot3(dvc, gamma)
         curvature += dot3(dvc, times_G(G, dvc))
-    return slope, curvature
-
-
-@kernel(outline=True)
-def constraint_slope(model, problem, contacts, rows, alpha):
-    """First and second derivative of `constraint_cost` with respect to alpha."""
-    slope, curvature = contact_slope(model, problem, contacts, rows, alpha)
     for row in rows_of_island(problem, rows):
         dvc_r = row.dvc
         vc_r = row.vc + alpha * dvc_r

@@ -13,7 +13,6 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     along_direction,
     constraint_cost,
     constraint_slope,
-    contact_slope,
     drop_slopes,
     evaluate,
     evaluate_v,
@@ -139,30 +138,6 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
     return x, 0
 
 
-@kernel(outline=True)
-def shorter_step(model, problem, contacts, rows, slopes, slope0, slope_A, curvature_A, slope1):
-    """(step length in (0, 1) that leaves a tenth of the slope at 0, whether one was found), from the iterate at 1.
-
-    `slopes` are those of what is not in `slope_A` and `curvature_A`, where rows are if the unknowns are impulses. The
-    slope at 1 is positive. An exact search takes longer, and no iteration less follows it. Every third time the bracket
-    is halved: Newton's method may creep to a kink from one side.
-    """
-    low, high = 0.0 * slope0, 1.0 + 0.0 * slope0
-    x = slope0 / (slope0 - slope1)
-    for k in range(EVALUATIONS):
-        slope, curvature = slopes(model, problem, contacts, rows, x - 1.0)
-        f = slope + slope_A + x * curvature_A
-        if f < 0.0:
-            low = x
-        else:
-            high = x
-        if magnitude(f) < -FULL_STEP * slope0 or high - low < TOLERANCE:
-            return x, 1
-        new = x - f / (curvature + curvature_A)
-        x = new if k % 3 != 2 and low < new and new < high else 0.5 * (low + high)
-    return x, 0
-
-
 # ---- a dual of friction
 #
 # Friction of a contact that slides as a primal-dual Newton method sees it, for faster convergence.
@@ -260,6 +235,13 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
 
 @kernel(outline=True)
+def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
+    """Step length, and whether one was found, from an iterate whose cost is not known."""
+    momentum, cost = whole_cost(model, problem, contacts, rows)
+    return line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+
+
+@kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
     """Drake's Newton iterations, from an iterate whose `optimality` is known; a status.
 
@@ -293,6 +275,17 @@ ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at
 
 
 @kernel(outline=True)
+def search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A):
+    """`search` along a step of impulses, whose slopes have those of the rows."""
+    momentum, cost = whole_cost(model, problem, contacts, rows)
+    end = problem.rows_end
+    problem.rows_end = problem.rows_begin
+    alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+    problem.rows_end = end
+    return alpha, found
+
+
+@kernel(outline=True)
 def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left, soft):
     """The iterations of `iterate_to_rest`, with the impulses of n contacts as unknowns: a status, and the excess.
 
@@ -310,14 +303,12 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
         move_impulses(problem, contacts, factor, n, alpha)
         excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
         if part == 0.0:
-            slope1 = slope_there(problem, contacts, factor, n)
-            if not (excess <= ENOUGH or slope1 <= -FULL_STEP * slope):
-                alpha, found = shorter_step(
-                    model, problem, contacts, rows, contact_slope, slope, slope_A, curvature_A, slope1
-                )
+            if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
+                move_impulses(problem, contacts, factor, n, -alpha)
+                alpha, found = search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
                 if found == 0:
                     return LINE_SEARCH_FAILED, excess
-                move_impulses(problem, contacts, factor, n, alpha - 1.0)
+                move_impulses(problem, contacts, factor, n, alpha)
                 excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
             if -slope <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
                 break
@@ -335,10 +326,10 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
 def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     """Iterations until what can rest does, from an iterate whose `optimality` is known; a status.
 
-    The full step is taken where it leaves a tenth of the slope, else a shorter one that does. What a step can still
-    gain being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less
-    strictly so where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do,
-    the next one has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
+    The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
+    being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
+    where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
+    has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
@@ -363,14 +354,13 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         problem.iterations += 1
         advance(model, problem, contacts, rows, alpha)
         excess, momentum, impulse = evaluate(model, problem, contacts, rows)
-        slope1, _, _ = along_direction(model, problem)
-        if not (excess <= 1.0 or slope1 <= -FULL_STEP * slope):
-            alpha, found = shorter_step(
-                model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A, slope1
-            )
+        slope_there, _, _ = along_direction(model, problem)
+        if not (excess <= 1.0 or slope_there <= -FULL_STEP * slope):
+            advance(model, problem, contacts, rows, -alpha)
+            alpha, found = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
             if found == 0:
                 return LINE_SEARCH_FAILED
-            advance(model, problem, contacts, rows, alpha - 1.0)
+            advance(model, problem, contacts, rows, alpha)
             excess, momentum, impulse = evaluate(model, problem, contacts, rows)
         left = DECREMENT if excess < STALLED * before else STALLED_DECREMENT
         if excess <= 1.0 or -slope <= left * (momentum + impulse):
