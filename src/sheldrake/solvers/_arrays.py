@@ -32,6 +32,11 @@ def is_sparse(A: ArrayLike) -> bool:
     return type(A).__module__.startswith("scipy.sparse")
 
 
+def joined(arrays: Sequence[np.ndarray], kind: type) -> np.ndarray:
+    """Vectors one after the other; of none an empty one of this kind."""
+    return np.concatenate(arrays) if arrays else np.zeros(0, dtype=kind)
+
+
 @kind("array of Variable")
 def variable_vector(value: object) -> np.ndarray:
     """Variables as a vector, column after column of a matrix.

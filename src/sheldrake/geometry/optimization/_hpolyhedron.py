@@ -80,7 +80,7 @@ class HPolyhedron(ConvexSet):
         if isinstance(at.shape, HalfSpace):
             A, b = np.array([[0.0, 0.0, 1.0]]), np.zeros(1)
         elif isinstance(at.shape, Box):
-            A, b = _box_rows(-0.5 * at.shape.size(), 0.5 * at.shape.size())
+            A, b = programs.box_rows(-0.5 * at.shape.size(), 0.5 * at.shape.size())
         else:
             raise unsupported(HPolyhedron, at.shape)
         A = A @ at.R_FG.T
@@ -102,7 +102,7 @@ class HPolyhedron(ConvexSet):
         Raises:
             RuntimeError: a lower bound is above its upper bound.
         """
-        return HPolyhedron(*_box_rows(*checked_box("MakeBox", lb, ub)))
+        return HPolyhedron(*programs.box_rows(*checked_box("MakeBox", lb, ub)))
 
     @staticmethod
     def MakeUnitBox(dim: int) -> HPolyhedron:
@@ -369,10 +369,6 @@ def _generator(value: object) -> Any:
 
 def _matrix_or_none(value: ArrayLike | None) -> np.ndarray | None:
     return None if value is None else _arrays.float_matrix(value)
-
-
-def _box_rows(lb: np.ndarray, ub: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.vstack((np.eye(lb.size), -np.eye(lb.size))), np.concatenate((ub, -lb))
 
 
 def _rows_of(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:

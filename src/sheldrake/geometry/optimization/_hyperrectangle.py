@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Box
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, vector
 from sheldrake.math import RigidTransform
@@ -92,8 +93,7 @@ class Hyperrectangle(ConvexSet):
         return self._lb, self._ub
 
     def _faces(self) -> tuple[np.ndarray, np.ndarray]:
-        both = np.eye(self._dimension)
-        return np.vstack((both, -both)), np.concatenate((self._ub, -self._lb))
+        return programs.box_rows(self._lb, self._ub)
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         into.within(self._lb, x, self._ub, scale)

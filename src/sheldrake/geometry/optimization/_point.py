@@ -9,6 +9,7 @@ import numpy as np
 
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Sphere
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
@@ -100,8 +101,7 @@ class Point(ConvexSet):
         return self._x.copy()
 
     def _faces(self) -> tuple[np.ndarray, np.ndarray]:
-        both = np.eye(self._dimension)
-        return np.vstack((both, -both)), np.concatenate((self._x, -self._x))
+        return programs.box_rows(self._x, self._x)
 
     def _extent(self, direction: np.ndarray) -> float:
         return float(direction @ self._x)

@@ -12,6 +12,12 @@ from sheldrake.solvers._engines.linear import INFEASIBLE, OPTIMAL, maximize
 _FEASIBLE = 1e-7  # By how much rows may be violated, as for the linear programs.
 
 
+def box_rows(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A and b of lower <= x <= upper."""
+    both = np.eye(lower.size)
+    return np.vstack((both, -both)), np.concatenate((upper, -lower))
+
+
 def box_of(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """The bounds that the rows are, infinite where there are none; None if a row has several variables.
 

@@ -49,11 +49,11 @@ class LinearRows:
             at += count
             first += len(b._variables)
         self.num_rows = at
-        self.rows, self.values = _joined(rows, int), _joined(values, float)
+        self.rows, self.values = _arrays.joined(rows, int), _arrays.joined(values, float)
         variables = np.concatenate([b._variables for b in bindings]) if bindings else np.zeros(0, dtype=object)
-        self.cols = parts_of(prog).variables.places(variables)[_joined(columns, int)]
-        self.lower = _joined([b._evaluator._lower for b in bindings], float)
-        self.upper = _joined([b._evaluator._upper for b in bindings], float)
+        self.cols = parts_of(prog).variables.places(variables)[_arrays.joined(columns, int)]
+        self.lower = _arrays.joined([b._evaluator._lower for b in bindings], float)
+        self.upper = _arrays.joined([b._evaluator._upper for b in bindings], float)
 
     def of(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The entries of some rows, which are numbered anew from zero in the order given."""
@@ -62,7 +62,3 @@ class LinearRows:
         rows = number[self.rows]
         kept = rows >= 0
         return rows[kept], self.cols[kept], self.values[kept]
-
-
-def _joined(arrays: list[np.ndarray], kind: type) -> np.ndarray:
-    return np.concatenate(arrays) if arrays else np.zeros(0, dtype=kind)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.highs import variable_bounds
 from sheldrake.solvers._engines.terms import grouped
 from sheldrake.solvers._functions.bindings import BindingBase
@@ -100,10 +101,10 @@ class NonlinearForm:
         self.upper = np.concatenate(upper) if upper else np.zeros(0)
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
-        self.J_rows = _joined([t.J_rows for t in self._constraints])
-        self.J_cols = _joined([t.J_cols for t in self._constraints])
-        self.H_rows = _joined([t.H_rows for t in [*self._costs, *self._constraints]])
-        self.H_cols = _joined([t.H_cols for t in [*self._costs, *self._constraints]])
+        self.J_rows = _arrays.joined([t.J_rows for t in self._constraints], int)
+        self.J_cols = _arrays.joined([t.J_cols for t in self._constraints], int)
+        self.H_rows = _arrays.joined([t.H_rows for t in [*self._costs, *self._constraints]], int)
+        self.H_cols = _arrays.joined([t.H_cols for t in [*self._costs, *self._constraints]], int)
         self._J_scale = self.scale[self.J_cols]
         self._H_scale = self.scale[self.H_rows] * self.scale[self.H_cols]
         self._values = _Last(self._values_at)
@@ -150,7 +151,7 @@ class NonlinearForm:
         for terms in self._constraints:
             rows[terms.places], J = terms.slopes(x)
             entries.append(J)
-        return rows, _joined(entries, float) * self._J_scale
+        return rows, _arrays.joined(entries, float) * self._J_scale
 
     def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
@@ -164,7 +165,7 @@ class NonlinearForm:
         x = y * self.scale
         entries = [t.hessian(x, np.full(len(t.places), cost_weight)) for t in self._costs]
         entries += [t.hessian(x, weights[t.places]) for t in self._constraints]
-        return _joined(entries, float) * self._H_scale
+        return _arrays.joined(entries, float) * self._H_scale
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
@@ -224,10 +225,6 @@ def _always_hold(constraint: Constraint) -> np.ndarray | bool:
         return False
     idle = np.asarray(abs(constraint._A).sum(axis=1)).ravel() == 0.0
     return idle & (constraint._lower <= 0.0) & (constraint._upper >= 0.0)
-
-
-def _joined(arrays: list[np.ndarray], kind: type = int) -> np.ndarray:
-    return np.concatenate(arrays) if arrays else np.zeros(0, dtype=kind)
 
 
 class _Last:

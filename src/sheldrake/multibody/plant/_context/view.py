@@ -67,8 +67,9 @@ class View:
         self.contact_room: Any = None
         """What point contacts are put together in, once they were asked for."""
         self.reactions: Any = None
-        self._in_step: tuple[Any, Query] | None = None
         """What reaction forces are computed in, once they were asked for."""
+        self._in_step: tuple[Any, Query] | None = None
+        """The tree of a step, and the query of accelerations there, once they were asked for."""
         self.applied_force: np.ndarray | None = None
         """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
         self.model, self.native = frozen.tree, store.native
