@@ -459,8 +459,8 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
     # ---- searches for large polytopes
 
     def _polytope(self, C: np.ndarray, d: np.ndarray) -> HPolyhedron:
-        n = len(self._s_lower)
-        A, b = np.vstack((C, np.eye(n), -np.eye(n))), np.concatenate((d, self._s_upper, -self._s_lower))
+        box = programs.box_rows(self._s_lower, self._s_upper)
+        A, b = np.vstack((C, box[0])), np.concatenate((d, box[1]))
         keep = np.isfinite(b)
         return HPolyhedron(A[keep], b[keep])
 

@@ -97,8 +97,8 @@ class NonlinearForm:
             at += n + 1
         self.num_rows = at
         self._constraints = grouped(found)
-        self.lower = np.concatenate(lower) if lower else np.zeros(0)
-        self.upper = np.concatenate(upper) if upper else np.zeros(0)
+        self.lower = _arrays.joined(lower, float)
+        self.upper = _arrays.joined(upper, float)
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
         self.J_rows = _arrays.joined([t.J_rows for t in self._constraints], int)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import ConicForm
 from sheldrake.solvers._engines.equality import quadratic_objective
@@ -247,5 +248,4 @@ def _rows_for_scs(form: ConicForm) -> np.ndarray:
             rows = rows[np.lexsort((j, i))]
         found.append((_SCS_ORDER[cone.kind], rows))
         at += size
-    ordered = [rows for _, rows in sorted(found, key=lambda item: item[0])]
-    return np.concatenate(ordered) if ordered else np.zeros(0, dtype=int)
+    return _arrays.joined([rows for _, rows in sorted(found, key=lambda item: item[0])], int)

@@ -14,6 +14,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything
 from sheldrake.common._overloads import expect, overload, overloaded
+from sheldrake.solvers import _arrays
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import Binding, BindingBase, as_kind
 from sheldrake.solvers._functions.cone_constraints import (
@@ -268,8 +269,7 @@ class ProgramBindings:
 
     def EvalBindings(self, bindings: Iterable[BindingBase], prog_var_vals: ArrayLike) -> np.ndarray:
         """Returns the values of several, one after the other."""
-        found = [self.EvalBinding(b, prog_var_vals) for b in bindings]
-        return np.concatenate(found) if found else np.zeros(0)
+        return _arrays.joined([self.EvalBinding(b, prog_var_vals) for b in bindings], float)
 
     def EvalBindingVectorized(self, binding: BindingBase, prog_var_vals: ArrayLike) -> np.ndarray:
         """Returns the values as columns for values of all decision variables as columns."""
