@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import copy
 import importlib
 import math
-from collections.abc import Iterator, Sequence
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Kind, Mismatch, dispatch, kind, overload
+from sheldrake.common._options import Options
+from sheldrake.common._overloads import incompatible
 from sheldrake.common._random import RandomGenerator
-from sheldrake.common._scalars import any_array, scalar, vector
 from sheldrake.common.cpp_template import TemplateClass
 
 if TYPE_CHECKING:
-    from types import GenericAlias
-
-    from numpy.typing import ArrayLike
-    from typing_extensions import Self
-
     from sheldrake.symbolic._expression import Expression
 
 
@@ -55,71 +47,34 @@ def random_variable(kind: str, i: int) -> Expression:
     return symbolic.Variable(f"random_{kind}_{i}", getattr(Type, f"RANDOM_{kind.upper()}"))
 
 
-class _Schema:
-    """A value with the named fields of `_TYPES`, each converted and checked when set."""
-
-    __fields__: ClassVar[tuple] = ()
-
-    def __copy__(self) -> Self:
-        new = object.__new__(type(self))
-        for name, value in vars(self).items():
-            object.__setattr__(new, name, copy.copy(value))
-        return new
-
-    def __deepcopy__(self, memo: dict) -> Self:
-        new = object.__new__(type(self))
-        for name, value in vars(self).items():
-            object.__setattr__(new, name, copy.deepcopy(value, memo))
-        return new
-
-    def __repr__(self) -> str:
-        pairs = ", ".join(f"{field.name}={getattr(self, field.name)!r}" for field in self.__fields__)
-        return f"{pretty_class_name(type(self))}({pairs})"
-
-
-@kind("list of float")
-def _numbers(value: float | Sequence[float] | np.ndarray) -> list[float]:
-    array = any_array(float, value)
-    if array.ndim != 1:
-        raise Mismatch
-    return array.tolist()
-
-
-class _Fields(_Schema):
-    """Fields of one kind each, given all together, by position or name, or not at all."""
-
-    _KINDS: ClassVar[dict[str, Kind]] = {}
-    _DEFAULTS: ClassVar[dict[str, Any]] = {}
+class Schema(Options):
+    """Settings that may also be those of another one, given as `other`."""
 
     def __init__(self, *args: Any, **kwargs: Any):
-        """All fields, none, or another one to copy."""
-        cls: Any = next(base for base in type(self).__mro__ if "_KINDS" in vars(base))
+        """Settings by name, or another one to copy."""
+        if self._is_other(args, kwargs):
+            other = args[0] if args else kwargs["other"]
+            args, kwargs = (), {name: getattr(other, name) for name in self._defaults}
+        super().__init__(*args, **kwargs)
 
-        def set_all(self: Any, *values: Any) -> None:
-            for name, value in zip(cls._KINDS, values):
-                object.__setattr__(self, name, value)
+    def _is_other(self, args: tuple, kwargs: dict[str, Any]) -> bool:
+        other = args[0] if args else kwargs.get("other")
+        related = isinstance(other, Schema) and (isinstance(other, type(self)) or isinstance(self, type(other)))
+        return related and len(args) + len(kwargs) == 1
 
-        def set_default(self: Any) -> None:
-            set_all(self, *(copy.copy(value) for value in cls._DEFAULTS.values()))
 
-        def set_copy(self: Any, other: Any) -> None:
-            set_all(self, *(copy.copy(getattr(other, name)) for name in cls._KINDS))
+class _Whole(Schema):
+    """A schema whose settings are given all together, by position or name, or not at all."""
 
-        ways = [
-            overload(set_default),
-            overload(set_copy, other=instance_of(cls)),
-            overload(set_all, **cls._KINDS),
-        ]
-        dispatch(pretty_class_name(type(self)), ways, self, args, kwargs, constructor=True)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name not in self._KINDS:
-            raise AttributeError(f"{type(self).__name__} has no field '{name}'; it has {', '.join(self._KINDS)}.")
-        try:
-            object.__setattr__(self, name, self._KINDS[name](value))
-        except Mismatch:
-            description = getattr(self._KINDS[name], "description")  # noqa: B009
-            raise TypeError(f"{type(self).__name__}.{name} takes a {description}, not {value!r}.") from None
+    def __init__(self, *args: Any, **kwargs: Any):
+        """All settings, none, or another one to copy."""
+        names = list(self._defaults)
+        if (args or kwargs) and not self._is_other(args, kwargs):
+            if len(args) + len(kwargs) != len(names) or {*names[: len(args)], *kwargs} != set(names):
+                accepted = ["()", "(other)", f"({', '.join(names)})"]
+                raise incompatible(pretty_class_name(type(self)), accepted, args, kwargs, constructor=True)
+            args, kwargs = (), {**dict(zip(names, args)), **kwargs}
+        super().__init__(*args, **kwargs)
 
 
 class Distribution:
@@ -141,17 +96,10 @@ class Distribution:
         raise NotImplementedError
 
 
-def _field(name: str, kind: type | GenericAlias) -> SimpleNamespace:
-    return SimpleNamespace(name=name, type=kind)
-
-
-class Deterministic(_Fields, Distribution):
+class Deterministic(_Whole, Distribution):
     """A number that is known."""
 
-    _KINDS: ClassVar[dict] = {"value": scalar(float)}
-    _DEFAULTS: ClassVar[dict] = {"value": 0.0}
-    __fields__ = (_field("value", float),)
-    value: float
+    value: float = 0.0
 
     def Sample(self, generator: RandomGenerator) -> float:
         return self.value
@@ -163,14 +111,11 @@ class Deterministic(_Fields, Distribution):
         return importlib.import_module("sheldrake.symbolic").Expression(self.value)
 
 
-class Gaussian(_Fields, Distribution):
+class Gaussian(_Whole, Distribution):
     """A normally distributed number."""
 
-    _KINDS: ClassVar[dict] = {"mean": scalar(float), "stddev": scalar(float)}
-    _DEFAULTS: ClassVar[dict] = {"mean": 0.0, "stddev": 0.0}
-    __fields__ = (_field("mean", float), _field("stddev", float))
-    mean: float
-    stddev: float
+    mean: float = 0.0
+    stddev: float = 0.0
 
     def Sample(self, generator: RandomGenerator) -> float:
         return sample_gaussian(generator, self.mean, self.stddev)
@@ -182,14 +127,11 @@ class Gaussian(_Fields, Distribution):
         return self.mean + self.stddev * random_variable("gaussian", 0)
 
 
-class Uniform(_Fields, Distribution):
+class Uniform(_Whole, Distribution):
     """A number equally likely anywhere in [min, max)."""
 
-    _KINDS: ClassVar[dict] = {"min": scalar(float), "max": scalar(float)}
-    _DEFAULTS: ClassVar[dict] = {"min": 0.0, "max": 0.0}
-    __fields__ = (_field("min", float), _field("max", float))
-    min: float
-    max: float
+    min: float = 0.0
+    max: float = 0.0
 
     def Sample(self, generator: RandomGenerator) -> float:
         return sample_uniform(generator, self.min, self.max)
@@ -201,13 +143,10 @@ class Uniform(_Fields, Distribution):
         return self.min + (self.max - self.min) * random_variable("uniform", 0)
 
 
-class UniformDiscrete(_Fields, Distribution):
+class UniformDiscrete(_Whole, Distribution):
     """One of several numbers, all equally likely."""
 
-    _KINDS: ClassVar[dict] = {"values": _numbers}
-    _DEFAULTS: ClassVar[dict] = {"values": []}
-    __fields__ = (_field("values", list[float]),)
-    values: list[float]
+    values: list[float] = []
 
     def _need_values(self, call: str) -> None:
         if not self.values:
@@ -250,22 +189,7 @@ class DistributionVector:
         raise NotImplementedError
 
 
-@kind("vector of floats")
-def _any_vector(value: ArrayLike) -> np.ndarray:
-    array = any_array(float, value)
-    if array.ndim == 2 and array.shape[1] == 1:
-        array = array[:, 0].copy()
-    if array.ndim != 1:
-        raise Mismatch
-    array.setflags(write=False)
-    return array
-
-
-def _vector_of(size: int | None) -> Kind:
-    return _any_vector if size is None else vector(float, size)
-
-
-class _DeterministicVector(_Fields, DistributionVector):
+class _DeterministicVector(_Whole, DistributionVector):
     """A vector that is known."""
 
     value: np.ndarray
@@ -281,7 +205,7 @@ class _DeterministicVector(_Fields, DistributionVector):
         return np.array([Expression(x) for x in self.value.tolist()], dtype=object)
 
 
-class _GaussianVector(_Fields, DistributionVector):
+class _GaussianVector(_Whole, DistributionVector):
     """A vector of independent normally distributed numbers; one deviation for all, or one for each."""
 
     mean: np.ndarray
@@ -313,7 +237,7 @@ class _GaussianVector(_Fields, DistributionVector):
         )
 
 
-class _UniformVector(_Fields, DistributionVector):
+class _UniformVector(_Whole, DistributionVector):
     """A vector of independent numbers, equally likely anywhere between `min` and `max`."""
 
     min: np.ndarray
@@ -345,13 +269,11 @@ def _family(name: str, base: type, *fields: str, loose: str | None = None) -> Te
     """`Family[n]` for vectors of size n up to 6, and `Family[None]` for any size."""
     template = TemplateClass(name, scope=importlib.import_module("sheldrake.common.schema"))
     for size in (None, 1, 2, 3, 4, 5, 6):
-        kinds = {field: _vector_of(None if field == loose else size) for field in fields}
-        empty = np.zeros(size or 0)
+        sizes = {field: None if field == loose else size for field in fields}
         members = {
-            "_KINDS": kinds,
-            "_DEFAULTS": {field: np.zeros(0) if field == loose else empty for field in fields},
-            "__fields__": tuple(_field(field, np.ndarray) for field in fields),
+            "__annotations__": {field: Annotated[np.ndarray, n] for field, n in sizes.items()},
             "__doc__": base.__doc__,
+            **{field: np.zeros(n or 0) for field, n in sizes.items()},
         }
         template.add_instantiation((size,), type(name, (base,), members))
     template.__doc__ = base.__doc__

@@ -8,30 +8,41 @@ import operator
 import sys
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import any_array, as_array, frozen
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+
+Vector: TypeAlias = Annotated[np.ndarray, None]
+"""The type of a setting that is a vector of numbers, of any size."""
+Vector3: TypeAlias = Annotated[np.ndarray, 3]
+Vector4: TypeAlias = Annotated[np.ndarray, 4]
+Vector6: TypeAlias = Annotated[np.ndarray, 6]
 
 
 class _NamesAndTypes:
     """`__fields__` of a class of settings; types are looked up when asked for, so that making a class costs little."""
 
     def __get__(self, _: Any, cls: Any) -> tuple[SimpleNamespace, ...]:
-        return tuple(SimpleNamespace(name=name, type=kind) for name, kind in cls._kinds().items())
+        hints = typing.get_type_hints(SimpleNamespace(__annotations__=cls._kinds()))  # without sizes of vectors
+        return tuple(SimpleNamespace(name=name, type=kind) for name, kind in hints.items())
 
 
 class Options:
     """Named settings. Derived classes declare them: `name: type = default`, what is annotated, public and has a value.
 
     Settings are given by name; numbers and lists become what the type says; what is set is copied, and so is everything
-    in copies. Two objects are equal if they are the same one. `yaml_load_typed` and `yaml_dump_typed` know them.
+    in copies; arrays are read-only. Two objects are equal if they are the same one. `yaml_load_typed` and
+    `yaml_dump_typed` know them.
 
     Raises:
         AttributeError: a setting is given or set that it does not have.
@@ -41,7 +52,7 @@ class Options:
     _defaults: ClassVar[dict[str, Any]] = {}
     _types: ClassVar[dict[str, Any]] = {}
     _names_around: ClassVar[dict[str, Any]]
-    __fields__: ClassVar = _NamesAndTypes()
+    __fields__: ClassVar[Any] = _NamesAndTypes()
 
     def __init_subclass__(cls) -> None:
         names = (name for name in inspect.get_annotations(cls) if name[0] != "_" and name in vars(cls))
@@ -53,7 +64,9 @@ class Options:
         if "_types" not in vars(cls):
             base: Any = cls.__base__
             own = {name: kind for name, kind in inspect.get_annotations(cls).items() if name in cls._defaults}
-            hints = typing.get_type_hints(SimpleNamespace(__annotations__=own), cls._names_around, dict(vars(cls)))
+            hints = typing.get_type_hints(
+                SimpleNamespace(__annotations__=own), cls._names_around, dict(vars(cls)), True
+            )
             cls._types = {**base._kinds(), **hints}
         return cls._types
 
@@ -80,7 +93,8 @@ class Options:
         object.__setattr__(self, name, copied(converted(f"{owner}.{name}", self._kinds()[name], value)))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._defaults)})"
+        settings = ", ".join(f"{name}={getattr(self, name)!r}" for name in self._defaults)
+        return f"{pretty_class_name(type(self))}({settings})"
 
     def __copy__(self) -> Self:
         return self.__deepcopy__({})
@@ -106,7 +120,7 @@ def copied(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: copied(v) for key, v in value.items()}
     if isinstance(value, np.ndarray):
-        return value.copy()
+        return frozen(value.copy())
     return copy.copy(value) if hasattr(value, "__fields__") else value
 
 
@@ -122,9 +136,20 @@ def converted(where: str, kind: Any, value: object) -> Any:
     """
     found = _as_kind(kind, value)
     if found is _MISFIT:
-        name = getattr(kind, "__name__", str(kind))
-        raise Mismatch(f"{where}: incompatible function arguments; expected {name}, got {value!r}.")
+        raise Mismatch(f"{where}: incompatible function arguments; expected {_said(kind)}, got {value!r}.")
     return found
+
+
+def _said(kind: Any) -> str:
+    """A type in words, for messages."""
+    origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin is Annotated:
+        size = kind.__metadata__[0]
+        return "vector" if size is None else f"vector of {size} numbers"
+    if origin in (typing.Union, types.UnionType):
+        return " | ".join(map(_said, parts))
+    name = getattr(kind, "__name__", str(kind))
+    return f"{name}[{', '.join(map(_said, parts))}]" if parts else name
 
 
 _MISFIT = object()
@@ -138,6 +163,8 @@ def _as_kind(kind: Any, value: object) -> Any:
         return _as_one_of(typing.get_args(kind), value)
     if origin is typing.Literal:
         return value if value in typing.get_args(kind) else _MISFIT
+    if origin is Annotated:
+        return _as_vector(kind.__metadata__[0], value)
     if origin is list:
         return _as_list_of(typing.get_args(kind)[0], value)
     if origin is dict:
@@ -154,7 +181,7 @@ def _as_kind(kind: Any, value: object) -> Any:
 def _as_one_of(kinds: tuple, value: object) -> Any:
     for kind in kinds:  # exactly one of them, before something is converted
         if isinstance(kind, type) and type(value) is kind:
-            return value
+            return _as_kind(kind, value)
     for kind in kinds:
         found = _as_kind(kind, value)
         if found is not _MISFIT:
@@ -174,7 +201,7 @@ def _as_int(value: Any) -> Any:
 
 
 def _as_float(value: Any) -> Any:
-    return float(value) if hasattr(value, "__float__") and not isinstance(value, np.ndarray) else _MISFIT
+    return float(value) if hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0 else _MISFIT
 
 
 def _as_list(value: Any) -> Any:
@@ -182,7 +209,7 @@ def _as_list(value: Any) -> Any:
 
 
 def _as_list_of(kind: Any, value: Any) -> Any:
-    if not isinstance(value, (list, tuple)):
+    if not isinstance(value, (Sequence, np.ndarray)) or isinstance(value, (str, bytes)):
         return _MISFIT
     found = [_as_kind(kind, item) for item in value]
     return _MISFIT if any(item is _MISFIT for item in found) else found
@@ -195,11 +222,19 @@ def _as_dict_of(kinds: tuple, value: Any) -> Any:
     return _MISFIT if _MISFIT in found or any(item is _MISFIT for item in found.values()) else found
 
 
+def _as_vector(size: int | None, value: Any) -> Any:
+    try:
+        numbers = any_array(float, value)
+        return as_array(float, numbers, (numbers.size if size is None else size,))
+    except Mismatch:
+        return _MISFIT
+
+
 def _as_array(value: Any) -> Any:
     if not isinstance(value, (list, tuple, np.ndarray)):
         return _MISFIT
     try:
-        return np.array(value, dtype=float)
+        return frozen(np.array(value, dtype=float))
     except (TypeError, ValueError):
         return _MISFIT
 

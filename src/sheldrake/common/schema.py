@@ -7,7 +7,7 @@ import importlib
 import math
 import typing
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,18 +16,19 @@ from sheldrake.common._distributions import (
     Distribution,
     DistributionVector,
     Gaussian,
+    Schema,
     Uniform,
     UniformDiscrete,
     _DeterministicVector,
     _family,
     _GaussianVector,
-    _Schema,
     _UniformVector,
     random_variable,
 )
+from sheldrake.common._options import Vector3
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._random import RandomGenerator
-from sheldrake.common._scalars import as_array, as_scalar
+from sheldrake.common._scalars import as_scalar
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -68,7 +69,7 @@ GaussianVectorX = GaussianVector[None]
 UniformVectorX = UniformVector[None]
 
 _Number = typing.Union[float, Deterministic, Gaussian, Uniform, UniformDiscrete]  # noqa: UP007
-_Vector3 = typing.Union[np.ndarray, DeterministicVector[3], GaussianVector[3], UniformVector[3]]  # type: ignore # noqa: UP007
+_Vector3 = typing.Union[Vector3, DeterministicVector[3], GaussianVector[3], UniformVector[3]]  # type: ignore # noqa: UP007
 
 
 def _math() -> ModuleType:
@@ -166,105 +167,36 @@ def GetDeterministicValue(var: Any = None, *, vec: Any = None) -> Any:
     return d.Mean()
 
 
-def _as_number(value: Any) -> Any:
-    if isinstance(value, Distribution):
-        return copy.copy(value)
-    return as_scalar(float, value)
-
-
-def _as_vector3(value: Any) -> Any:
-    if isinstance(value, (DeterministicVector[3], GaussianVector[3], UniformVector[3])):
-        return copy.copy(value)
-    return as_array(float, value, (3,))
-
-
-class _Keywords(_Schema):
-    """Fields given by name, each optional; each has a converter in `_KINDS` and a default in `_DEFAULTS`."""
-
-    _KINDS: ClassVar[dict[str, Any]] = {}
-    _DEFAULTS: ClassVar[dict[str, Any]] = {}
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        """Fields by name, or another one to copy."""
-        other = args[0] if args else kwargs.get("other")
-        if len(args) > 1 or (args and kwargs) or (other is not None and not isinstance(other, type(self))):
-            raise incompatible(type(self).__name__, ["(other)", "(**kwargs)"], args, kwargs, constructor=True)
-        for name, default in self._DEFAULTS.items():
-            setattr(self, name, copy.deepcopy(default) if other is None else getattr(other, name))
-        for name, value in {} if other is not None else kwargs.items():
-            setattr(self, name, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name not in self._KINDS:
-            raise AttributeError(f"{type(self).__name__} has no field '{name}'; it has {', '.join(self._KINDS)}.")
-        try:
-            object.__setattr__(self, name, self._KINDS[name](value))
-        except Mismatch:
-            raise Mismatch(f"incompatible function arguments: {type(self).__name__}.{name} = {value!r}") from None
-
-
-class Rotation(_Schema):
+class Rotation(Schema):
     """A rotation that may be random: `value` is an Identity, Rpy, AngleAxis or Uniform."""
 
-    class Identity(_Keywords):
+    class Identity(Schema):
         """No rotation."""
 
-    class Rpy(_Keywords):
+    class Rpy(Schema):
         """Roll, pitch and yaw in `deg` [degrees], shape (3,), a vector or a distribution."""
 
-        _KINDS: ClassVar[dict] = {"deg": _as_vector3}
-        _DEFAULTS: ClassVar[dict] = {"deg": np.zeros(3)}
-        __fields__ = (SimpleNamespace(name="deg", type=_Vector3),)
+        deg: _Vector3 = np.zeros(3)
 
-    class AngleAxis(_Keywords):
+    class AngleAxis(Schema):
         """A rotation by `angle_deg` [degrees] about `axis`, of any length, each known or random."""
 
-        _KINDS: ClassVar[dict] = {"angle_deg": _as_number, "axis": _as_vector3}
-        _DEFAULTS: ClassVar[dict] = {"angle_deg": 0.0, "axis": np.array([0.0, 0.0, 1.0])}
-        __fields__ = (
-            SimpleNamespace(name="angle_deg", type=_Number),
-            SimpleNamespace(name="axis", type=_Vector3),
-        )
+        angle_deg: _Number = 0.0
+        axis: _Vector3 = np.array([0.0, 0.0, 1.0])
 
-    class Uniform(_Keywords):
+    class Uniform(Schema):
         """Any rotation, all equally likely."""
 
-    value: Any
+    value: Identity | Rpy | AngleAxis | Uniform = Identity()
 
     def __init__(self, *args: Any, **kwargs: Any):
         """`Rotation()`, `Rotation(R)`, `Rotation(rpy)`, `Rotation(other)` or `Rotation(value=...)`."""
-        object.__setattr__(self, "value", Rotation.Identity())
-        if len(args) == 1 and not kwargs:
+        m = _math()
+        if len(args) == 1 and not kwargs and isinstance(args[0], (m.RotationMatrix, m.RollPitchYaw)):
             (source,) = args
-            m = _math()
-            if isinstance(source, Rotation):
-                self.value = source.value
-            elif isinstance(source, m.RotationMatrix):
-                self.value = Rotation.Rpy(deg=np.degrees(source.ToRollPitchYaw().vector()))
-            elif isinstance(source, m.RollPitchYaw):
-                self.value = Rotation.Rpy(deg=np.degrees(source.vector()))
-            else:
-                raise self._refuse(args, kwargs)
-        elif args:
-            raise self._refuse(args, kwargs)
-        for name, value in kwargs.items():
-            setattr(self, name, value.value if name == "other" else value)
-
-    @staticmethod
-    def _refuse(args: tuple, kwargs: dict) -> TypeError:
-        accepted = ["()", "(other)", "(RotationMatrix)", "(RollPitchYaw)", "(value=...)"]
-        return incompatible("Rotation", accepted, args, kwargs, constructor=True)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name == "other":
-            name = "value"
-        if name != "value":
-            raise AttributeError(f"Rotation has no field '{name}'; it has value.")
-        if not isinstance(value, _ROTATIONS):
-            raise Mismatch(
-                f"incompatible function arguments: Rotation.value = {value!r}; it takes one of {_ROTATIONS}."
-            )
-        object.__setattr__(self, name, copy.copy(value))
+            rpy = source if isinstance(source, m.RollPitchYaw) else source.ToRollPitchYaw()
+            args, kwargs = (), {"value": Rotation.Rpy(deg=np.degrees(rpy.vector()))}
+        super().__init__(*args, **kwargs)
 
     def IsDeterministic(self) -> bool:
         """Whether only one rotation is possible."""
@@ -325,37 +257,14 @@ class Rotation(_Schema):
 
 
 _ROTATIONS = (Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform)
-_AnyRotation = typing.Union[_ROTATIONS]  # type: ignore # noqa: UP007
-Rotation.__fields__ = (SimpleNamespace(name="value", type=_AnyRotation),)
 
 
-def _as_name(value: object) -> str | None:
-    if not (value is None or isinstance(value, str)):
-        raise Mismatch
-    return value
-
-
-def _as_rotation(value: object) -> Rotation:
-    if isinstance(value, _ROTATIONS):
-        return Rotation(value=value)
-    if not isinstance(value, Rotation):
-        raise Mismatch
-    return copy.copy(value)
-
-
-class Transform(_Keywords):
+class Transform(Schema):
     """A pose in the frame `base_frame`, its `translation` [m] and `rotation` known or random."""
 
-    base_frame: str | None
-    translation: Any
-    rotation: Rotation
-    _KINDS: ClassVar[dict] = {"base_frame": _as_name, "translation": _as_vector3, "rotation": _as_rotation}
-    _DEFAULTS: ClassVar[dict] = {"base_frame": None, "translation": np.zeros(3), "rotation": Rotation()}
-    __fields__ = (
-        SimpleNamespace(name="base_frame", type=typing.Optional[str]),  # noqa: UP045
-        SimpleNamespace(name="translation", type=_Vector3),
-        SimpleNamespace(name="rotation", type=_AnyRotation),
-    )
+    base_frame: str | None = None
+    translation: _Vector3 = np.zeros(3)
+    rotation: Rotation = Rotation()
 
     def __init__(self, *args: Any, **kwargs: Any):
         """`Transform()`, `Transform(X)` of a RigidTransform, `Transform(other)`, or fields by name."""
@@ -364,12 +273,12 @@ class Transform(_Keywords):
             args, kwargs = (), {"translation": X.translation(), "rotation": Rotation(X.rotation())}
         super().__init__(*args, **kwargs)
 
+    def __setattr__(self, name: str, value: object) -> None:
+        super().__setattr__(name, Rotation(value=value) if isinstance(value, _ROTATIONS) else value)
+
     def _yaml_get(self, name: str) -> Any:
         value = getattr(self, name)
         return value.value if name == "rotation" else value
-
-    def _yaml_set(self, name: str, value: Any) -> None:
-        setattr(self, name, Rotation(value=value) if name == "rotation" else value)
 
     def set_rotation_rpy_deg(self, rpy_deg: Scalars) -> None:
         """Make the rotation that of roll, pitch and yaw [degrees], shape (3,)."""
@@ -418,3 +327,8 @@ class Transform(_Keywords):
             )
         p = ToDistributionVector(self.translation).Sample(generator)
         return _math().RigidTransform(self.rotation._sample(generator), p)
+
+
+_rotation = SimpleNamespace(name="rotation", type=Rotation.__fields__[0].type)
+Transform.__fields__ = (*Transform.__fields__[:2], _rotation)
+"""YAML has the value of the rotation where Python has the Rotation."""

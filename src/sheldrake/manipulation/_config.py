@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.common._options import Options
+from sheldrake.common._options import Options, Vector3
 
 
 class IiwaDriver(Options):
@@ -39,7 +39,7 @@ class SchunkWsgDriver(Options):
         lcm_bus: Name of the connection.
     """
 
-    pid_gains: np.ndarray = np.array([7200.0, 0.0, 5.0])
+    pid_gains: Vector3 = np.array([7200.0, 0.0, 5.0])
     lcm_bus: str = "default"
 
 

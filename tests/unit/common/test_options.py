@@ -7,7 +7,7 @@ from typing import Any, Optional, Union
 import numpy as np
 import pytest
 
-from sheldrake.common._options import Options
+from sheldrake.common._options import Options, Vector, Vector3, Vector4, Vector6
 from sheldrake.common.yaml import yaml_dump_typed, yaml_load_typed
 from sheldrake.geometry import DefaultProximityProperties, SceneGraphConfig
 from sheldrake.manipulation import IiwaDriver, ZeroForceDriver
@@ -34,7 +34,7 @@ def test_defaults_belong_to_each():
     a, b = Outer(), Outer()
     a.inner.gain = 7.0
     a.inner.names.append("b")
-    a.limits[0] = 1.0
+    a.limits = [1.0, 0.0]
     assert b.inner.gain == 2.0 and b.inner.names == ["a"] and b.limits[0] == 0.0
     assert repr(Inner()) == "Inner(gain=2.0, names=['a'])"
 
@@ -86,7 +86,7 @@ def test_copies_share_nothing(copied):
     a = Outer(count=5, limits=[1, 2], inner=Inner(gain=9.0))
     b = copied(a)
     assert repr(b) == repr(a) and type(b) is Outer and b != a
-    b.inner.gain, b.limits[0] = 1.0, 5.0
+    b.inner.gain, b.limits = 1.0, [5.0, 2.0]
     assert a.inner.gain == 9.0 and a.limits[0] == 1.0
 
 
@@ -97,6 +97,39 @@ def test_what_is_set_is_copied():
     assert options.inner.gain == 2.0 and options.limits[0] == 1.0
     options.inner.gain = 3.0
     assert options.inner.gain == 3.0
+
+
+def test_arrays_are_changed_as_a_whole():
+    """As in pydrake: elements of an array that a struct hands out cannot be set."""
+    for options in (Outer(), Outer(limits=[1.0, 2.0]), copy.deepcopy(Outer())):
+        with pytest.raises(ValueError, match="read-only"):
+            options.limits[0] = 3.0
+
+
+class Sized(Options):
+    p: Vector3 = np.zeros(3)
+    gains: dict[str, Vector6] = {}
+    any_size: Vector = np.zeros(0)
+    maybe: Vector4 | None = None
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "wrong", "expected"),
+    [
+        ("p", [[1], [2], [3]], [1, 2], "vector of 3 numbers"),
+        ("gains", {"a": range(6)}, {"a": [1]}, r"dict\[str, vector of 6 numbers\]"),
+        ("any_size", (1, 2), [[1, 2]], "expected vector,"),
+        ("maybe", np.arange(4), [1, 2, 3], r"vector of 4 numbers \| NoneType"),
+    ],
+)
+def test_vectors_have_their_size(name, given, wrong, expected):
+    options = Sized(**{name: given})
+    kept = getattr(options, name)
+    kept = kept["a"] if name == "gains" else kept
+    assert kept.dtype == float and kept.ndim == 1
+    with pytest.raises(TypeError, match=expected):
+        setattr(options, name, wrong)
+    assert {field.name: field.type for field in Sized.__fields__}["p"] is np.ndarray
 
 
 def test_objects_that_others_share_are_shared():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.common._options import Options
+from sheldrake.common._options import Options, Vector3
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._roles import Role
 
@@ -55,7 +55,7 @@ class MeshcatVisualizerSurfaceVelocityData(Options):
     """
 
     displacement_signal_name: str = ""
-    axis_B: np.ndarray = np.zeros(3)
+    axis_B: Vector3 = np.zeros(3)
 
 
 class MeshcatVisualizerParams(Options):

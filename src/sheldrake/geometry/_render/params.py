@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.common._options import Options
+from sheldrake.common._options import Options, Vector3, Vector4
 from sheldrake.geometry._rgba import Rgba
 
 
@@ -24,11 +24,11 @@ class LightParameter(Options):
 
     type: str = "directional"
     color: Rgba = Rgba(1.0, 1.0, 1.0)
-    attenuation_values: np.ndarray = np.array([1.0, 0.0, 0.0])
-    position: np.ndarray = np.array([0.0, 0.0, 0.0])
+    attenuation_values: Vector3 = np.array([1.0, 0.0, 0.0])
+    position: Vector3 = np.array([0.0, 0.0, 0.0])
     frame: str = "camera"
     intensity: float = 1.0
-    direction: np.ndarray = np.array([0.0, 0.0, 1.0])
+    direction: Vector3 = np.array([0.0, 0.0, 1.0])
     cone_angle: float = 0.0
 
 
@@ -109,8 +109,8 @@ class RenderEngineVtkParams(Options):
         backend: Of no influence: no graphics library is used.
     """
 
-    default_diffuse: np.ndarray | None = None
-    default_clear_color: np.ndarray = np.array([204 / 255, 229 / 255, 1.0])
+    default_diffuse: Vector4 | None = None
+    default_clear_color: Vector3 = np.array([204 / 255, 229 / 255, 1.0])
     lights: list[LightParameter] = []
     environment_map: EnvironmentMap | None = None
     exposure: float | None = None

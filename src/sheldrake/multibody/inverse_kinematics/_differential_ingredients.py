@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._options import Options
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._options import Options, Vector3, Vector6
 from sheldrake.multibody.inverse_kinematics._differential import nullspace_rows
 from sheldrake.planning import DofMask, JointLimits
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from sheldrake.solvers._program.program import MathematicalProgram
 
 
@@ -55,27 +52,6 @@ class Step(NamedTuple):
         """The diagonal of S: one where an axis of a goal frame is followed."""
         every = np.ones(6)
         return np.concatenate([masks.get(f.scoped_name().get_full(), every) for f in self.frames])
-
-
-class _Config(Options):
-    """Settings of an ingredient; those in `_sizes` are vectors."""
-
-    _sizes: ClassVar[dict[str, int]] = {}
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        where = f"{type(self).__qualname__}.{name}"
-        if name in self._sizes:
-            value = _vector(where, value, self._sizes[name])
-        elif name == "cartesian_axis_masks":
-            value = {str(frame): _vector(f"{where}[{frame!r}]", mask, 6) for frame, mask in dict(value).items()}
-        super().__setattr__(name, value)
-
-
-def _vector(where: str, value: ArrayLike, size: int) -> np.ndarray:
-    array = np.array(value, dtype=float)
-    if array.size != size:
-        raise Mismatch(f"{where}: incompatible function arguments; expected {size} numbers, got {value!r}.")
-    return array.reshape(size)
 
 
 def _demand(condition: object, owner: Any, field: str, rule: str) -> None:
@@ -130,7 +106,7 @@ class LeastSquaresCost(Ingredient):
         config: Settings.
     """
 
-    class Config(_Config):
+    class Config(Options):
         """Settings of the cost.
 
         Attributes:
@@ -140,7 +116,7 @@ class LeastSquaresCost(Ingredient):
         """
 
         cartesian_qp_weight: float = 1.0
-        cartesian_axis_masks: dict = {}
+        cartesian_axis_masks: dict[str, Vector6] = {}
         use_legacy_implementation: bool = False
 
     def __init__(self, config: Config):
@@ -167,7 +143,7 @@ class JointCenteringCost(Ingredient):
         config: Settings.
     """
 
-    class Config(_Config):
+    class Config(Options):
         """Settings of the cost.
 
         Attributes:
@@ -176,7 +152,7 @@ class JointCenteringCost(Ingredient):
         """
 
         posture_gain: float = 1.0
-        cartesian_axis_masks: dict = {}
+        cartesian_axis_masks: dict[str, Vector6] = {}
 
     def __init__(self, config: Config):
         self.SetConfig(config)
@@ -202,7 +178,7 @@ class CartesianPositionLimitConstraint(Ingredient):
         config: Settings.
     """
 
-    class Config(_Config):
+    class Config(Options):
         """The box.
 
         Attributes:
@@ -210,9 +186,8 @@ class CartesianPositionLimitConstraint(Ingredient):
             p_TG_next_upper: Its upper corner [m], shape (3,).
         """
 
-        p_TG_next_lower: np.ndarray = np.zeros(3)
-        p_TG_next_upper: np.ndarray = np.zeros(3)
-        _sizes: ClassVar = {"p_TG_next_lower": 3, "p_TG_next_upper": 3}
+        p_TG_next_lower: Vector3 = np.zeros(3)
+        p_TG_next_upper: Vector3 = np.zeros(3)
 
     def __init__(self, config: Config):
         self.SetConfig(config)
@@ -236,15 +211,14 @@ class CartesianVelocityLimitConstraint(Ingredient):
         config: Settings.
     """
 
-    class Config(_Config):
+    class Config(Options):
         """The limit.
 
         Attributes:
             V_next_TG_limit: The largest elements [rad/s, m/s], shape (6,).
         """
 
-        V_next_TG_limit: np.ndarray = np.zeros(6)
-        _sizes: ClassVar = {"V_next_TG_limit": 6}
+        V_next_TG_limit: Vector6 = np.zeros(6)
 
     def __init__(self, config: Config):
         self.SetConfig(config)
@@ -266,7 +240,7 @@ class CollisionConstraint(Ingredient):
         config: Settings.
     """
 
-    class Config(_Config):
+    class Config(Options):
         """The distances.
 
         Attributes:
@@ -318,7 +292,7 @@ class JointVelocityLimitConstraint(Ingredient):
         joint_limits: Limits of positions and velocities of the active dofs.
     """
 
-    class Config(_Config):
+    class Config(Options):
         """Where scaling begins and ends.
 
         Attributes:

@@ -222,9 +222,9 @@ class _YamlReader:
         if plain is dict:
             value_kind = typing.get_args(kind)[1]
             return {name: self._convert(value, value_kind, what) for name, value in self._pairs(node, what).items()}
-        if issubclass(plain, Options):
-            return self._struct(node, plain, what)
-        return self._transform(node, what)
+        if plain is Transform:
+            return self._transform(node, what)
+        return self._struct(node, plain, what)
 
     def _scalar(self, node, what: str) -> str:
         if not hasattr(node, "value") or not isinstance(node.value, str):
