@@ -11,6 +11,7 @@ from sheldrake.multibody.parsing._files.diagnostics import Location
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 from sheldrake.multibody.parsing._reading.reading import unique_name
 from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.multibody.tree._index import BodyIndex, ForceElementIndex, FrameIndex, ModelInstanceIndex
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Joint, RigidBody
-    from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex
 
 _MATERIAL = ("coulomb_friction", "hunt_crossley_dissipation", "relaxation_time", "point_contact_stiffness",
              "point_contact_algorithm")  # fmt: skip
@@ -103,12 +103,11 @@ def take_apart(plant: MultibodyPlant, inspector: Any, name: str) -> ModelParts:
 class _Taker:
     def __init__(self, plant: MultibodyPlant, inspector: SceneGraphInspector, name: str):
         self._plant, self._inspector = plant, inspector
-        bodies = [plant.get_body(i) for i in _indices(plant.num_bodies(), plant.has_body)]
-        self._bodies = [body for body in bodies if body.index() != 0]
+        self._bodies = [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
         self._joints = [plant.get_joint(i) for i in plant.GetJointIndices() if not plant.get_joint(i).is_ephemeral()]
         instances = {int(e.model_instance()) for e in [*self._bodies, *self._joints]} - {0}
         if len(instances) == 1:
-            name = plant.GetModelInstanceName(_instance(plant, instances.pop()))
+            name = plant.GetModelInstanceName(ModelInstanceIndex(instances.pop()))
         self._parts = ModelParts(name.rpartition("::")[2], BodyPart(plant.world_body(), "world"))
         if len(instances) > 1:
             self._lose(f"{len(instances)} model instances become one model")
@@ -204,8 +203,8 @@ class _Taker:
         plant = self._plant
         made = {f"{joint.name()}_{end}" for joint in self._joints for end in ("parent", "child")}
         taken = {*self._parts.names.values()}
-        for index in _indices(plant.num_frames(), lambda i: True):
-            frame = plant.get_frame(index)
+        for index in range(plant.num_frames()):
+            frame = plant.get_frame(FrameIndex(index))
             if frame.is_body_frame() or frame.is_ephemeral() or (frame.name() in made):
                 continue
             if frame.name() == "__model__":
@@ -237,7 +236,7 @@ class _Taker:
         plant = self._plant
         joints = {part.joint.index(): part for part in self._parts.joints}
         for index in range(plant.num_force_elements()):
-            force: Any = plant.get_force_element(_force_index(index))
+            force: Any = plant.get_force_element(ForceElementIndex(index))
             kind = type(force).__name__
             if kind == "UniformGravityFieldElement":
                 self._check_gravity(force)
@@ -337,30 +336,3 @@ def _welded(parts: ModelParts) -> dict[str, str]:
             one, other = find(joint.parent), find(joint.child)
             leader[other if one == "world" else one] = one if one == "world" else other
     return {name: find(name) for name in leader}
-
-
-def _indices(count: int, has: Callable[[Any], bool]) -> list[Any]:
-    """Indices of elements of a registry, in order; ones that were removed leave gaps."""
-    from sheldrake.multibody.tree import BodyIndex, FrameIndex
-
-    index_type = BodyIndex if getattr(has, "__name__", "") == "has_body" else FrameIndex
-    found: list[Any] = []
-    number = 0
-    while len(found) < count:
-        index = index_type(number)
-        if has(index):
-            found.append(index)
-        number += 1
-    return found
-
-
-def _instance(plant: MultibodyPlant, number: int) -> ModelInstanceIndex:
-    from sheldrake.multibody.tree import ModelInstanceIndex
-
-    return ModelInstanceIndex(number)
-
-
-def _force_index(number: int) -> ForceElementIndex:
-    from sheldrake.multibody.tree import ForceElementIndex
-
-    return ForceElementIndex(number)

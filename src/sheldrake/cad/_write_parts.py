@@ -59,7 +59,6 @@ def add_forces(
     root: Node, parts: ModelParts, put: Callable[..., None], name_it: Callable[[Node, str, str], None]
 ) -> None:
     """Adds bushings, spring-dampers and ball constraints; `put` writes a value, `name_it` a name."""
-    made: dict[Any, str] = {}
     for force in parts.forces:
         if type(force).__name__ == "LinearSpringDamper":
             prefix = "drake:linear_spring_damper"
@@ -73,7 +72,7 @@ def add_forces(
             continue
         node = root.add("drake:linear_bushing_rpy")
         for letter in "AC":
-            name_it(node, f"drake:bushing_frame{letter}", _frame_name(getattr(force, f"frame{letter}")(), parts, made))
+            name_it(node, f"drake:bushing_frame{letter}", _frame_name(getattr(force, f"frame{letter}")(), parts))
         for key in ("torque_stiffness", "torque_damping", "force_stiffness", "force_damping"):
             put(node, f"drake:bushing_{key}", getattr(force, f"{key}_constants")())
     for one, p_AP, other, p_BQ in parts.balls:
@@ -85,7 +84,7 @@ def add_forces(
         put(node, f"{prefix}_p_BQ", p_BQ)
 
 
-def _frame_name(frame: Frame, parts: ModelParts, made: dict) -> str:
+def _frame_name(frame: Frame, parts: ModelParts) -> str:
     if frame.is_body_frame():
         return parts.names[frame.body().index()]
     return frame.name()

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import Parallelism
-from sheldrake.common._crew import threads_of
 from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Overload, overload, overloaded
+from sheldrake.common._thread_team import threads_of
 from sheldrake.multibody.tree import BodyIndex, RigidBody
 from sheldrake.planning._body_shapes import BodyShapeDescription
 from sheldrake.planning._clearance import EdgeMeasure, RobotClearance, RobotCollisionType
@@ -708,7 +708,7 @@ class CollisionChecker:
 
     def CheckEdgeCollisionFreeParallel(self, q1: Any, q2: Any, parallelize: Any = None) -> bool:
         """Tells whether the way from one configuration to another is free; threads share its configurations."""
-        way = self._way(q1, q2)[1][:, None]
+        way = self._path(q1, q2)[1][:, None]
         return all(self._first_collisions([*way[-1:], *way[:-1]], self._threads(parallelize)))
 
     def CheckEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[int]:
@@ -718,15 +718,15 @@ class CollisionChecker:
             edges: Pairs of configurations.
             parallelize: See `CheckConfigsCollisionFree`.
         """
-        ways = [np.concatenate([way[-1:], way[:-1]]) for _, way in (self._way(*edge) for edge in edges)]
+        ways = [np.concatenate([way[-1:], way[:-1]]) for _, way in (self._path(*edge) for edge in edges)]
         found = self._first_collisions(ways, self._threads(parallelize))
         return [int(first == len(way)) for first, way in zip(found, ways)]
 
-    def _way(self, q1: ArrayLike, q2: ArrayLike) -> tuple[float, np.ndarray]:
+    def _path(self, q1: ArrayLike, q2: ArrayLike) -> tuple[float, np.ndarray]:
         """The distance of two configurations, and those that are looked at between them, rows."""
         distance = self.ComputeConfigurationDistance(q1, q2)
         steps = max(1, math.ceil(distance / self._step))
-        return distance, self._provider._way(q1, q2, steps)
+        return distance, self._provider._path(q1, q2, steps)
 
     def MeasureEdgeCollisionFree(self, q1: ArrayLike, q2: ArrayLike, context_number: int | None = None) -> EdgeMeasure:
         """Returns how much of the way from one configuration to another is free."""
@@ -748,7 +748,7 @@ class CollisionChecker:
 
     def MeasureEdgeCollisionFreeParallel(self, q1: Any, q2: Any, parallelize: Any = None) -> EdgeMeasure:
         """Returns how much of the way from one configuration to another is free; threads share its configurations."""
-        distance, way = self._way(q1, q2)
+        distance, way = self._path(q1, q2)
         free = self._first_collisions(list(way[:, None]), self._threads(parallelize))
         return _measure(distance, free.index(0) if 0 in free else len(way), len(way) - 1)
 
@@ -759,7 +759,7 @@ class CollisionChecker:
             edges: Pairs of configurations.
             parallelize: See `CheckConfigsCollisionFree`.
         """
-        ways = [self._way(*edge) for edge in edges]
+        ways = [self._path(*edge) for edge in edges]
         found = self._first_collisions([way for _, way in ways], self._threads(parallelize))
         return [_measure(distance, first, len(way) - 1) for (distance, way), first in zip(ways, found)]
 

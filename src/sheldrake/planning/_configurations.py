@@ -48,7 +48,7 @@ class DistanceAndInterpolationProvider:
         a, b = _pair("InterpolateBetweenConfigurations", arg0, arg1)
         return np.asarray(self.DoInterpolateBetweenConfigurations(a, b, float(arg2)), dtype=float)
 
-    def _way(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
+    def _path(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
         """Configurations at equal ratios from one to the other, rows, one more than steps."""
         return np.array([self.InterpolateBetweenConfigurations(q1, q2, k / steps) for k in range(steps + 1)], float)
 
@@ -132,10 +132,10 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
             difference[start] = 2.0 * math.atan2(np.linalg.norm(_vector_of_quotient(a, b)), abs(a @ b))
         return float(np.linalg.norm(difference * self._weights))
 
-    def _way(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
+    def _path(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
         straight = LinearDistanceAndInterpolationProvider.DoInterpolateBetweenConfigurations
         if self._quaternions or type(self).DoInterpolateBetweenConfigurations is not straight:
-            return super()._way(q1, q2, steps)
+            return super()._path(q1, q2, steps)
         a, b = _pair("InterpolateBetweenConfigurations", q1, q2)
         return a + (np.arange(steps + 1) / steps)[:, None] * (b - a)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._crew import Crew
+from sheldrake.common._thread_team import ThreadTeam
 from sheldrake.common.chain import Chain, bound_to_all_memory
 from sheldrake.geometry import FrameId
 from sheldrake.geometry._compiled.search import family_kernels
@@ -74,8 +74,8 @@ class NativeChecks:
         configurations = np.ascontiguousarray(np.concatenate(ways), float)
         kept = padding if padding.any() else np.full(padding.shape, np.inf)
         given = np.ascontiguousarray(filtered, np.int64), np.ascontiguousarray(kept), begin, found
-        crew = Crew(min(threads, len(ways)))
-        size = -(-len(ways) // (_PARTS * crew.num_threads))
+        team = ThreadTeam(min(threads, len(ways)))
+        size = -(-len(ways) // (_PARTS * team.num_threads))
         calls: dict[int, Any] = {}
 
         def work(thread: int, part: int) -> None:
@@ -87,7 +87,7 @@ class NativeChecks:
             if call():
                 raise explain_contact_status(self.scene.model, values["table"])
 
-        crew.run(work, -(-len(ways) // size))
+        team.run(work, -(-len(ways) // size))
         return found
 
     def first_collision(self, way: np.ndarray, filtered: np.ndarray, padding: np.ndarray) -> int:

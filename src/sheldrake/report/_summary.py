@@ -46,7 +46,7 @@ def model_tables(plants: list[Any]) -> list[Table]:
         title = f"Bodies of {name}: {len(bodies)}, {mass:.6g} kg"
         head = ["model", "body", "mass [kg]", "centre of mass [m]", "principal moments [kg m²]"]
         tables.append(_cut(Table(title, head, bodies)))
-        joints = [_joint_row(plant, plant.get_joint(i)) for i in plant.GetJointIndices()]
+        joints = [_joint_row(plant.get_joint(i)) for i in plant.GetJointIndices()]
         title = f"Joints of {name}: {plant.num_positions()} positions, {plant.num_velocities()} velocities"
         head = ["joint", "type", "parent", "child", "limits [rad or m]", "damping"]
         tables.append(_cut(Table(title, head, joints)))
@@ -84,7 +84,7 @@ def _body_row(plant: MultibodyPlant, body: RigidBody) -> list[str]:
     return [model, body.name(), f"{mass:.6g}", _numbers(p), _numbers(moments)]
 
 
-def _joint_row(plant: MultibodyPlant, joint: Joint) -> list[str]:
+def _joint_row(joint: Joint) -> list[str]:
     limits = zip(joint.position_lower_limits(), joint.position_upper_limits())
     texts = [f"{a:.4g} to {b:.4g}" for a, b in limits if np.isfinite(a) or np.isfinite(b)]
     damping = np.atleast_1d(joint.default_damping_vector())

@@ -43,7 +43,7 @@ def DrawTopology(plant: MultibodyPlant, path: str | os.PathLike | None = None) -
         PortBox(
             body.name(),
             _about(plant, body),
-            [(_joint_text(joint, joint.index() in driven), _joint_tip(plant, joint), True) for joint in held[k]],
+            [(_joint_text(joint, joint.index() in driven), _joint_tip(joint), True) for joint in held[k]],
             [("", "", True)] if k in holds else [],
         )
         for k, body in enumerate(bodies)
@@ -52,7 +52,7 @@ def DrawTopology(plant: MultibodyPlant, path: str | os.PathLike | None = None) -
     for k, joints_of_body in enumerate(held):
         for row, joint in enumerate(joints_of_body):
             wires.append(Wire((place[joint.parent_body().index()], 0), (k, row)))
-            titles.append(_joint_tip(plant, joint))
+            titles.append(_joint_tip(joint))
     drawing, width, height = draw_boxes(boxes, wires, titles)
     title = plant.get_name() or "plant"
     body = f'<text class="title" x="{EDGE}" y="20">{escape(title)}</text>\n{drawing}'
@@ -74,7 +74,7 @@ def _joint_text(joint: Joint, is_driven: bool) -> str:
     return f"{joint.name()} ({joint.type_name()}{', driven' if is_driven else ''})"
 
 
-def _joint_tip(plant: MultibodyPlant, joint: Joint) -> str:
+def _joint_tip(joint: Joint) -> str:
     """Returns what pointing at a joint says: what it joins, and its limits."""
     text = f"{joint.parent_body().name()} \u2192 {joint.child_body().name()}: {joint.name()}, {joint.type_name()}"
     if joint.num_positions() == 1:

@@ -13,7 +13,7 @@ from sheldrake.planning._gcs_subgraphs import (
 from sheldrake.solvers import MathematicalProgram
 from sheldrake.solvers._engines.interior_point import Factors
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
-from sheldrake.solvers._engines.terms import AlikeTerms, LearnedTerms
+from sheldrake.solvers._engines.terms import AlikeTerms, QuasiNewtonTerms
 from sheldrake.solvers._kernels import barrier
 from sheldrake.symbolic import cos, log, pow, sin, sqrt
 
@@ -98,7 +98,7 @@ def test_functions_of_python_learn_their_curvature():
     x = prog.NewContinuousVariables(2, "x")
     prog.AddConstraint(lambda z: [z[0] * z[1] + 2.0 * z[0] ** 2], [0.0], [0.0], x)
     form = NonlinearForm(prog)
-    assert [type(t) for t in form._constraints] == [LearnedTerms]
+    assert [type(t) for t in form._constraints] == [QuasiNewtonTerms]
     for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
         entries = form.hessian(np.array(point), 0.0, np.ones(1))
     found = np.zeros((2, 2))
@@ -143,13 +143,13 @@ def test_factors_give_the_solution_and_the_inertia(seed):
     system = Factors(case).system
     for delta in (0.0, 0.3, 20.0):
         entries = case.H[case.H_rows, case.H_cols], np.full(30, delta), case.J[case.J_rows, case.J_cols]
-        has_right_inertia = barrier.factored(system, *entries[:2], 0.0, entries[2], 0.0) == 12
+        has_right_inertia = barrier.factorize(system, *entries[:2], 0.0, entries[2], 0.0) == 12
         K = np.block([[case.H + delta * np.eye(30), case.J.T], [case.J, np.zeros((12, 12))]])
         assert has_right_inertia == (np.sum(np.linalg.eigvalsh(K) < 0.0) == 12)
         right_inertia.add(has_right_inertia)
         b = rng.normal(size=42)
         if has_right_inertia:
             found = np.zeros(42)
-            barrier.solved(system, b, found)
+            barrier.solve_factored(system, b, found)
             np.testing.assert_allclose(K @ found, b, atol=1e-9)
     assert True in right_inertia

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("drake")
 NAME = "drake::geometry::render_gltf_client::internal::RenderEngineGltfClient"
-_NETWORK = "DRAKE_ALLOW_NETWORK"
 _LENS = ("width", "height", "focal_x", "focal_y", "fov_x", "fov_y", "center_x", "center_y")
 _TOO_FAR = 65535
 _WHITE = (1.0, 1.0, 1.0, 1.0)

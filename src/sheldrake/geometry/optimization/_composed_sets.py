@@ -34,7 +34,7 @@ class MinkowskiSum(ConvexSet):
     """
 
     def __init__(self, *args: Any, **kwargs: Any):
-        sets = sets_of("MinkowskiSum", args, kwargs) if args or kwargs else []
+        sets = sets_of(args, kwargs) if args or kwargs else []
         if sets is None:
             dispatch("MinkowskiSum", [geometry_overload(MinkowskiSum._set_of_capsule)], self, args, kwargs)
         else:
@@ -102,7 +102,7 @@ class Intersection(ConvexSet):
     """
 
     def __init__(self, *args: Any, **kwargs: Any):
-        sets = sets_of("Intersection", args, kwargs) if args or kwargs else []
+        sets = sets_of(args, kwargs) if args or kwargs else []
         if sets is None:
             raise no_fit("Intersection", ["(sets)", "(setA, setB)"], args, kwargs)
         self._sets, self._dimension = sets, require_one_space("Intersection", sets)
@@ -150,7 +150,7 @@ class CartesianProduct(ConvexSet):
     def __init__(self, *args: Any, **kwargs: Any):
         self._A: np.ndarray | None = None
         self._b: np.ndarray | None = None
-        sets = sets_of("CartesianProduct", args, kwargs) if args or kwargs else []
+        sets = sets_of(args, kwargs) if args or kwargs else []
         if sets is not None:
             self._set(sets)
             return

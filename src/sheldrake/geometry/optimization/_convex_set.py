@@ -390,7 +390,7 @@ class ConvexSet:
         return result.GetSolution(x)
 
 
-def sets_of(call: str, args: tuple, kwargs: dict) -> list[ConvexSet] | None:
+def sets_of(args: tuple, kwargs: dict) -> list[ConvexSet] | None:
     """Sets given as `(sets)` or `(setA, setB)`, all in one space; None if something else was given.
 
     Raises:

@@ -309,7 +309,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     def _middle(self, A: int, B: int) -> int | None:
         """The body with half the moving joints between A and B on either side; None without such joints."""
-        up, down = self._kinematics._way(A, B)
+        up, down = self._kinematics._kinematic_path(A, B)
         steps = [(self._kinematics._mobilities[b].parent, b) for b in up]
         steps += [(b, b) for b in down]
         moving = [end for end, b in steps if self._kinematics._mobilities[b].s >= 0]

@@ -223,7 +223,7 @@ class RationalForwardKinematics:
         q_star = np.asarray(q_star, dtype=float).ravel()
         if q_star.size != len(self._s):
             raise RuntimeError(f"CalcBodyPoseAsMultilinearPolynomial(): q_star has {q_star.size} values.")
-        up, down = self._way(expressed, body)
+        up, down = self._kinematic_path(expressed, body)
         terms: _Terms = {frozenset(): np.eye(4)}
         for body_on_way, inverse in [*((b, True) for b in up), *((b, False) for b in down)]:
             product: _Terms = {}
@@ -233,7 +233,7 @@ class RationalForwardKinematics:
             terms = product
         return terms, sorted(s for s in (self._mobilities[b].s for b in (*up, *down)) if s >= 0)
 
-    def _way(self, start: int, end: int) -> tuple[list[int], list[int]]:
+    def _kinematic_path(self, start: int, end: int) -> tuple[list[int], list[int]]:
         """The bodies whose joints are passed from one body to another: up to where they meet, then down."""
         up, down = self._to_world(start), self._to_world(end)
         while up and down and up[-1] == down[-1]:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sheldrake.common._crew import in_parallel, threads_of
 from sheldrake.common._overloads import incompatible
+from sheldrake.common._thread_team import in_parallel, threads_of
 from sheldrake.solvers._engines.clarabel import ClarabelSolver, CsdpSolver
 from sheldrake.solvers._engines.daqp import DaqpSolver
 from sheldrake.solvers._engines.equality import EqualityConstrainedQPSolver, LinearSystemSolver

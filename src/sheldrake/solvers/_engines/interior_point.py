@@ -264,7 +264,9 @@ class InteriorPoint:
         self._numbers = np.zeros(Progress.SIZE)
         self._now = _Now(self._numbers)
         self._now.mu, self._now.tolerance = mu, tolerance
-        self._bound = barrier.interior_point_step.bind(self._factors.system, it, self._numbers, barrier.LOOK)
+        self._bound = barrier.interior_point_step.bind(
+            self._factors.system, it, self._numbers, barrier.OPTIMALITY_ERROR
+        )
         it.z[:] = self._inside(it.z)
         self._evaluate()
         self._do(barrier.LEAST_MULTIPLIERS)
@@ -311,7 +313,7 @@ class InteriorPoint:
             return self._found(Ending.STUCK, 0)
         near = 0
         for k in range(iterations):
-            lowered = self._do(barrier.LOOK)
+            lowered = self._do(barrier.OPTIMALITY_ERROR)
             error, is_feasible = now.error, self._program.violation(it.c) <= self._feasibility
             near = near + 1 if is_feasible and error <= 100.0 * self._tolerance else 0
             if (is_feasible and error <= self._tolerance) or near >= 12:
@@ -323,7 +325,7 @@ class InteriorPoint:
                 return self._found(Ending.STUCK, k)
             ending = self._advance()
             if ending is not None:
-                self._do(barrier.LOOK)
+                self._do(barrier.OPTIMALITY_ERROR)
                 return self._found(Ending.CONVERGED if now.error <= 1e3 * self._tolerance else ending, k + 1)
             self._program.show(it.z)
             if self._stop is not None and self._stop(it.z):
@@ -338,10 +340,10 @@ class InteriorPoint:
         now = self._now
         if now.relative < 1e-15:
             now.alpha = now.longest
-            self._do(barrier.GO)
+            self._do(barrier.SET_TRIAL_POINT)
         elif not self._search():
             return self._restore(now.theta, now.phi)
-        self._do(barrier.ACCEPT)
+        self._do(barrier.ACCEPT_TRIAL_POINT)
         self._evaluate()
         return None
 
@@ -358,7 +360,7 @@ class InteriorPoint:
         first = True
         while alpha > smallest:
             now.alpha = alpha
-            self._do(barrier.GO)
+            self._do(barrier.SET_TRIAL_POINT)
             if self._takes(alpha, first):
                 return True
             if first and theta <= now.theta_trial < np.inf and self._corrected(alpha):
@@ -373,7 +375,7 @@ class InteriorPoint:
         theta_old = now.theta_trial
         it.c_corrected[:] = alpha * it.c + it.c_trial
         for _ in range(4):
-            if self._do(barrier.CORRECT):
+            if self._do(barrier.SECOND_ORDER_CORRECTION):
                 return False
             longest = now.alpha
             if self._takes(alpha):
@@ -396,7 +398,7 @@ class InteriorPoint:
             now.f_trial, _, it.c_trial[:], _ = self._program.slopes(it.trial)
         else:
             now.f_trial, it.c_trial[:] = self._program.values(it.trial)
-        self._do(barrier.JUDGE)
+        self._do(barrier.EVALUATE_TRIAL_POINT)
         theta_new, phi_new = now.theta_trial, now.phi_trial
         if not math.isfinite(now.f_trial) or not theta_new <= self._theta_max:
             now.theta_trial = np.inf

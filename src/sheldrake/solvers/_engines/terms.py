@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
-from sheldrake.solvers._kernels import learned
+from sheldrake.solvers._kernels import quasi_newton
 
 
 def without_nan(J: np.ndarray) -> np.ndarray:
@@ -154,7 +154,7 @@ class AlikeTerms(Terms):
 _LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
 
 
-class LearnedTerms(Terms):
+class QuasiNewtonTerms(Terms):
     """Evaluators of equal shape of which no more than first derivatives are known.
 
     The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
@@ -181,8 +181,10 @@ class LearnedTerms(Terms):
         self._H, self._are_costs = H, are_costs
         self._J_before, J = np.zeros((count * m, n)), self._J.reshape(count * m, n)
         self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
-        self._learn = learned.learn.bind(self._before, self._points, self._J_before, J, H, np.zeros(n))
-        self._weigh = learned.weigh.bind(H, self._weights, self._total)
+        self._update_hessians = quasi_newton.symmetric_rank_one.bind(
+            self._before, self._points, self._J_before, J, H, np.zeros(n)
+        )
+        self._sum_hessians = quasi_newton.weighted_sums.bind(H, self._weights, self._total)
         self._has_begun = False
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -207,9 +209,9 @@ class LearnedTerms(Terms):
             self._before[:], self._J_before[:] = self._points, self._J.reshape(self._J_before.shape)
             if self._are_costs:
                 self._look_around()
-        self._learn()
+        self._update_hessians()
         self._weights[:] = weights
-        self._weigh()
+        self._sum_hessians()
         return self._total.flatten()
 
     def _look_around(self) -> None:
@@ -254,5 +256,5 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool
         out.append(AlikeTerms(members[0][0]._many(), columns, rows))
     for members in rest.values():
         columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
-        out.append(LearnedTerms([e for e, *_ in members], columns, rows, are_costs))
+        out.append(QuasiNewtonTerms([e for e, *_ in members], columns, rows, are_costs))
     return out

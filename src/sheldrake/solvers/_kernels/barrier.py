@@ -129,7 +129,7 @@ class Progress(Record):
 
 
 @kernel(outline=True)
-def factored(system, W, diagonal, delta, J, gamma):
+def factorize(system, W, diagonal, delta, J, gamma):
     """Factors the matrix with more on its diagonal."""
     entries, scale, largest = system.entries, system.scale, system.largest
     for k in range(len(entries)):
@@ -166,7 +166,7 @@ def factored(system, W, diagonal, delta, J, gamma):
 
 
 @kernel(outline=True)
-def solved(system, right, found):
+def solve_factored(system, right, found):
     """Solves, by the factors."""
     for i in range(len(system.b)):
         system.b[i] = right[system.order[i]] * system.scale[i]
@@ -180,7 +180,7 @@ def solved(system, right, found):
 
 
 @kernel(outline=True)
-def look(it, progress):
+def optimality_error(it, progress):
     """How far from optimal the point is, eq. (5), and the next barrier parameters that it is good for, eq. (7).
 
     Gives 1 if there is another barrier parameter.
@@ -243,8 +243,8 @@ def newton_step(system, it, progress):
         it.right[n + j] = -it.c[j]
     delta, gamma = 0.0, 0.0
     while delta <= LARGEST_REGULARIZATION:
-        if factored(system, it.W, it.sigma, delta, it.J, gamma) == m:
-            solved(system, it.right, it.found)
+        if factorize(system, it.W, it.sigma, delta, it.J, gamma) == m:
+            solve_factored(system, it.right, it.found)
             if system.info[0] < EXACT:
                 if delta > 0.0:
                     progress.delta = delta
@@ -272,8 +272,8 @@ def least_multipliers(system, it):
         it.sigma[i], it.right[i] = 1.0, -(it.g[i] - it.zL[i] + it.zU[i])
     for j in range(m):
         it.right[n + j], it.lam[j] = 0.0, 0.0
-    factored(system, it.W, it.sigma, 0.0, it.J, 1e-10)
-    solved(system, it.right, it.found)
+    factorize(system, it.W, it.sigma, 0.0, it.J, 1e-10)
+    solve_factored(system, it.right, it.found)
     largest = 0.0
     for j in range(m):
         largest = max(largest, abs(it.found[n + j]))
@@ -329,28 +329,28 @@ def longest_of(it, d, mu):
 
 
 @kernel(outline=True)
-def go(it, progress):
+def set_trial_point(it, progress):
     """The trial point: `alpha` times the step."""
     for i in range(len(it.z)):
         it.trial[i] = it.z[i] + progress.alpha * it.found[i]
 
 
 @kernel(outline=True)
-def judge(it, progress):
+def evaluate_trial_point(it, progress):
     """Residuals and barrier function at the trial point, of which `c_trial` and `f_trial` are known."""
     progress.theta_trial = sum_of_sizes(it.c_trial)
     progress.phi_trial = barrier_of(it, it.trial, progress.f_trial, progress.mu)
 
 
 @kernel(outline=True)
-def correct(system, it, progress):
+def second_order_correction(system, it, progress):
     """The trial point of a correction of second order, eq. (27), and its `alpha`; 1 where there is none."""
     n = len(it.z)
     for i in range(n):
         it.right[i] = -it.slope[i]
     for j in range(len(it.lam)):
         it.right[n + j] = -it.c_corrected[j]
-    solved(system, it.right, it.corrected)
+    solve_factored(system, it.right, it.corrected)
     if not (system.info[0] < EXACT):
         return 1
     progress.alpha = longest_of(it, it.corrected, progress.mu)
@@ -360,7 +360,7 @@ def correct(system, it, progress):
 
 
 @kernel(outline=True)
-def accept(it, progress):
+def accept_trial_point(it, progress):
     """The trial point becomes the point; multipliers follow, and stay near those of the barrier, eq. (16)."""
     n, mu = len(it.z), progress.mu
     share, tau = 1.0, max(0.99, 1.0 - mu)
@@ -395,24 +395,32 @@ def accept(it, progress):
             it.zU[i] = max(mu / high / FAR, min(it.zU[i] + share * it.step_U[i], mu / high * FAR))
 
 
-LOOK, NEWTON_STEP, GO, JUDGE, CORRECT, ACCEPT, LEAST_MULTIPLIERS = range(7)
+(
+    OPTIMALITY_ERROR,
+    NEWTON_STEP,
+    SET_TRIAL_POINT,
+    EVALUATE_TRIAL_POINT,
+    SECOND_ORDER_CORRECTION,
+    ACCEPT_TRIAL_POINT,
+    LEAST_MULTIPLIERS,
+) = range(7)
 
 
 @kernel(top=True)
 def interior_point_step(system: System, it: Iterate, progress: Progress, what: int) -> int:
     """One of the above; its answer, or 0. They have one entry, so that all of them are bound at once."""
-    if what == LOOK:
-        return look(it, progress)
+    if what == OPTIMALITY_ERROR:
+        return optimality_error(it, progress)
     if what == NEWTON_STEP:
         return newton_step(system, it, progress)
-    if what == CORRECT:
-        return correct(system, it, progress)
+    if what == SECOND_ORDER_CORRECTION:
+        return second_order_correction(system, it, progress)
     if what == LEAST_MULTIPLIERS:
         return least_multipliers(system, it)
-    if what == GO:
-        go(it, progress)
-    elif what == JUDGE:
-        judge(it, progress)
+    if what == SET_TRIAL_POINT:
+        set_trial_point(it, progress)
+    elif what == EVALUATE_TRIAL_POINT:
+        evaluate_trial_point(it, progress)
     else:
-        accept(it, progress)
+        accept_trial_point(it, progress)
     return 0

@@ -25,8 +25,8 @@ _STEPS = 6  # times rows and columns
 
 
 @kernel
-def trade(T, own, at_zero, height, width, row, col):
-    """The variable of a row and that of a column trade places."""
+def pivot_on(T, own, at_zero, height, width, row, col):
+    """The variable of a row and that of a column pivot_on places."""
     pivot = T[row, col]
     T[row, col] = 1.0
     for k in range(width):
@@ -62,7 +62,7 @@ def largest_of(x, n):
 
 
 @kernel
-def fill(T, own, at_zero, c, A, b, rows, n):
+def make_tableau(T, own, at_zero, c, A, b, rows, n):
     """The tableau at x = 0; below the rows that of the cost, and one for the artificial variable."""
     for i in range(rows):
         largest = largest_entry(A, i, n)
@@ -88,7 +88,7 @@ def fill(T, own, at_zero, c, A, b, rows, n):
 
 
 @kernel
-def trade_all(T, own, at_zero, rows, n):
+def pivot_in_all(T, own, at_zero, rows, n):
     """Each x trades places with a slack, by largest entries; how many did, or -1 if that is not plain."""
     for count in range(n):
         largest, row, col = 0.0, -1, -1
@@ -101,7 +101,7 @@ def trade_all(T, own, at_zero, rows, n):
             return count
         if largest < _PIVOT:
             return -1
-        trade(T, own, at_zero, rows + 2, n + 2, row, col)
+        pivot_on(T, own, at_zero, rows + 2, n + 2, row, col)
     return n
 
 
@@ -151,7 +151,7 @@ def descend(T, own, at_zero, cost, rows, n):
         row = leaving(T, own, rows, n, col, bland)
         if row < 0:
             return UNBOUNDED, col
-        trade(T, own, at_zero, rows + 2, n + 2, row, col)
+        pivot_on(T, own, at_zero, rows + 2, n + 2, row, col)
     return UNDECIDED, -1
 
 
@@ -169,7 +169,7 @@ def reach_a_point(T, own, at_zero, rows, n):
         if own[i] < rows:
             T[i, n] = -1.0
     T[rows + 1, n] = 1.0
-    trade(T, own, at_zero, rows + 2, n + 2, row, n)
+    pivot_on(T, own, at_zero, rows + 2, n + 2, row, n)
     status, _ = descend(T, own, at_zero, rows + 1, rows, n)
     if status != OPTIMAL:
         return UNDECIDED
@@ -183,7 +183,7 @@ def reach_a_point(T, own, at_zero, rows, n):
                     col = k
             if at_zero[col] >= rows or abs(T[i, col]) < _PIVOT:
                 return UNDECIDED
-            trade(T, own, at_zero, rows + 2, n + 2, i, col)
+            pivot_on(T, own, at_zero, rows + 2, n + 2, i, col)
             return OPTIMAL
     return OPTIMAL
 
@@ -349,8 +349,8 @@ def solve_linear_program(
         own: Scratch, shape (rows + 2,).
         at_zero: Scratch, shape (n + 1,).
     """
-    fill(T, own, at_zero, c, A, b, rows, n)
-    if trade_all(T, own, at_zero, rows, n) < 0:
+    make_tableau(T, own, at_zero, c, A, b, rows, n)
+    if pivot_in_all(T, own, at_zero, rows, n) < 0:
         return UNDECIDED
     status = reach_a_point(T, own, at_zero, rows, n)
     if status == INFEASIBLE:

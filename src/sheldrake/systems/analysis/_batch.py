@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
-from sheldrake.common._crew import Crew, threads_of
 from sheldrake.common._native.binding import HERE
+from sheldrake.common._thread_team import ThreadTeam, threads_of
 from sheldrake.systems.framework import InputPortSelection, PortDataType, System
 from sheldrake.systems.framework._declarations import DISCRETE
 from sheldrake.systems.framework._kernels.columns import derivatives_at, updates_at
@@ -166,8 +166,8 @@ def _on_threads(
         calls[thread].set("last", min((part + 1) * _COLUMNS, len(columns)))
         good[part] = calls[thread]() == 0
 
-    crew = Crew(min(threads_of(parallelize, True), len(columns)))
-    crew.run(work, -(-len(columns) // _COLUMNS))
+    team = ThreadTeam(min(threads_of(parallelize, True), len(columns)))
+    team.run(work, -(-len(columns) // _COLUMNS))
     return found.T if all(good) else None
 
 

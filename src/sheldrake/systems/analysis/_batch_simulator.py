@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 import numpy as np
 
 from sheldrake.common import RandomGenerator
-from sheldrake.common._crew import Crew
+from sheldrake.common._thread_team import ThreadTeam
 from sheldrake.systems.analysis._config import ApplySimulatorConfig, SimulatorConfig
 from sheldrake.systems.analysis._native_worlds import NativeWorlds, slow_rows
 from sheldrake.systems.analysis._rollout import RolloutPlan
@@ -113,7 +113,7 @@ class BatchSimulator:
         store = model.get_context()._store
         if store.unsettled:
             store.settle()
-        self._layout, self._crew = store.layout, Crew(num_threads)
+        self._layout, self._team = store.layout, ThreadTeam(num_threads)
         self._numbers = model.get_integrator()._numbers
         self._last_instant = model._last_instant(store)
         try:
@@ -137,11 +137,11 @@ class BatchSimulator:
         self._plans: dict[tuple, RolloutPlan] = {}
         self._generators: dict[int, RandomGenerator] = {}
         self._simulated = self._with_simulators()
-        self._native = None if self._obstacles() else NativeWorlds(self._worlds, self._crew)
+        self._native = None if self._obstacles() else NativeWorlds(self._worlds, self._team)
 
     def _with_simulators(self) -> SimulatedWorlds:
-        make = functools.partial(_simulator_of_world, self._system, self._config, self._monitor, self._crew)
-        return SimulatedWorlds(self._worlds, self._crew, make, self._errors)
+        make = functools.partial(_simulator_of_world, self._system, self._config, self._monitor, self._team)
+        return SimulatedWorlds(self._worlds, self._team, make, self._errors)
 
     def _obstacles(self) -> list[str]:
         """What keeps worlds from being advanced by machine code alone."""
@@ -168,7 +168,7 @@ class BatchSimulator:
 
     def Explain(self) -> str:
         """How the worlds are advanced, and which systems hold the others up."""
-        found, threads = self._obstacles(), self._crew.num_threads
+        found, threads = self._obstacles(), self._team.num_threads
         if not found:
             rows = len({r for _, _, rows, _ in self._layout.group_list for r in rows})
             return f"{self._count} worlds on {threads} threads: all {rows} rows of the event loop are machine code."
@@ -190,7 +190,7 @@ class BatchSimulator:
 
     def num_threads(self) -> int:
         """How many threads, the caller's included."""
-        return self._crew.num_threads
+        return self._team.num_threads
 
     def context(self, world: int) -> Context:
         """World number `world` as a root context: whatever takes a context works on it.
@@ -683,15 +683,15 @@ class BatchSimulator:
         self._begun[new] = True
         self._call_each(call, self._plan, len(new), tables.BEGIN)
 
-    def _way_of(self, plan: RolloutPlan) -> NativeWorlds | SimulatedWorlds:
+    def _engine_of(self, plan: RolloutPlan) -> NativeWorlds | SimulatedWorlds:
         rows = self._layout.rows
         return self._native if self._native and all(rows[r].native for r in plan.rows) else self._simulated
 
     def _call_each(self, call: str, plan: RolloutPlan, count: int, callee: int) -> None:
         with self._alone(call):
             self._check_inputs(plan.rollout.who[:count], plan.rows)
-            self._way_of(plan).call_each(plan, count, callee)
-        self._look(plan.rollout.who[:count])
+            self._engine_of(plan).call_each(plan, count, callee)
+        self._note_outcomes(plan.rollout.who[:count])
 
     def _roll_out(
         self, call: str, plan: RolloutPlan, who: np.ndarray, samples: int, kept: np.ndarray | None = None
@@ -706,12 +706,12 @@ class BatchSimulator:
                 self._begun[who] = True
             self._worlds.progress[who] = 0
             self._worlds.progress[who, Progress.code] = tables.OPEN
-            self._way_of(plan).roll_out(plan, len(who), samples)
+            self._engine_of(plan).roll_out(plan, len(who), samples)
         if kept is not None:
             done = self._worlds.progress[who, Progress.sample]
             for j in np.flatnonzero(done < samples).tolist():
                 kept[j, done[j] :] = np.nan
-        self._look(who)
+        self._note_outcomes(who)
 
     @contextlib.contextmanager
     def _alone(self, call: str) -> Iterator[None]:
@@ -743,7 +743,7 @@ class BatchSimulator:
                 if missing.any():
                     self._worlds.store(int(who[missing][0])).check_inputs(row)
 
-    def _look(self, who: np.ndarray) -> None:
+    def _note_outcomes(self, who: np.ndarray) -> None:
         """What became of these worlds.
 
         Raises:
@@ -797,13 +797,13 @@ def _simulator_of(system: System, config: SimulatorConfig | None, context: Conte
 
 
 def _simulator_of_world(
-    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Store
+    system: System, config: SimulatorConfig | None, monitor: Any, team: ThreadTeam, store: Store
 ) -> Simulator:
     """The simulator of a world that needs Python."""
     time = store.S[0]
     simulator = _simulator_of(system, config, store.context(0))
     store.S[0] = time  # the settings have one
-    simulator._interrupt = crew.check
+    simulator._interrupt = team.check
     if monitor is not None:
         simulator.set_monitor(monitor)
     return simulator

@@ -74,7 +74,6 @@ class IntegratorBase:
         numbers.fixed = 0.0 if self._supports_error_estimation else 1.0
         numbers.t_break = np.inf
         self._maximum, self._accuracy, self._initial, self._minimum = nan, nan, nan, 0.0
-        self._initialized = False
         self._dense: list | None = None
         self._trajectory: tuple[int, Any] | None = None  # of so many steps
         self.ResetStatistics()
@@ -185,7 +184,7 @@ class IntegratorBase:
 
     def reset_context(self, context: Context | None = None) -> None:
         """Changes the context, or forgets it; `Initialize` must be called before the next step."""
-        self._context, self._initialized = context, False
+        self._context = context
 
     def Initialize(self) -> None:
         """Gets ready to step.
@@ -208,12 +207,11 @@ class IntegratorBase:
         number[H_INITIAL] = 0.0 if self._initial != self._initial else self._initial
         self._use_accuracy()
         self.ResetStatistics()
-        self._initialized = True
 
     def Reset(self) -> None:
         """Back to how it was made."""
         self._maximum = self._accuracy = self._initial = nan
-        self._minimum, self._initialized = 0.0, False
+        self._minimum = 0.0
         self._numbers.h_ideal = 0.0
         self.ResetStatistics()
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
-from sheldrake.common._crew import in_parallel, threads_of
+from sheldrake.common._thread_team import in_parallel, threads_of
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator

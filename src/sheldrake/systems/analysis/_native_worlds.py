@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._crew import Crew
+from sheldrake.common._thread_team import ThreadTeam
 from sheldrake.systems.analysis._rollout import RolloutPlan
 from sheldrake.systems.framework._engine.layout import Layout
 from sheldrake.systems.framework._engine.worlds import Worlds
@@ -30,11 +30,11 @@ class NativeWorlds:
 
     Args:
         worlds: Their memory.
-        crew: Threads.
+        team: Threads.
     """
 
-    def __init__(self, worlds: Worlds, crew: Crew):
-        self._worlds, self._crew = worlds, crew
+    def __init__(self, worlds: Worlds, team: ThreadTeam):
+        self._worlds, self._team = worlds, team
         self._chain = np.zeros(1 + len(worlds.layout.rows), np.int64)
         self._lanes: dict[int, Lanes] = {}
         self._budget, self._seconds, self._rollouts = 64, 0.0, 0
@@ -42,7 +42,7 @@ class NativeWorlds:
 
     def roll_out(self, plan: RolloutPlan, count: int, samples: int) -> None:
         """Takes the first `count` worlds of a plan through its samples; their codes say how it went."""
-        worlds, crew, who = self._worlds, self._crew, plan.rollout.who
+        worlds, team, who = self._worlds, self._team, plan.rollout.who
         worlds.follow_logs()
         self._choose(plan.rows)
         size = self._size_of_part(count)
@@ -53,7 +53,7 @@ class NativeWorlds:
             bound.set("last", min((part + 1) * size, count))
             bound.set("samples", samples)
             begin = last = time.perf_counter()
-            while not crew.stopped:
+            while not team.stopped:
                 bound.set("budget", self._budget)
                 left = bound()
                 now = time.perf_counter()
@@ -65,7 +65,7 @@ class NativeWorlds:
             self._seconds = (now - begin) / size
 
         with self._claimed():
-            crew.run(work, -(-count // size))
+            team.run(work, -(-count // size))
         self._rollouts += 1
         if count and self._rollouts.bit_count() == 1:  # 1, 2, 4 ...: a robot that walks uses more than one that falls
             worlds.look_at_use(int(who[0]))
@@ -86,7 +86,7 @@ class NativeWorlds:
     def call_each(self, plan: RolloutPlan, count: int, callee: int) -> None:
         """Begins the first `count` worlds of a plan, or computes its outputs."""
         self._choose(plan.rows)
-        size = -(-count // (_PARTS * self._crew.num_threads))
+        size = -(-count // (_PARTS * self._team.num_threads))
 
         def work(thread: int, part: int) -> None:
             bound = self._bound(tables.call_each, plan, thread)
@@ -96,7 +96,7 @@ class NativeWorlds:
             bound()
 
         with self._claimed():
-            self._crew.run(work, -(-count // size))
+            self._team.run(work, -(-count // size))
 
     def _choose(self, rows: list[int]) -> None:
         """Output rows that are computed."""
@@ -118,11 +118,11 @@ class NativeWorlds:
 
     def _size_of_part(self, count: int) -> int:
         """How many worlds a thread takes at a time."""
-        size = -(-count // (_PARTS * self._crew.num_threads))
+        size = -(-count // (_PARTS * self._team.num_threads))
         if self._seconds > 0.0:
             size = min(max(size, int(_SHORT / self._seconds)), max(1, int(_LONG / self._seconds)))
-        size = max(1, min(size, -(-count // self._crew.num_threads)))
-        together = LANES if count >= LANES * self._crew.num_threads else 1
+        size = max(1, min(size, -(-count // self._team.num_threads)))
+        together = LANES if count >= LANES * self._team.num_threads else 1
         return -(-size // together) * together
 
     def _make_room(self, who: np.ndarray) -> None:

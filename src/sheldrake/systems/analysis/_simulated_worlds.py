@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from sheldrake.common._crew import Crew
+from sheldrake.common._thread_team import ThreadTeam
 from sheldrake.systems.analysis._rollout import RolloutPlan
 from sheldrake.systems.analysis._simulator import Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
@@ -21,13 +21,15 @@ class SimulatedWorlds:
 
     Args:
         worlds: Their memory.
-        crew: Threads.
+        team: Threads.
         make: Gives the simulator of a store.
         errors: What worlds raised is put here, by number.
     """
 
-    def __init__(self, worlds: Worlds, crew: Crew, make: Callable[[Any], Simulator], errors: dict[int, BaseException]):
-        self._worlds, self._crew, self._make, self._errors = worlds, crew, make, errors
+    def __init__(
+        self, worlds: Worlds, team: ThreadTeam, make: Callable[[Any], Simulator], errors: dict[int, BaseException]
+    ):
+        self._worlds, self._team, self._make, self._errors = worlds, team, make, errors
         self._simulators: dict[int, Simulator] = {}
 
     def simulator(self, w: int) -> Simulator:
@@ -42,7 +44,7 @@ class SimulatedWorlds:
         def work(_: int, part: int) -> None:
             self._guarded(int(plan.rollout.who[part]), self._roll_out, plan, part, samples)
 
-        self._crew.run(work, count)
+        self._team.run(work, count)
 
     def call_each(self, plan: RolloutPlan, count: int, callee: int) -> None:
         """Begins the first `count` worlds of a plan, or computes its outputs."""
@@ -51,7 +53,7 @@ class SimulatedWorlds:
             w = int(plan.rollout.who[part])
             self._guarded(w, self._compute if callee == OUTPUTS else self._begin, w, plan)
 
-        self._crew.run(work, count)
+        self._team.run(work, count)
 
     def _guarded(self, w: int, do: Callable[..., int], *args: object) -> None:
         """Does something with a world and notes how it went."""

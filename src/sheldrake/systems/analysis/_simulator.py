@@ -337,7 +337,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         try:
             code = self._advance(T)
         finally:
-            self._look_in(True)
+            self._call_visitors(True)
             t = self._last_time = store.S.item(0)
             store.stopped = (float(t), type(self._integrator).__name__, self._integrator._memory())
         return self._status(T, code)
@@ -399,7 +399,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
                 code = self._advance_span(span, T)
                 elapsed = time.monotonic() - begin
                 self._seconds += elapsed
-                self._look_in(False)
+                self._call_visitors(False)
                 if self._interrupt is not None:
                     self._interrupt()
                 if code == _program.ERROR:
@@ -441,7 +441,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             self._count[_BUDGET] = 1 if self._between else 1000
         return code
 
-    def _look_in(self, is_end: bool) -> None:
+    def _call_visitors(self, is_end: bool) -> None:
         """Lets those in who want to see the context from time to time: streams of logs."""
         for visitor in self._between:
             visitor(is_end)

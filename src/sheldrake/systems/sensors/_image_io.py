@@ -123,7 +123,7 @@ class ImageIo:
             RuntimeError: it cannot be read, or has another format than the one given.
         """
         name, source, format_ = _source("Load", args, kwargs)
-        picture, found = _opened(name, source, format_)
+        picture, found = _opened(source, format_)
         if picture is None:
             raise RuntimeError(f"ImageIo.Load(): {name}: {found}")
         cls, _, channels, dtype = _MODES[picture.mode]
@@ -133,8 +133,8 @@ class ImageIo:
 
     def LoadMetadata(self, *args: Any, **kwargs: Any) -> Any:
         """What `(path)` or `(buffer)` says about its image, an ImageIo.Metadata; None when it cannot be read."""
-        name, source, format_ = _source("LoadMetadata", args, kwargs)
-        picture, _ = _opened(name, source, format_)
+        _, source, format_ = _source("LoadMetadata", args, kwargs)
+        picture, _ = _opened(source, format_)
         if picture is None:
             return None
         _, scalar, channels, _ = _MODES[picture.mode]
@@ -188,7 +188,7 @@ def _source(call: str, args: tuple, kwargs: dict) -> tuple[str, Any, ImageFileFo
     return ("buffer", io.BytesIO(value), format_) if kind == "buffer" else (os.fspath(value), Path(value), format_)
 
 
-def _opened(name: str, source: Any, format_: ImageFileFormat | None) -> tuple[Any, str]:
+def _opened(source: Any, format_: ImageFileFormat | None) -> tuple[Any, str]:
     """Pillow's image, or None and why there is none."""
     import PIL.Image
 

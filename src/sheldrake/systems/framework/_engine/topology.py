@@ -177,9 +177,6 @@ class Topology:
         )
 
 
-ALL = frozenset(range(1, Ticket.FIRST_INDEXED))
-
-
 def needs_of(system: System, output: OutputDeclaration) -> set:
     """What an output depends on: built-in tickets, ("in", i) for inputs, and "work".
 

@@ -8,7 +8,7 @@ MOST = 1e8  # Larger changes of a gradient over a step are those of a kink.
 
 
 @kernel(top=True, short_loops=True)
-def learn(before: Matrix, points: Matrix, J_before: Matrix, J: Matrix, H: Matrix, r: Vector) -> None:
+def symmetric_rank_one(before: Matrix, points: Matrix, J_before: Matrix, J: Matrix, H: Matrix, r: Vector) -> None:
     """Symmetric rank one updates of the Hessians of functions of several points; then `before` is the last point.
 
     Args:
@@ -53,7 +53,7 @@ def learn(before: Matrix, points: Matrix, J_before: Matrix, J: Matrix, H: Matrix
 
 
 @kernel(top=True, short_loops=True)
-def weigh(H: Matrix, weights: Vector, total: Matrix) -> None:
+def weighted_sums(H: Matrix, weights: Vector, total: Matrix) -> None:
     """The sums of the Hessians of each point times their weights, one row each, shape (points, n * n)."""
     m = H.shape[0] // max(total.shape[0], 1)
     for e in range(total.shape[0]):

@@ -17,7 +17,7 @@ _LOOK = 0.05
 """How often the calling thread looks for Ctrl-C while it waits for the others [s]."""
 
 
-class Crew:
+class ThreadTeam:
     """Threads of which each takes the next part of the work when it is done with one; the caller's is one of them.
 
     Args:
@@ -93,10 +93,10 @@ class Crew:
 
 
 class _CtrlC:
-    """While it is entered, Ctrl-C stops a crew instead of leaving other threads at work on what nobody waits for."""
+    """While it is entered, Ctrl-C stops a team instead of leaving other threads at work on what nobody waits for."""
 
-    def __init__(self, crew: Crew):
-        self._crew, self.pressed = crew, False
+    def __init__(self, team: ThreadTeam):
+        self._team, self.pressed = team, False
 
     def __enter__(self) -> _CtrlC:
         here = threading.current_thread() is threading.main_thread()
@@ -106,7 +106,7 @@ class _CtrlC:
         return self
 
     def _press(self, *_: object) -> None:
-        self.pressed = self._crew.stopped = True
+        self.pressed = self._team.stopped = True
 
     def __exit__(self, *_: object) -> None:
         if self._ours:
@@ -121,7 +121,7 @@ def in_parallel(function: Callable[[Item], Result], items: Iterable[Item], num_t
     def work(_: int, part: int) -> None:
         found[part] = function(given[part])
 
-    Crew(num_threads).run(work, len(given))
+    ThreadTeam(num_threads).run(work, len(given))
     return found
 
 
