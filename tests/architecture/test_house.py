@@ -44,6 +44,23 @@ def test_folder_map_of_the_architecture_page_is_true():
     assert not unnamed, f"ARCHITECTURE.md does not say what lives in {sorted(unnamed)}"
 
 
+def test_parts_of_a_plant_are_those_of_the_architecture_page():
+    page = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    table = page[page.index("| part | owns |") : page.index("A public call has one home")]
+    named = {n for row in table.splitlines()[2:] if row for n in re.findall(r"`(\w+)`", row.split("|")[1])}
+    tree = ast.parse((SOURCE / "multibody" / "plant" / "_parts.py").read_text(encoding="utf-8"))
+    (made,) = (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n.name == "__init__")
+    parts = {t.attr for n in made.body if isinstance(n, ast.Assign) for t in n.targets if isinstance(t, ast.Attribute)}
+    # The plant itself and the sign of its family are no parts; the others are classes of which parts have one.
+    assert parts - {"plant", "family"} == named - {
+        "freeze",
+        "FrozenModel",
+        "View",
+        "DiscreteUpdate",
+        "ContinuousDynamics",
+    }
+
+
 @pytest.mark.parametrize("module", public_modules())
 def test_public_lists_are_true(module):
     if module.endswith(("__main__", "as_pydrake")):
