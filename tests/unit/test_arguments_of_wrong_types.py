@@ -2,14 +2,28 @@
 
 import pytest
 
-from sheldrake.geometry import GeometryId, Role, SceneGraph
+from sheldrake.geometry import ClippingRange, FrameId, GeometryId, RenderCameraCore, Role, SceneGraph
+from sheldrake.math import RigidTransform
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.perception import PointCloud
 from sheldrake.solvers import MathematicalProgram
 from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.controllers import LinearQuadraticRegulator
+from sheldrake.systems.estimators import SteadyStateKalmanFilter
 from sheldrake.systems.framework import BasicVector, DiagramBuilder
-from sheldrake.systems.primitives import Adder
+from sheldrake.systems.primitives import (
+    Adder,
+    Demultiplexer,
+    DiscreteTimeDelay,
+    FirstOrderLowPassFilter,
+    Gain,
+    MultilayerPerceptron,
+    Multiplexer,
+    Sine,
+    ZeroOrderHold,
+)
+from sheldrake.systems.sensors import CameraInfo, ImageIo, ImageToLcmImageArrayT, RgbdSensor, RotaryEncoders
 from sheldrake.trajectories import PiecewisePolynomial
 
 
@@ -46,6 +60,30 @@ CALLS = {
     "pair": lambda: SceneGraph().model_inspector().CollisionFiltered(GeometryId.get_new_id(), None),
     "set of geometries": lambda: SceneGraph().model_inspector().GetGeometryIds("all"),
     "fields": lambda: PointCloud(3).SetFields("xyz"),
+    "amplitude without the rest": lambda: Sine(1.0),
+    "amplitude": lambda: Sine("a", 1.0, 0.0, 1),
+    "one more": lambda: Sine(1.0, 1.0, 0.0, 1, True, 4),
+    "layers": lambda: MultilayerPerceptron(),
+    "layers and activations": lambda: MultilayerPerceptron([True, False], [4, 1]),
+    "sizes of inputs": lambda: Multiplexer("ab"),
+    "two kinds of sizes": lambda: Multiplexer(3, input_sizes=[1, 2]),
+    "sizes of outputs": lambda: Demultiplexer(4, output_ports_sizes=[1, 2]),
+    "factor without a size": lambda: Gain(2.0),
+    "size of a filter with vectors": lambda: FirstOrderLowPassFilter([1.0, 2.0], 2),
+    "size of a hold": lambda: ZeroOrderHold(0.1, 1.5),
+    "size of a delay": lambda: DiscreteTimeDelay(0.1, 2),
+    "ticks": lambda: RotaryEncoders("ab"),
+    "image": lambda: ImageIo().Save(3, "a.png"),
+    "file of an image": lambda: ImageIo().Load(3),
+    "frames of images": lambda: ImageToLcmImageArrayT("color", "depth"),
+    "cameras": lambda: RgbdSensor(FrameId.get_new_id(), RigidTransform()),
+    "field of view": lambda: CameraInfo(10, 10, "wide"),
+    "two lenses": lambda: CameraInfo(10, 10, 1.0, fov_y=1.0),
+    "near plane": lambda: ClippingRange("near", 1.0),
+    "pose of a camera": lambda: RenderCameraCore("vtk", CameraInfo(9, 9, 1.0), ClippingRange(0.1, 1.0), None),
+    "matrices of a regulator": lambda: LinearQuadraticRegulator(1.0, 1.0, 1.0, 1.0),
+    "context of a regulator": lambda: LinearQuadraticRegulator(system(), [[1.0]], [[1.0]]),
+    "context of a filter": lambda: SteadyStateKalmanFilter(system(), [[1.0]], [[1.0]]),
     "trajectory": lambda: PiecewisePolynomial([1.0]).isApprox(1.0, tol=1e-9),
 }  # fmt: skip
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
+
+import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Kind, Mismatch, kind
@@ -48,6 +50,29 @@ def count(value: Any) -> int:
     if number < 0:
         raise Mismatch
     return number
+
+
+@kind("list of int")
+def integers(value: Any) -> list[int]:
+    """Kind: whole numbers, one after the other."""
+    if not isinstance(value, (Sequence, np.ndarray)):
+        raise Mismatch
+    try:
+        return [operator.index(item) for item in value]
+    except TypeError:
+        raise Mismatch from None
+
+
+def list_of(cls: type) -> Kind:
+    """Kind: a list of objects of a class."""
+
+    @kind(f"list of {pretty_class_name(cls)}")
+    def convert(value: Any) -> list:
+        if not isinstance(value, (Sequence, np.ndarray)) or not all(isinstance(item, cls) for item in value):
+            raise Mismatch
+        return list(value)
+
+    return convert
 
 
 @kind("bool")

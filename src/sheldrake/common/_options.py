@@ -16,7 +16,7 @@ import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
-from sheldrake.common._scalars import any_array, as_array, frozen
+from sheldrake.common._scalars import as_array, float_vector, frozen
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -224,8 +224,7 @@ def _as_dict_of(kinds: tuple, value: Any) -> Any:
 
 def _as_vector(size: int | None, value: Any) -> Any:
     try:
-        numbers = any_array(float, value)
-        return as_array(float, numbers, (numbers.size if size is None else size,))
+        return float_vector(value) if size is None else as_array(float, value, (size,))
     except Mismatch:
         return _MISFIT
 

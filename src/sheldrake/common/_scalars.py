@@ -140,6 +140,13 @@ def vector(T: type, n: int) -> Kind:
     return kind(f"{T.__name__} array of shape ({n},)")(functools.partial(as_array, T, shape=(n,)))
 
 
+@kind("float array of shape (n,)")
+def float_vector(value: object) -> np.ndarray:
+    """Parameter kind: a vector of floats, of any size."""
+    numbers = any_array(float, value)
+    return as_array(float, numbers, (numbers.size,))
+
+
 @functools.cache
 def matrix(T: type, rows: int, cols: int) -> Kind:
     """Parameter kind: a matrix of fixed size."""

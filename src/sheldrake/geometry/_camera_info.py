@@ -8,7 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
+from sheldrake.common._scalars import matrix, scalar
+
+
+@kind("int")
+def _pixels(value: Any) -> int:
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise Mismatch from None
+
+
+_SIZE: dict[str, Any] = {"width": _pixels, "height": _pixels}
 
 
 class CameraInfo:
@@ -28,35 +40,26 @@ class CameraInfo:
         intrinsic_matrix: [[focal_x, 0, center_x], [0, focal_y, center_y], [0, 0, 1]].
     """
 
-    def __init__(self, width: int, height: int, *args: Any, **kwargs: Any):
-        for name, size in (("width", width), ("height", height)):
-            if not hasattr(size, "__index__"):
-                raise Mismatch(f"CameraInfo(): incompatible constructor arguments: {name} must be an int, not {size!r}")
-        self._width, self._height = operator.index(width), operator.index(height)
-        names = ("focal_x", "focal_y", "center_x", "center_y")
-        if len(args) == 4:
-            kwargs.update(zip(names, args))
-        elif len(args) == 1:
-            kwargs["fov_y" if np.ndim(args[0]) == 0 else "intrinsic_matrix"] = args[0]
-        if set(kwargs) == {"fov_y"}:
-            fov_y = float(kwargs["fov_y"])
-            self._check(width > 0 and height > 0 and 0.0 < fov_y < math.inf, f"fov_y = {fov_y}")
-            focal = height * 0.5 / math.tan(0.5 * fov_y)
-            self._focal, self._center = (focal, focal), (width / 2.0 - 0.5, height / 2.0 - 0.5)
-        elif set(kwargs) == {"intrinsic_matrix"}:
-            K = np.array(kwargs["intrinsic_matrix"], float)
-            zeros = K.shape == (3, 3) and not (K[0, 1] or K[1, 0] or K[2, 0] or K[2, 1]) and K[2, 2] == 1.0
-            self._check(bool(zeros), f"intrinsic_matrix = {K.tolist()}")
-            self._focal, self._center = (float(K[0, 0]), float(K[1, 1])), (float(K[0, 2]), float(K[1, 2]))
-        elif set(kwargs) == set(names):
-            fx, fy, cx, cy = (float(kwargs[name]) for name in names)
-            self._focal, self._center = (fx, fy), (cx, cy)
-        else:
-            raise Mismatch(f"CameraInfo(): incompatible constructor arguments: {args} {sorted(kwargs)}")
+    @overloaded(
+        overload(**_SIZE, fov_y=scalar(float)),
+        overload(**_SIZE, intrinsic_matrix=matrix(float, 3, 3)),
+        overload(**_SIZE, focal_x=scalar(float), focal_y=scalar(float), center_x=scalar(float), center_y=scalar(float)),
+    )
+    def __init__(self, width: int, height: int, *lens: Any):
+        self._width, self._height = width, height
         self._check(width > 0 and height > 0, "size")
-        self._check(all(0.0 < f < math.inf for f in self._focal), f"focal lengths {self._focal}")
-        inside = 0.0 < self._center[0] < width and 0.0 < self._center[1] < height
-        self._check(inside, f"principal point {self._center}")
+        if len(lens) == 4:
+            fx, fy, cx, cy = lens
+        elif isinstance(lens[0], float):
+            self._check(0.0 < lens[0] < math.inf, f"fov_y = {lens[0]}")
+            fx = fy = height * 0.5 / math.tan(0.5 * lens[0])
+            cx, cy = width / 2.0 - 0.5, height / 2.0 - 0.5
+        else:
+            (fx, k01, cx), (k10, fy, cy), last = lens[0].tolist()
+            self._check(not (k01 or k10) and last == [0.0, 0.0, 1.0], f"intrinsic_matrix = {lens[0].tolist()}")
+        self._focal, self._center = (fx, fy), (cx, cy)
+        self._check(0.0 < fx < math.inf and 0.0 < fy < math.inf, f"focal lengths {self._focal}")
+        self._check(0.0 < cx < width and 0.0 < cy < height, f"principal point {self._center}")
 
     def _check(self, good: bool, what: str) -> None:
         if not good:

@@ -4,33 +4,28 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import instance_of, text
+from sheldrake.common._overloads import Mismatch, Overload, kind, overload, overloaded
+from sheldrake.common._scalars import scalar
 from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.geometry._text import number
+from sheldrake.math import RigidTransform
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from sheldrake.math import RigidTransform
+
+_SHOW = instance_of(bool, int, float, type(None))  # what pydrake takes for a bool
 
 
 class _Value:
     """A constant: copies are equal, and `Class(other)` is one."""
 
-    _names: tuple[str, ...] = ()
-
-    def _arguments(self, args: tuple, kwargs: dict, **defaults: object) -> list[Any] | None:
-        """The constructor's arguments by order; None for a copy, which has all it needs."""
-        given = (*args, *kwargs.values())
-        if len(given) == 1 and isinstance(given[0], type(self)):
-            self.__dict__.update(given[0].__dict__)
-            return None
-        values = {**defaults, **dict(zip(self._names, args)), **kwargs}
-        if len(args) > len(self._names) or set(values) != set(self._names):
-            raise incompatible(type(self).__name__, [f"({', '.join(self._names)})", "(other)"], args, kwargs)
-        return [values[name] for name in self._names]
+    def _set_other(self, other: Any) -> None:
+        self.__dict__.update(other.__dict__)
 
     def __copy__(self) -> Self:
         new = object.__new__(type(self))
@@ -39,6 +34,18 @@ class _Value:
 
     def __deepcopy__(self, memo: dict) -> Self:
         return self.__copy__()
+
+
+def _another(name: str) -> Overload:
+    """The form `(other)` of a class of this name, which is not there yet where its forms are stated."""
+
+    @kind(name)
+    def convert(value: Any) -> Any:
+        if not any(cls.__name__ == name for cls in type(value).__mro__):
+            raise Mismatch
+        return value
+
+    return overload(_Value._set_other, other=convert)
 
 
 def _check_range(call: str, what: str, names: tuple[str, str, str, str], low: float, high: float) -> None:
@@ -60,17 +67,14 @@ class ClippingRange(_Value):
         RuntimeError: unless 0 < near < far < inf.
     """
 
-    _names = ("near", "far")
-
-    @overload
+    @typing_overload
     def __init__(self, near: float, far: float) -> None: ...
-    @overload
+    @typing_overload
     def __init__(self, other: ClippingRange) -> None: ...
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = self._arguments(args, kwargs)
-        if given is not None:
-            self._near, self._far = float(given[0]), float(given[1])
-            _check_range("ClippingRange", "clipping range", ("near", "far", "near", "far"), self._near, self._far)
+    @overloaded(overload(near=scalar(float), far=scalar(float)), _another("ClippingRange"))
+    def __init__(self, near: float, far: float) -> None:
+        self._near, self._far = near, far
+        _check_range("ClippingRange", "clipping range", ("near", "far", "near", "far"), near, far)
 
     def near(self) -> float:
         """Depth of the near plane [m]."""
@@ -92,18 +96,15 @@ class DepthRange(_Value):
         RuntimeError: unless 0 < min_in < min_out < inf.
     """
 
-    _names = ("min_in", "min_out")
-
-    @overload
+    @typing_overload
     def __init__(self, min_in: float, min_out: float) -> None: ...
-    @overload
+    @typing_overload
     def __init__(self, other: DepthRange) -> None: ...
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = self._arguments(args, kwargs)
-        if given is not None:
-            self._min, self._max = float(given[0]), float(given[1])
-            names = ("the minimum depth", "the maximum depth", "min", "max")
-            _check_range("DepthRange", "depth range", names, self._min, self._max)
+    @overloaded(overload(min_in=scalar(float), min_out=scalar(float)), _another("DepthRange"))
+    def __init__(self, min_in: float, min_out: float) -> None:
+        self._min, self._max = min_in, min_out
+        names = ("the minimum depth", "the maximum depth", "min", "max")
+        _check_range("DepthRange", "depth range", names, min_in, min_out)
 
     def min_depth(self) -> float:
         """Least depth that is measured [m]."""
@@ -124,21 +125,26 @@ class RenderCameraCore(_Value):
         X_BS: Pose of the sensor S (x right, y down, z forward) in the camera's body B.
     """
 
-    _names = ("renderer_name", "intrinsics", "clipping", "X_BS")
-
-    @overload
+    @typing_overload
     def __init__(
         self, renderer_name: str, intrinsics: CameraInfo, clipping: ClippingRange, X_BS: RigidTransform
     ) -> None: ...
-    @overload
+    @typing_overload
     def __init__(self, other: RenderCameraCore) -> None: ...
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = self._arguments(args, kwargs)
-        if given is not None:
-            self._renderer_name, self._intrinsics, self._clipping = str(given[0]), given[1], given[2]
-            self._X_BS = copy.copy(given[3])
-            if not isinstance(self._intrinsics, CameraInfo) or not isinstance(self._clipping, ClippingRange):
-                raise incompatible("RenderCameraCore", [f"({', '.join(self._names)})"], args, kwargs)
+    @overloaded(
+        overload(
+            renderer_name=text,
+            intrinsics=instance_of(CameraInfo),
+            clipping=instance_of(ClippingRange),
+            X_BS=instance_of(RigidTransform),
+        ),
+        _another("RenderCameraCore"),
+    )
+    def __init__(
+        self, renderer_name: str, intrinsics: CameraInfo, clipping: ClippingRange, X_BS: RigidTransform
+    ) -> None:
+        self._renderer_name, self._intrinsics, self._clipping = renderer_name, intrinsics, clipping
+        self._X_BS = copy.copy(X_BS)
 
     def renderer_name(self) -> str:
         """Name of the render engine."""
@@ -165,18 +171,13 @@ class ColorRenderCamera(_Value):
         show_window: Whether to show pictures in a window; there are no windows here.
     """
 
-    _names = ("core", "show_window")
-
-    @overload
+    @typing_overload
     def __init__(self, core: RenderCameraCore, show_window: bool = False) -> None: ...
-    @overload
+    @typing_overload
     def __init__(self, other: ColorRenderCamera) -> None: ...
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = self._arguments(args, kwargs, show_window=False)
-        if given is not None:
-            self._core, self._show_window = given[0], bool(given[1])
-            if not isinstance(self._core, RenderCameraCore):
-                raise incompatible("ColorRenderCamera", ["(core, show_window=False)"], args, kwargs)
+    @overloaded(overload(core=instance_of(RenderCameraCore), show_window=(_SHOW, False)), _another("ColorRenderCamera"))
+    def __init__(self, core: RenderCameraCore, show_window: bool = False) -> None:
+        self._core, self._show_window = core, bool(show_window)
 
     def core(self) -> RenderCameraCore:
         """Lens, clipping planes and renderer."""
@@ -198,21 +199,18 @@ class DepthRenderCamera(_Value):
         RuntimeError: depths that are measured are not drawn.
     """
 
-    _names = ("core", "depth_range")
-
-    @overload
+    @typing_overload
     def __init__(self, core: RenderCameraCore, depth_range: DepthRange) -> None: ...
-    @overload
+    @typing_overload
     def __init__(self, other: DepthRenderCamera) -> None: ...
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = self._arguments(args, kwargs)
-        if given is None:
-            return
-        self._core, self._depth_range = given
-        if not isinstance(self._core, RenderCameraCore) or not isinstance(self._depth_range, DepthRange):
-            raise incompatible("DepthRenderCamera", ["(core, depth_range)"], args, kwargs)
-        near, far = self._core.clipping().near(), self._core.clipping().far()
-        least, most = self._depth_range.min_depth(), self._depth_range.max_depth()
+    @overloaded(
+        overload(core=instance_of(RenderCameraCore), depth_range=instance_of(DepthRange)),
+        _another("DepthRenderCamera"),
+    )
+    def __init__(self, core: RenderCameraCore, depth_range: DepthRange) -> None:
+        self._core, self._depth_range = core, depth_range
+        near, far = core.clipping().near(), core.clipping().far()
+        least, most = depth_range.min_depth(), depth_range.max_depth()
         if least < near or most > far:
             raise RuntimeError(
                 f"DepthRenderCamera(): Depth camera's depth range extends beyond the clipping planes; near = "

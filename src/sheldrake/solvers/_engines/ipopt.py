@@ -59,6 +59,57 @@ class IpoptSolverDetails(NamedTuple):
         return next((s.word for s in _ENDINGS.values() if s.algorithm == self.status), "Internal error")
 
 
+class _Calls:
+    """What IPOPT calls: values and derivatives of a form at y.
+
+    Attributes:
+        half: Which entries of the Hessian are in its lower half.
+        failures: Errors, kept until IPOPT has come back, since it cannot pass them on.
+    """
+
+    def __init__(self, form: NonlinearForm, start: np.ndarray):
+        self._form, self._seen = form, start
+        self.half = np.flatnonzero(form.H_rows >= form.H_cols)
+        self.failures: list[Exception] = []
+
+    def kept(self, evaluate: Callable[..., Any]) -> Callable[..., Any]:
+        """A call that keeps the error it fails with; it and all later ones give nan then."""
+
+        def call(*given: Any) -> Any:
+            if not self.failures:
+                try:
+                    return evaluate(*given)
+                except Exception as error:
+                    self.failures.append(error)
+            if len(given) > 1:
+                given[-1][:] = np.nan
+            return np.nan
+
+        return call
+
+    def cost(self, y: np.ndarray) -> float:
+        self._seen = y.copy()
+        return self._form.values(y)[0]
+
+    def gradient(self, y: np.ndarray, out: np.ndarray) -> None:
+        out[:] = self._form.cost(y)[1]
+
+    def rows(self, y: np.ndarray, out: np.ndarray) -> None:
+        out[:] = self._form.values(y)[1]
+
+    def jacobian(self, y: np.ndarray, out: np.ndarray) -> None:
+        out[:] = self._form.constraints(y)[1]
+
+    def hessian(self, y: np.ndarray, multipliers: np.ndarray, cost_weight: float, out: np.ndarray) -> None:
+        out[:] = self._form.hessian(y, cost_weight, multipliers)[self.half]
+
+    def watch(self, *_: object) -> bool:
+        """Shows the last point; whether IPOPT is to go on."""
+        if not self.failures:
+            self._form.show(self._seen)
+        return not self.failures
+
+
 class IpoptSolver(NonlinearSolver):
     """Solves nonlinear programs by IPOPT; stands on the package ipyopt, for which there are wheels for Linux.
 
@@ -89,48 +140,7 @@ class IpoptSolver(NonlinearSolver):
     def _run(self, form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
         import ipyopt
 
-        half = np.flatnonzero(form.H_rows >= form.H_cols)
-
-        failures: list[Exception] = []
-        seen = start
-
-        def kept(evaluate: Callable[..., Any]) -> Callable[..., Any]:
-            """What IPOPT calls: it cannot pass an error on, so that it is kept until IPOPT has come back."""
-
-            def call(*given: Any) -> Any:
-                if not failures:
-                    try:
-                        return evaluate(*given)
-                    except Exception as error:
-                        failures.append(error)
-                if len(given) > 1:
-                    given[-1][:] = np.nan
-                return np.nan
-
-            return call
-
-        def cost(y: np.ndarray) -> float:
-            nonlocal seen
-            seen = y.copy()
-            return form.values(y)[0]
-
-        def gradient(y: np.ndarray, out: np.ndarray) -> None:
-            out[:] = form.cost(y)[1]
-
-        def rows(y: np.ndarray, out: np.ndarray) -> None:
-            out[:] = form.values(y)[1]
-
-        def jacobian(y: np.ndarray, out: np.ndarray) -> None:
-            out[:] = form.constraints(y)[1]
-
-        def hessian(y: np.ndarray, multipliers: np.ndarray, cost_weight: float, out: np.ndarray) -> None:
-            out[:] = form.hessian(y, cost_weight, multipliers)[half]
-
-        def watch(*_: object) -> bool:
-            if not failures:
-                form.show(seen)
-            return not failures
-
+        calls = _Calls(form, start)
         given = {
             "print_level": 5 if settings.prints else 0,
             "sb": "yes",
@@ -148,18 +158,18 @@ class IpoptSolver(NonlinearSolver):
             form.lower.copy(),
             form.upper.copy(),
             (form.J_rows, form.J_cols),
-            (form.H_rows[half], form.H_cols[half]),
-            kept(cost),
-            kept(gradient),
-            kept(rows),
-            kept(jacobian),
-            kept(hessian),
-            intermediate_callback=watch,
+            (form.H_rows[calls.half], form.H_cols[calls.half]),
+            calls.kept(calls.cost),
+            calls.kept(calls.gradient),
+            calls.kept(calls.rows),
+            calls.kept(calls.jacobian),
+            calls.kept(calls.hessian),
+            intermediate_callback=calls.watch,
             ipopt_options=given,
         )
         y, _, application = problem.solve(y, mult_g=dual, mult_x_L=low, mult_x_U=high)
-        if failures:
-            raise failures[0]
+        if calls.failures:
+            raise calls.failures[0]
         status = _ENDINGS[application].algorithm if application in _ENDINGS else _INTERNAL_ERROR
         return Outcome(self._name, y, status in _CONVERGED, status in _SPENT, -dual, status)
 

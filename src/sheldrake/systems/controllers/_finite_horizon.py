@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._options import Options
 from sheldrake.systems.analysis import SimulatorConfig
-from sheldrake.systems.controllers._lqr import _square
+from sheldrake.systems.controllers._lqr import symmetric_matrix
 from sheldrake.systems.controllers._riccati_flow import hamiltonian, maps_of
 from sheldrake.systems.framework import InputPortSelection, LeafSystem, OutputPortSelection, System
 from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
@@ -107,10 +107,10 @@ class _Problem:
         else:
             raise RuntimeError(f"{call}(): give options.u0, or fix the input {self.port.get_name()!r} in the context.")
         self.xd, self.ud = options.xd or self.x0, options.ud or self.u0
-        self.Q, self.R = _square(call, "Q", Q, n), _square(call, "R", R, m)
+        self.Q, self.R = symmetric_matrix(call, "Q", Q, n), symmetric_matrix(call, "R", R, m)
         if np.linalg.eigvalsh(self.R).min() <= 0.0:
             raise RuntimeError(f"{call}(): R must be positive definite")
-        self.Qf = np.zeros((n, n)) if options.Qf is None else _square(call, "Qf", options.Qf, n)
+        self.Qf = np.zeros((n, n)) if options.Qf is None else symmetric_matrix(call, "Qf", options.Qf, n)
         self.N = np.zeros((n, m)) if options.N is None else np.array(options.N, dtype=float).reshape(n, m)
         self.n, self.m, self.call, self.t0, self.tf = n, m, call, t0, tf
         self._at(t0, t0)  # all inputs have values

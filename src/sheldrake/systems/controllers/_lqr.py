@@ -5,28 +5,41 @@ Of matrices, of a linear system, or of any system about a point: `Linearize`, th
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, SupportsIndex, overload
+from typing import TYPE_CHECKING, Any, SupportsIndex
+from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._kinds import anything, called, instance_of
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
+from sheldrake.common._scalars import any_array
 from sheldrake.math._matrix_equations import require_stable, stabilizing_solution
-from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, System
+from sheldrake.systems.framework import Context, InputPortSelection, OutputPortSelection, System
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from sheldrake.systems.framework import Context
 
-
-def _matrix(value: ArrayLike) -> np.ndarray:
-    """A matrix; one list of numbers is a column, as for Eigen."""
-    array = np.array(value, dtype=float)
+@kind("float array of shape (m, n)")
+def matrix(value: ArrayLike) -> np.ndarray:
+    """Kind: a matrix; one list of numbers is a column, as for Eigen."""
+    array = any_array(float, value)
+    if array.ndim not in (1, 2):
+        raise Mismatch
     return array[:, np.newaxis] if array.ndim == 1 else array
 
 
-def _square(call: str, name: str, value: ArrayLike, n: int) -> np.ndarray:
-    array = _matrix(value)
+_WEIGHTS: dict[str, Any] = {"Q": matrix, "R": matrix, "N": (matrix, None)}
+
+
+def symmetric_matrix(call: str, name: str, value: ArrayLike, n: int) -> np.ndarray:
+    """A symmetric matrix of shape (n, n).
+
+    Raises:
+        RuntimeError: it is another.
+    """
+    array = matrix(value)
     if array.shape != (n, n):
         raise RuntimeError(f"{call}(): {name} must be {n} x {n}, it is {array.shape}.")
     if np.abs(array - array.T).max(initial=0.0) > 1e-10 * max(1.0, np.abs(array).max(initial=0.0)):
@@ -34,18 +47,18 @@ def _square(call: str, name: str, value: ArrayLike, n: int) -> np.ndarray:
     return array
 
 
-def _checked(call: str, A: Any, B: Any, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None) -> tuple[np.ndarray, ...]:
-    A, B = _matrix(A), _matrix(B)
-    if A.ndim != 2 or A.shape[0] != A.shape[1] or B.ndim != 2 or B.shape[0] != A.shape[0]:
+def _check(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None) -> np.ndarray:
+    """Checks sizes and signs; returns N, zero where it is not given."""
+    if A.shape[0] != A.shape[1] or B.shape[0] != A.shape[0]:
         raise RuntimeError(f"{call}(): A must be n x n and B n x m; they are {A.shape} and {B.shape}.")
     n, m = B.shape
-    Q, R = _square(call, "Q", Q, n), _square(call, "R", R, m)
-    if np.linalg.eigvalsh(R).min(initial=np.inf) <= 0.0:
+    symmetric_matrix(call, "Q", Q, n)
+    if np.linalg.eigvalsh(symmetric_matrix(call, "R", R, m)).min(initial=np.inf) <= 0.0:
         raise RuntimeError(f"{call}(): R must be positive definite")
-    N = np.zeros((n, m)) if N is None or np.size(N) == 0 else _matrix(N)
+    N = np.zeros((n, m)) if N is None or N.size == 0 else N
     if N.shape != (n, m):
         raise RuntimeError(f"{call}(): N must be {n} x {m}, it is {N.shape}.")
-    return A, B, Q, R, N
+    return N
 
 
 def _riccati(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, discrete: bool) -> np.ndarray:
@@ -70,15 +83,49 @@ def _check_stable(A: np.ndarray, B: np.ndarray, R: np.ndarray, S: np.ndarray, di
         raise np.linalg.LinAlgError("a mode of the closed loop does not decay")
 
 
-@overload
+def _gain(system: LinearSystem, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None) -> np.ndarray:
+    if system.time_period() > 0.0:
+        return DiscreteTimeLinearQuadraticRegulator(system.A(), system.B(), Q, R, N)[0]
+    return LinearQuadraticRegulator(system.A(), system.B(), Q, R, N)[0]
+
+
+def _of_linear_system(system: LinearSystem, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None) -> LinearSystem:
+    K = _gain(system, Q, R, N)
+    m, n = K.shape
+    empty = np.zeros
+    return LinearSystem(empty((0, 0)), empty((0, n)), empty((m, 0)), -K, system.time_period())
+
+
+def _of_system_at(
+    system: System,
+    context: Context,
+    Q: np.ndarray,
+    R: np.ndarray,
+    N: np.ndarray | None,
+    input_port_index: InputPortSelection | SupportsIndex,
+) -> AffineSystem:
+    linear = Linearize(system, context, input_port_index, OutputPortSelection.kNoOutput)
+    K = _gain(linear, Q, R, N)
+    index = 0 if isinstance(input_port_index, InputPortSelection) else int(input_port_index)
+    u0 = np.array(system.get_input_port(index).Eval(context), dtype=float)
+    if linear.time_period() > 0.0:
+        x0 = np.array(context.get_discrete_state_vector().CopyToVector(), dtype=float)
+    else:
+        x0 = np.array(context.get_continuous_state_vector().CopyToVector(), dtype=float)
+    m, n = K.shape
+    empty = np.zeros
+    return AffineSystem(empty((0, 0)), empty((0, n)), empty(0), empty((m, 0)), -K, u0 + K @ x0, linear.time_period())
+
+
+@typing_overload
 def LinearQuadraticRegulator(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, F: ArrayLike | None = None
 ) -> tuple[np.ndarray, np.ndarray]: ...
-@overload
+@typing_overload
 def LinearQuadraticRegulator(
     system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
 ) -> LinearSystem: ...
-@overload
+@typing_overload
 def LinearQuadraticRegulator(
     system: System,
     context: Context,
@@ -87,7 +134,20 @@ def LinearQuadraticRegulator(
     N: ArrayLike | None = None,
     input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
 ) -> AffineSystem: ...
-def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> tuple[np.ndarray, np.ndarray] | AffineSystem:
+@overloaded(
+    overload(
+        _of_system_at,
+        system=instance_of(System),
+        context=instance_of(Context),
+        **_WEIGHTS,
+        input_port_index=(anything, InputPortSelection.kUseFirstInputIfItExists),
+    ),
+    overload(_of_linear_system, system=instance_of(LinearSystem), **_WEIGHTS),
+    overload(A=matrix, B=matrix, **_WEIGHTS, F=(called("float array of shape (k, n)"), None)),
+)
+def LinearQuadraticRegulator(
+    A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None, F: ArrayLike | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Returns the linear feedback that minimizes ∫ x'Qx + u'Ru + 2x'Nu.
 
     Called as
@@ -101,25 +161,13 @@ def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> tuple[np.ndarray, np.
     Raises:
         RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
     """
-    first = args[0] if args else kwargs.get("system")
-    if not isinstance(first, System):
-        return _of_matrices(*args, **kwargs)
-    has_context = "context" in kwargs or (len(args) > 1 and not isinstance(args[1], (np.ndarray, list, tuple)))
-    if has_context:
-        return _of_system_at(*args, **kwargs)
-    return _of_linear_system(*args, **kwargs)
-
-
-def _of_matrices(
-    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, F: ArrayLike | None = None
-) -> tuple[np.ndarray, np.ndarray]:
     call = "LinearQuadraticRegulator"
-    A, B, Q, R, N = _checked(call, A, B, Q, R, N)
+    N = _check(call, A, B, Q, R, N)
     if F is not None and np.size(F):
         from scipy.linalg import null_space
 
         basis = null_space(np.atleast_2d(np.array(F, dtype=float)))
-        K, S = _of_matrices(basis.T @ A @ basis, basis.T @ B, basis.T @ Q @ basis, R, basis.T @ N)
+        K, S = LinearQuadraticRegulator(basis.T @ A @ basis, basis.T @ B, basis.T @ Q @ basis, R, basis.T @ N)
         return K @ basis.T, basis @ S @ basis.T
     R_inverse = np.linalg.inv(R)
     # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
@@ -139,44 +187,11 @@ def DiscreteTimeLinearQuadraticRegulator(
         RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
     """
     call = "DiscreteTimeLinearQuadraticRegulator"
-    A, B, Q, R, N = _checked(call, A, B, Q, R, N)
+    A, B, Q, R = (matrix(x) for x in (A, B, Q, R))
+    N = _check(call, A, B, Q, R, None if N is None else matrix(N))
     R_inverse = np.linalg.inv(R)
     A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
     S = _riccati(call, A1, B, Q1, R, discrete=True)
     K = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T)
     require_stable(call, A - B @ K, discrete=True)
     return K, S
-
-
-def _gain(system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None) -> np.ndarray:
-    if system.time_period() > 0.0:
-        return DiscreteTimeLinearQuadraticRegulator(system.A(), system.B(), Q, R, N)[0]
-    return _of_matrices(system.A(), system.B(), Q, R, N)[0]
-
-
-def _of_linear_system(system: LinearSystem, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None) -> LinearSystem:
-    K = _gain(system, Q, R, N)
-    m, n = K.shape
-    empty = np.zeros
-    return LinearSystem(empty((0, 0)), empty((0, n)), empty((m, 0)), -K, system.time_period())
-
-
-def _of_system_at(
-    system: System,
-    context: Context,
-    Q: ArrayLike,
-    R: ArrayLike,
-    N: ArrayLike | None = None,
-    input_port_index: InputPortSelection | SupportsIndex = InputPortSelection.kUseFirstInputIfItExists,
-) -> AffineSystem:
-    linear = Linearize(system, context, input_port_index, OutputPortSelection.kNoOutput)
-    K = _gain(linear, Q, R, N)
-    index = 0 if isinstance(input_port_index, InputPortSelection) else int(input_port_index)
-    u0 = np.array(system.get_input_port(index).Eval(context), dtype=float)
-    if linear.time_period() > 0.0:
-        x0 = np.array(context.get_discrete_state_vector().CopyToVector(), dtype=float)
-    else:
-        x0 = np.array(context.get_continuous_state_vector().CopyToVector(), dtype=float)
-    m, n = K.shape
-    empty = np.zeros
-    return AffineSystem(empty((0, 0)), empty((0, n)), empty(0), empty((m, 0)), -K, u0 + K @ x0, linear.time_period())

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.systems.controllers import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
-from sheldrake.systems.controllers._lqr import _square
+from sheldrake.systems.controllers._lqr import matrix, symmetric_matrix
 from sheldrake.systems.estimators._kernels import observer as kernels
 from sheldrake.systems.framework import (
     BasicVector,
+    Context,
     ContinuousState,
     DiscreteValues,
     InputPort,
@@ -22,8 +26,6 @@ from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from sheldrake.systems.framework import Context
 
 
 class LuenbergerObserver(LeafSystem):
@@ -144,45 +146,10 @@ class LuenbergerObserver(LeafSystem):
         return self.get_output_port(0)
 
 
-@overload
-def SteadyStateKalmanFilter(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray: ...
-@overload
-def SteadyStateKalmanFilter(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver: ...
-@overload
-def SteadyStateKalmanFilter(system: System, context: Context, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver: ...
-def SteadyStateKalmanFilter(*args: Any, **kwargs: Any) -> np.ndarray | LuenbergerObserver:
-    """Returns the observer gain that is best for white noise in state and output.
-
-    Called as
-
-    - `SteadyStateKalmanFilter(A, C, W, V)`: the gain L for x' = A x + w, y = C x + v;
-    - `SteadyStateKalmanFilter(system, W, V)` with a LinearSystem: the observer;
-    - `SteadyStateKalmanFilter(system, context, W, V)`: the observer of any system, linearized at an equilibrium.
-
-    W and V are the intensities of the noise in state and output.
-
-    Raises:
-        RuntimeError: sizes do not fit, V is not positive definite, or there is no stable observer.
-    """
-    first = args[0] if args else kwargs.get("system")
-    if not isinstance(first, System):
-        return _continuous_gain(*args, **kwargs)
-    if len(args) + len(kwargs) == 3:
-        return _of_linear_system(*args, **kwargs)
-    return _of_system_at(*args, **kwargs)
-
-
-def _check(call: str, A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> None:
-    n, p = np.shape(A)[0], np.shape(C)[0]
-    _square(call, "W", W, n)
-    if np.linalg.eigvalsh(_square(call, "V", V, p)).min(initial=np.inf) <= 0.0:
+def _check(call: str, A: np.ndarray, C: np.ndarray, W: np.ndarray, V: np.ndarray) -> None:
+    symmetric_matrix(call, "W", W, len(A))
+    if np.linalg.eigvalsh(symmetric_matrix(call, "V", V, len(C))).min(initial=np.inf) <= 0.0:
         raise RuntimeError(f"{call}(): V must be positive definite")
-
-
-def _continuous_gain(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray:
-    _check("SteadyStateKalmanFilter", A, C, W, V)
-    K, _ = LinearQuadraticRegulator(np.transpose(A), np.transpose(C), W, V)
-    return K.T
 
 
 def DiscreteTimeSteadyStateKalmanFilter(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray:
@@ -197,14 +164,15 @@ def DiscreteTimeSteadyStateKalmanFilter(A: ArrayLike, C: ArrayLike, W: ArrayLike
     Raises:
         RuntimeError: sizes do not fit, V is not positive definite, or there is no stable observer.
     """
+    A, C, W, V = (matrix(x) for x in (A, C, W, V))
     _check("DiscreteTimeSteadyStateKalmanFilter", A, C, W, V)
-    K, _ = DiscreteTimeLinearQuadraticRegulator(np.transpose(A), np.transpose(C), W, V)
+    K, _ = DiscreteTimeLinearQuadraticRegulator(A.T, C.T, W, V)
     return K.T
 
 
 def _gain(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> np.ndarray:
     discrete = system.time_period() > 0.0
-    solve = DiscreteTimeSteadyStateKalmanFilter if discrete else _continuous_gain
+    solve: Any = DiscreteTimeSteadyStateKalmanFilter if discrete else SteadyStateKalmanFilter
     return solve(system.A(), system.C(), W, V)
 
 
@@ -214,3 +182,33 @@ def _of_linear_system(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> Luenb
 
 def _of_system_at(system: System, context: Context, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver:
     return LuenbergerObserver(system, context, _gain(Linearize(system, context), W, V))
+
+
+@typing_overload
+def SteadyStateKalmanFilter(A: ArrayLike, C: ArrayLike, W: ArrayLike, V: ArrayLike) -> np.ndarray: ...
+@typing_overload
+def SteadyStateKalmanFilter(system: LinearSystem, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver: ...
+@typing_overload
+def SteadyStateKalmanFilter(system: System, context: Context, W: ArrayLike, V: ArrayLike) -> LuenbergerObserver: ...
+@overloaded(
+    overload(_of_system_at, system=instance_of(System), context=instance_of(Context), W=matrix, V=matrix),
+    overload(_of_linear_system, system=instance_of(LinearSystem), W=matrix, V=matrix),
+    overload(A=matrix, C=matrix, W=matrix, V=matrix),
+)
+def SteadyStateKalmanFilter(A: np.ndarray, C: np.ndarray, W: np.ndarray, V: np.ndarray) -> np.ndarray:
+    """Returns the observer gain that is best for white noise in state and output.
+
+    Called as
+
+    - `SteadyStateKalmanFilter(A, C, W, V)`: the gain L for x' = A x + w, y = C x + v;
+    - `SteadyStateKalmanFilter(system, W, V)` with a LinearSystem: the observer;
+    - `SteadyStateKalmanFilter(system, context, W, V)`: the observer of any system, linearized at an equilibrium.
+
+    W and V are the intensities of the noise in state and output.
+
+    Raises:
+        RuntimeError: sizes do not fit, V is not positive definite, or there is no stable observer.
+    """
+    _check("SteadyStateKalmanFilter", A, C, W, V)
+    K, _ = LinearQuadraticRegulator(A.T, C.T, W, V)
+    return K.T

@@ -10,13 +10,14 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._kinds import called, count, flag, instance_of
+from sheldrake.common._kinds import called, count, flag, instance_of, integers
 from sheldrake.common._overloads import Mismatch, overload, overloaded
+from sheldrake.common._scalars import float_vector, scalar
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._declarations import vector_model
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._vector import as_size, as_vector, is_size, plain
+from sheldrake.systems.framework._vector import as_size, as_vector, plain
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
@@ -57,9 +58,10 @@ class Gain(LeafSystem):
     _generic = True
     _complex_rows = True
 
+    @overloaded(overload(k=scalar(float), size=count), overload(k=float_vector))
     def __init__(self, k: Any, size: int | None = None):
         super().__init__()
-        self._k = np.full(as_size(size, "Gain()"), float(k)) if size is not None else np.array(as_vector(k), float)
+        self._k = k if size is None else np.full(size, k)
         n = len(self._k)
         self.DeclareVectorInputPort("u0", n)
         self.DeclareVectorOutputPort("y0", n, blocks.scale)
@@ -106,13 +108,17 @@ class Multiplexer(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, num_scalar_inputs: Any = None, *, input_sizes: Any = None, model_vector: Any = None):
+    @overloaded(
+        overload(num_scalar_inputs=count),
+        overload(input_sizes=integers),
+        overload(model_vector=instance_of(BasicVector)),
+    )
+    def __init__(self, given: Any):
         super().__init__()
-        (given,) = (g for g in (num_scalar_inputs, input_sizes, model_vector) if g is not None)
         if isinstance(given, BasicVector):
             sizes, model = [1] * given.size(), given
         else:
-            sizes = [1] * as_size(given, "Multiplexer()") if is_size(given) else [int(n) for n in given]
+            sizes = [1] * given if isinstance(given, int) else given
             model = BasicVector(np.zeros(sum(sizes)))
         for i, n in enumerate(sizes):
             self.DeclareVectorInputPort(f"u{i}", n)
@@ -131,23 +137,16 @@ class Demultiplexer(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(
-        self,
-        size: Any = None,
-        output_ports_size: int = 1,
-        *,
-        output_ports_sizes: Any = None,
-    ):
+    @overloaded(overload(size=count, output_ports_size=(count, 1)), overload(output_ports_sizes=integers))
+    def __init__(self, given: Any, each: int = 1):
         super().__init__()
-        if output_ports_sizes is None and not is_size(size):
-            output_ports_sizes = size
-        if output_ports_sizes is None:
-            if output_ports_size < 1 or size < 1 or size % output_ports_size:
+        if isinstance(given, int):
+            if each < 1 or given < 1 or given % each:
                 raise RuntimeError(
-                    f"Demultiplexer: output_ports_size {output_ports_size} must divide the size {size} of the input."
+                    f"Demultiplexer: output_ports_size {each} must divide the size {given} of the input."
                 )
-            output_ports_sizes = [output_ports_size] * (size // output_ports_size)
-        self._sizes = [int(n) for n in output_ports_sizes]
+            given = [each] * (given // each)
+        self._sizes = given
         if not self._sizes or min(self._sizes) < 1:
             raise RuntimeError(f"Demultiplexer: sizes of outputs must be positive, got {self._sizes}.")
         self.DeclareVectorInputPort("u0", sum(self._sizes))
@@ -303,20 +302,24 @@ class Sine(LeafSystem):
     def __init__(
         self, amplitudes: ArrayLike, frequencies: ArrayLike, phases: ArrayLike, is_time_based: bool = True
     ) -> None: ...
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(
+            amplitude=scalar(float),
+            frequency=scalar(float),
+            phase=scalar(float),
+            size=count,
+            is_time_based=(flag, True),
+        ),
+        overload(amplitudes=float_vector, frequencies=float_vector, phases=float_vector, is_time_based=(flag, True)),
+    )
+    def __init__(self, *given: Any):
         super().__init__()
-        names = ["amplitude", "frequency", "phase", "size", "is_time_based"]
-        plural = {"amplitudes": "amplitude", "frequencies": "frequency", "phases": "phase"}
-        args_of = {plural.get(k, k): v for k, v in kwargs.items()}
-        many = np.ndim(args[0] if args else args_of["amplitude"]) > 0
-        given = dict(zip([n for n in names if n != "size" or not many], args)) | args_of
-        if many:
-            waves = [as_vector(given[name]) for name in names[:3]]
-            if len({len(w) for w in waves}) != 1:
-                raise RuntimeError("Sine: amplitudes, frequencies and phases must have the same size.")
-        else:
-            waves = [np.full(int(given["size"]), float(given[name])) for name in names[:3]]
-        of_time = bool(given.get("is_time_based", True))
+        *waves, of_time = given
+        if len(waves) == 4:
+            *numbers, size = waves
+            waves = [np.full(size, number) for number in numbers]
+        if len({len(w) for w in waves}) != 1:
+            raise RuntimeError("Sine: amplitudes, frequencies and phases must have the same size.")
         n = len(waves[0])
         if not of_time:
             self.DeclareVectorInputPort("u0", n)

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._kinds import called, count
+from sheldrake.common._kinds import called, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._scalars import float_vector, scalar
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.framework._declarations import vector_model
-from sheldrake.systems.framework._vector import as_size, as_vector
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
@@ -65,12 +65,10 @@ class FirstOrderLowPassFilter(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, time_constant: Any = None, size: int = 1, *, time_constants: Any = None):
+    @overloaded(overload(time_constant=scalar(float), size=(count, 1)), overload(time_constants=float_vector))
+    def __init__(self, given: Any, size: int | None = None):
         super().__init__()
-        given = time_constant if time_constants is None else time_constants
-        self._tau = (
-            as_vector(given) if np.ndim(given) else np.full(as_size(size, "FirstOrderLowPassFilter()"), float(given))
-        )
+        self._tau = given if size is None else np.full(size, given)
         if not np.all(self._tau > 0):
             raise RuntimeError(f"FirstOrderLowPassFilter: time constants must be positive, got {self._tau.tolist()}.")
         n = len(self._tau)
@@ -113,17 +111,15 @@ class ZeroOrderHold(LeafSystem):
 
     _generic = True
 
-    def __init__(
-        self,
-        period_sec: float,
-        vector_size: Any = None,
-        offset_sec: float = 0.0,
-        *,
-        abstract_model_value: AbstractValue | None = None,
-    ):
+    @overloaded(
+        overload(period_sec=scalar(float), vector_size=count, offset_sec=(scalar(float), 0.0)),
+        overload(
+            period_sec=scalar(float), abstract_model_value=instance_of(AbstractValue), offset_sec=(scalar(float), 0.0)
+        ),
+    )
+    def __init__(self, period: float, model: int | AbstractValue, offset: float):
         super().__init__()
-        self._period, self._offset = float(period_sec), float(offset_sec)
-        model = vector_size if abstract_model_value is None else abstract_model_value
+        self._period, self._offset = period, offset
         if isinstance(model, AbstractValue):
             self.DeclareAbstractInputPort("u", model)
             self.DeclareStateOutputPort("y", self.DeclareAbstractState(model))
@@ -162,32 +158,24 @@ class DiscreteTimeDelay(LeafSystem):
 
     _generic = True
 
-    def __init__(
-        self,
-        update_sec: float,
-        delay_time_steps: int,
-        vector_size: Any = None,
-        *,
-        abstract_model_value: AbstractValue | None = None,
-    ):
+    @overloaded(
+        overload(update_sec=scalar(float), delay_time_steps=count, vector_size=count),
+        overload(update_sec=scalar(float), delay_time_steps=count, abstract_model_value=instance_of(AbstractValue)),
+    )
+    def __init__(self, period: float, steps: int, model: int | AbstractValue):
         super().__init__()
-        steps, model = (
-            as_size(delay_time_steps, "DiscreteTimeDelay()"),
-            vector_size if abstract_model_value is None else abstract_model_value,
-        )
         if isinstance(model, AbstractValue):
             self.DeclareAbstractInputPort("u", model)
             oldest = self.DeclareAbstractState(model)
             for _ in range(steps + 1):  # one more than samples, as Drake has
                 self.DeclareAbstractState(model)
             self.DeclareStateOutputPort("delayed_u", oldest)
-            self.DeclarePeriodicUnrestrictedUpdateEvent(float(update_sec), 0.0, self._shift)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._shift)
         else:
-            n = as_size(model, "DiscreteTimeDelay()")
-            self.DeclareVectorInputPort("u", n)
-            self.DeclareDiscreteState((steps + 1) * n)
-            self.DeclareVectorOutputPort("delayed_u", n, blocks.first_elements)
-            self.DeclarePeriodicDiscreteUpdateEvent(float(update_sec), 0.0, blocks.delay)
+            self.DeclareVectorInputPort("u", model)
+            self.DeclareDiscreteState((steps + 1) * model)
+            self.DeclareVectorOutputPort("delayed_u", model, blocks.first_elements)
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, blocks.delay)
 
     def _shift(self, context: Context, state: State) -> None:
         values = state.get_mutable_abstract_state()

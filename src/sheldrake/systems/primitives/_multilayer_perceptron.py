@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._kinds import instance_of, integers, list_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.primitives._kernels import perceptron as kernels
 
@@ -56,23 +58,29 @@ class MultilayerPerceptron(LeafSystem):
 
     _generic = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(
+            layers=integers,
+            activation_type=(instance_of(PerceptronActivationType), PerceptronActivationType.kTanh),
+        ),
+        overload(layers=integers, activation_types=list_of(PerceptronActivationType)),
+        overload(
+            use_sin_cos_for_input=list_of(bool),
+            remaining_layers=integers,
+            activation_types=list_of(PerceptronActivationType),
+        ),
+    )
+    def __init__(self, *given: Any):
         super().__init__()
-        names = ["layers", "activation_type"]
-        if "use_sin_cos_for_input" in kwargs or len(args) == 3:
-            names = ["use_sin_cos_for_input", "remaining_layers", "activation_types"]
-        given = dict(zip(names, args)) | kwargs
-        self._periodic = [bool(p) for p in given.get("use_sin_cos_for_input", ())]
-        if self._periodic:
-            first = len(self._periodic) + sum(self._periodic)
-            self._layers = [first, *map(int, given["remaining_layers"])]
+        *periodic, self._layers, kinds = given
+        if periodic:
+            (self._periodic,) = periodic
+            self._layers = [len(self._periodic) + sum(self._periodic), *self._layers]
         else:
-            self._layers = [int(n) for n in given["layers"]]
-            self._periodic = [False] * self._layers[0]
-        kinds = given.get("activation_types", given.get("activation_type", PerceptronActivationType.kTanh))
+            self._periodic = [False] * sum(self._layers[:1])
         if isinstance(kinds, PerceptronActivationType):
             kinds = [kinds] * (len(self._layers) - 2) + [PerceptronActivationType.kIdentity]
-        self._kinds = list(kinds)
+        self._kinds = kinds
         if len(self._layers) < 2 or min(self._layers) < 1 or len(self._kinds) != len(self._layers) - 1:
             raise RuntimeError(
                 f"MultilayerPerceptron: {len(self._layers)} layers {self._layers} of positive size need "

@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._options import Options
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.geometry._image import (
     ImageDepth16U,
     ImageDepth32F,
@@ -75,6 +76,17 @@ class Metadata(Options):
     scalar: PixelScalar = PixelScalar.k8U
 
 
+@kind("Image")
+def _image(value: Any) -> Any:
+    if not hasattr(value, "Traits"):
+        raise Mismatch
+    return value
+
+
+_PATH, _BUFFER = instance_of(str, os.PathLike), instance_of(bytes, bytearray)
+_FORMAT = instance_of(ImageFileFormat, type(None))
+
+
 class ImageIo:
     """Writes and reads image files: PNG for colours, labels and depths in millimetres, TIFF for those and depths in
     metres, JPEG for colours and greys.
@@ -84,36 +96,28 @@ class ImageIo:
 
     Metadata: ClassVar[type] = Metadata
 
-    def Save(self, image: Any, *args: Any, **kwargs: Any) -> bytes | None:
+    @overloaded(
+        overload(image=_image, path=_PATH, format=(_FORMAT, None)),
+        overload(
+            lambda self, image, format: _encoded(image, format), image=_image, format=instance_of(ImageFileFormat)
+        ),
+    )
+    def Save(self, image: Any, path: str | os.PathLike, format: ImageFileFormat | None) -> None:
         """Writes an image: `(image, path, format=None)` into a file, `(image, format)` as bytes, which are returned.
 
-        Args:
-            image: Any Image.
-            *args: The path, a format, or both; by default the path's extension says the format.
-            **kwargs: The same by name.
+        Without a format the path's extension says it.
 
         Raises:
             RuntimeError: no format, or one that cannot hold the image, or the file cannot be written.
         """
-        given = dict(kwargs)
-        rest = list(args)
-        path = given.pop("path", None)
-        if path is None and rest and not isinstance(rest[0], ImageFileFormat):
-            path = rest.pop(0)
-        format_ = given.pop("format", rest.pop(0) if rest else None)
-        if rest or given or (path is None and format_ is None) or not hasattr(image, "Traits"):
-            raise Mismatch("ImageIo.Save(): incompatible function arguments; expected (image, path, format=None).")
-        format_ = _format_of(path, "Save") if format_ is None else format_
-        data = _encoded(image, format_)
-        if path is None:
-            return data
+        data = _encoded(image, _format_of(path, "Save") if format is None else format)
         try:
             Path(path).write_bytes(data)
         except OSError as error:
             raise RuntimeError(f"ImageIo.Save(path='{os.fspath(path)}'): cannot write: {error.strerror}.") from None
-        return None
 
-    def Load(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(overload(path=_PATH, format=(_FORMAT, None)), overload(buffer=_BUFFER, format=(_FORMAT, None)))
+    def Load(self, source: str | os.PathLike | bytes, format: ImageFileFormat | None) -> Any:
         """Reads an image: `(path, format=None)` or `(buffer, format=None)`.
 
         Returns:
@@ -122,19 +126,19 @@ class ImageIo:
         Raises:
             RuntimeError: it cannot be read, or has another format than the one given.
         """
-        name, source, format_ = _source("Load", args, kwargs)
-        picture, found = _opened(source, format_)
+        picture, found = _opened(source, format)
         if picture is None:
+            name = "buffer" if isinstance(source, (bytes, bytearray)) else os.fspath(source)
             raise RuntimeError(f"ImageIo.Load(): {name}: {found}")
         cls, _, channels, dtype = _MODES[picture.mode]
         image = cls(picture.width, picture.height)
         image.mutable_data[...] = np.asarray(picture).astype(dtype).reshape(picture.height, picture.width, channels)
         return image
 
-    def LoadMetadata(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(overload(path=_PATH), overload(buffer=_BUFFER))
+    def LoadMetadata(self, source: str | os.PathLike | bytes) -> Any:
         """What `(path)` or `(buffer)` says about its image, an ImageIo.Metadata; None when it cannot be read."""
-        _, source, format_ = _source("LoadMetadata", args, kwargs)
-        picture, _ = _opened(source, format_)
+        picture, _ = _opened(source, None)
         if picture is None:
             return None
         _, scalar, channels, _ = _MODES[picture.mode]
@@ -174,27 +178,14 @@ def _encoded(image: Any, format_: ImageFileFormat) -> bytes:
     return stream.getvalue()
 
 
-def _source(call: str, args: tuple, kwargs: dict) -> tuple[str, Any, ImageFileFormat | None]:
-    """Name, file or stream, and format of what is to be read."""
-    values = {**kwargs}
-    if args:
-        values["buffer" if isinstance(args[0], (bytes, bytearray)) else "path"] = args[0]
-    if len(args) > 1:
-        values["format"] = args[1]
-    format_ = values.pop("format", None)
-    if len(args) > 2 or len(values) != 1 or not set(values) <= {"path", "buffer"}:
-        raise Mismatch(f"ImageIo.{call}(): incompatible function arguments; expected a path or a buffer.")
-    ((kind, value),) = values.items()
-    return ("buffer", io.BytesIO(value), format_) if kind == "buffer" else (os.fspath(value), Path(value), format_)
-
-
-def _opened(source: Any, format_: ImageFileFormat | None) -> tuple[Any, str]:
+def _opened(source: str | os.PathLike | bytes, format_: ImageFileFormat | None) -> tuple[Any, str]:
     """Pillow's image, or None and why there is none."""
     import PIL.Image
 
     formats = list(_FORMATS) if format_ is None else [_NAMES[format_]]
     try:
-        picture = PIL.Image.open(source, formats=formats)
+        file: Any = io.BytesIO(source) if isinstance(source, (bytes, bytearray)) else source
+        picture = PIL.Image.open(file, formats=formats)
         picture.load()
     except (OSError, SyntaxError, ValueError) as error:
         return None, str(error)

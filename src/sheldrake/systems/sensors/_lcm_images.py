@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import flag, text
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.cpp_template import TemplateMethod
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._image import (
@@ -117,19 +118,15 @@ class ImageToLcmImageArrayT(LeafSystem):
         do_compress: Whether pixels are compressed by zlib.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(do_compress=(flag, False)),
+        overload(color_frame_name=text, depth_frame_name=text, label_frame_name=text, do_compress=(flag, False)),
+    )
+    def __init__(self, *given: Any):
         super().__init__()
-        names = ("color_frame_name", "depth_frame_name", "label_frame_name")
-        given = dict(zip((*names, "do_compress") if args and isinstance(args[0], str) else ("do_compress",), args))
-        given.update(kwargs)
-        self._compress = bool(given.pop("do_compress", False))
-        if (given and set(given) != set(names)) or len(args) > 4:
-            expected = ["(do_compress=False)", f"({', '.join(names)}, do_compress=False)"]
-            raise incompatible("ImageToLcmImageArrayT", expected, args, kwargs)
-        kinds = (PixelType.kRgba8U, PixelType.kDepth32F, PixelType.kLabel16I)
-        for kind, name in zip(kinds, names):
-            if given:
-                self._declare(kind, given[name])
+        *names, self._compress = given
+        for kind, name in zip((PixelType.kRgba8U, PixelType.kDepth32F, PixelType.kLabel16I), names):
+            self._declare(kind, name)
         self.DeclareAbstractOutputPort("y0", lambda: AbstractValue.Make(lcmt_image_array()), self._calc)
 
     DeclareImageInputPort: Any

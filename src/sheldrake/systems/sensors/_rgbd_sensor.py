@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import called, flag, instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId
 from sheldrake.geometry._image import ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
@@ -17,6 +18,10 @@ from ._camera_system import CameraPorts, CameraSystem, Mounting, empty_like
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+
+
+_PLACE: dict[str, Any] = {"parent_id": instance_of(FrameId), "X_PB": called("RigidTransform")}
+_DEPTH_CAMERA = instance_of(DepthRenderCamera)
 
 
 class RgbdSensor(CameraSystem):
@@ -37,8 +42,17 @@ class RgbdSensor(CameraSystem):
         show_window: Whether to show pictures in a window; there are no windows here.
     """
 
-    def __init__(self, parent_id: FrameId, X_PB: RigidTransform, *args: Any, **kwargs: Any):
-        super().__init__(Mounting(parent_id, RigidTransform(X_PB), *_both_cameras(args, kwargs)))
+    @overloaded(
+        overload(**_PLACE, color_camera=instance_of(ColorRenderCamera), depth_camera=_DEPTH_CAMERA),
+        overload(**_PLACE, depth_camera=_DEPTH_CAMERA, show_window=(flag, False)),
+    )
+    def __init__(self, parent_id: FrameId, X_PB: RigidTransform, *given: Any):
+        if isinstance(given[0], ColorRenderCamera):
+            color, depth = given
+        else:
+            depth, show_window = given
+            color = ColorRenderCamera(depth.core(), show_window)
+        super().__init__(Mounting(parent_id, RigidTransform(X_PB), color, depth))
         tickets = {self.input_port_ticket(0), self.all_parameters_ticket()}
 
         def declare(name: str, image: type, camera: Callable[[], Any], see: Callable[[Any], Any]) -> None:
@@ -66,27 +80,6 @@ class RgbdSensor(CameraSystem):
 
     def _depth_in_millimetres(self, context: Context) -> Any:
         return self._in_millimetres(self.depth_image_32F_output_port().Eval(context))
-
-
-def _both_cameras(args: tuple, kwargs: dict) -> tuple[ColorRenderCamera, DepthRenderCamera]:
-    """The cameras of either signature of RgbdSensor."""
-    given = dict(kwargs)
-    if args and isinstance(args[0], ColorRenderCamera):
-        given.update(zip(("color_camera", "depth_camera"), args))
-    else:
-        given.update(zip(("depth_camera", "show_window"), args))
-    depth = given.pop("depth_camera", None)
-    show_window = given.pop("show_window", False)
-    if isinstance(depth, DepthRenderCamera) and isinstance(show_window, bool) and len(args) <= 2:
-        color = given.pop("color_camera", None) or ColorRenderCamera(depth.core(), show_window)
-        if not given and isinstance(color, ColorRenderCamera):
-            return color, depth
-    raise incompatible(
-        "RgbdSensor",
-        ["(parent_id, X_PB, color_camera, depth_camera)", "(parent_id, X_PB, depth_camera, show_window=False)"],
-        args,
-        kwargs,
-    )
 
 
 class RgbdSensorDiscrete(CameraPorts, Diagram):

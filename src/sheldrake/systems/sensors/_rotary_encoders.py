@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._kinds import count, integers
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.systems.framework import BasicVector, LeafSystem, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
@@ -26,22 +27,19 @@ class RotaryEncoders(LeafSystem):
 
     _generic = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(ticks_per_revolution=integers),
+        overload(input_port_size=count, input_vector_indices=integers),
+        overload(input_port_size=count, input_vector_indices=integers, ticks_per_revolution=integers),
+    )
+    def __init__(self, *given: Any):
         super().__init__()
-        names = ("input_port_size", "input_vector_indices", "ticks_per_revolution")
-        if len(args) == 1:
-            kwargs["ticks_per_revolution"] = args[0]
+        if len(given) == 1:
+            (ticks,) = given
+            size, indices = len(ticks), list(range(len(ticks)))
         else:
-            kwargs.update(zip(names, args))
-        ticks = kwargs.get("ticks_per_revolution")
-        if len(args) > 3 or set(kwargs) - set(names) or (ticks is None and len(kwargs) < 2):
-            raise Mismatch(
-                "RotaryEncoders(): incompatible constructor arguments: expected (ticks_per_revolution), "
-                "(input_port_size, input_vector_indices) or both."
-            )
-        size = int(kwargs.get("input_port_size", len(ticks or ())))
-        indices = [int(i) for i in kwargs.get("input_vector_indices", range(size))]
-        ticks = [0] * len(indices) if ticks is None else [int(t) for t in ticks]
+            size, indices, *rest = given
+            (ticks,) = rest or ([0] * len(indices),)
         if len(ticks) != len(indices) or any(not 0 <= i < size for i in indices) or any(t < 0 for t in ticks):
             raise RuntimeError(
                 f"RotaryEncoders(): indices {indices} must be in [0, {size}), with as many ticks_per_revolution >= 0; "
