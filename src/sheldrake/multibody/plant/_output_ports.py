@@ -34,6 +34,7 @@ from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.systems.framework import BusValue, Context, LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.multibody.plant._context.view import View
     from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
     from sheldrake.systems.framework._index import ContinuousStateIndex, DiscreteStateIndex
     from sheldrake.systems.framework._vector import BasicVector
