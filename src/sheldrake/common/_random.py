@@ -6,13 +6,15 @@ import math
 import threading
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalar_math import all_of, select
 from sheldrake.common._scalars import Mismatch, any_array, scalar_types
 
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Callable
 
     from sheldrake.common._types import Scalars
 
@@ -32,16 +34,26 @@ class _Stretch:
     """Numbers of a sequence between two steps of its state, which never change: generators and their copies share them.
 
     Args:
-        numbers: The 624 integers.
+        numbers: The 624 integers; None makes them of the state when somebody asks.
         key: The state that gives them; None for the first ones after a seed, which say it when somebody asks.
         seed: That seed.
     """
 
     __slots__ = ("_following", "_key", "_seed", "numbers")
+    numbers: list[int]
 
-    def __init__(self, numbers: list[int], key: np.ndarray | None, seed: int = 0):
-        self.numbers, self._key, self._seed = numbers, key, seed
+    def __init__(self, numbers: list[int] | None, key: np.ndarray | None, seed: int = 0):
+        self._key, self._seed = key, seed
         self._following: _Stretch | None = None
+        if numbers is not None:
+            self.numbers = numbers
+
+    def __getattr__(self, name: str) -> Any:
+        """The numbers, when they are not there yet."""
+        if name != "numbers":
+            raise AttributeError(name)
+        self.numbers = _Stretch.of_key(self.key(), 0).numbers
+        return self.numbers
 
     @staticmethod
     def of_seed(seed: int) -> _Stretch:
@@ -133,10 +145,22 @@ class RandomGenerator:
         number = (low + high * _TWO_32) / (_TWO_32 * _TWO_32)
         return number if number < 1.0 else _BELOW_ONE
 
+    def _draw(self, key: np.ndarray, place: np.ndarray, draw: Callable[[], int]) -> int:
+        """Has a kernel take numbers, from `key` and `place` (`_kernels.twister`); returns its status."""
+        key[:] = self._key()
+        place[:] = self._position, 0
+        status = draw()
+        if place[1]:
+            self._stretch = _Stretch(None, key.astype(np.uint32))
+        self._position = int(place[0])
+        return status
+
+    def _key(self) -> np.ndarray:
+        return _seeded_key(self._seed) if self._stretch is None else self._stretch.key()
+
     def ToPlain(self) -> dict:
         """Where the sequence stands, as numbers and arrays; `SetFromPlain` goes on from there."""
-        key = _seeded_key(self._seed) if self._stretch is None else self._stretch.key().copy()
-        return {"key": key, "position": self._position}
+        return {"key": self._key().copy(), "position": self._position}
 
     def SetFromPlain(self, content: dict) -> None:
         """Goes on from where `ToPlain` was called."""

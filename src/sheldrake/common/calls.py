@@ -78,14 +78,15 @@ class Calls:
         Args:
             kernel: An entry kernel.
             args: Its arguments; of those in `given` only the shape counts, and zero axes of a float or int's array.
-            given: Names of the float64 arrays that each call brings, in the order of the call. They are only read.
+            given: Names of the floats and float64 arrays that each call brings, in the order of the call. They are
+                only read.
             needs: Bits of the stages that must be up to date.
             answer: An array that the kernel fills and of which each call gives a copy, when its status is 0.
             frozen: Whether that copy is read-only.
 
         Returns:
             A function that gives the answer or else a status, an int: the kernel's, or MISFIT, and then nothing has
-            run, when an argument is not a C-contiguous float64 array of its shape.
+            run, when an argument is not a float (NumPy's is one) or a C-contiguous float64 array of its shape.
         """
         self._bind_stages(needs)
         if self.native:
@@ -141,17 +142,24 @@ class Calls:
         head += [0 if answer is None else id(answer), builtin.new_copy()]
         head.append(builtin.READ_ONLY if frozen else builtin.ALL_FLAGS)
         for slot, shape in self._given(kernel, args, given):
-            head += [slot, len(shape), *shape, *([0] * (2 - len(shape)))]
+            head.append(slot)
+            head += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]
         return builtin.make([*head, *words.tolist()], (self, self._table, bound, answer))
 
     def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
         bound, slots = kernel.bind(*args, blocks=self._blocks), self._given(kernel, args, given)
         words, _ = bound.keep
+        numbers = words.view(np.float64)
 
         def call(*arrays: Any) -> int:
             if len(arrays) != len(slots):
                 return MISFIT
             for array, (slot, shape) in zip(arrays, slots):
+                if shape is None:
+                    if not isinstance(array, float):
+                        return MISFIT
+                    numbers[slot] = array
+                    continue
                 if type(array) is not np.ndarray or array.dtype != np.float64 or array.shape != shape:
                     return MISFIT
                 if not (array.flags.c_contiguous and array.flags.aligned):
@@ -163,13 +171,17 @@ class Calls:
 
     def _interpreted(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
         places = [kernel.names.index(name) for name in given]
-        shapes = [np.shape(args[place]) for place in places]
+        shapes = [None if isinstance(args[place], float) else np.shape(args[place]) for place in places]
         everything = list(args)
 
+        def shape_of(given: Any) -> Any:
+            if isinstance(given, float):
+                return None
+            fits = type(given) is np.ndarray and given.flags.c_contiguous and given.dtype in (float, object)
+            return fits and given.shape
+
         def call(*arrays: Any) -> int:
-            if [type(a) is np.ndarray and a.flags.c_contiguous and a.shape for a in arrays] != shapes:
-                return MISFIT
-            if any(a.dtype not in (float, object) for a in arrays):
+            if [shape_of(a) for a in arrays] != shapes:
                 return MISFIT
             for place, array in zip(places, arrays):
                 everything[place] = array
@@ -178,10 +190,10 @@ class Calls:
         return call
 
     @staticmethod
-    def _given(kernel: Kernel, args: tuple, given: tuple[str, ...]) -> list[tuple[int, tuple[int, ...]]]:
-        """For each given array: which word of the kernel has its address, and its shape."""
-        first, arrays = first_words(kernel), dict(zip(kernel.names, args))
-        return [(first[name], arrays[name].shape) for name in given]
+    def _given(kernel: Kernel, args: tuple, given: tuple[str, ...]) -> list[tuple[int, tuple[int, ...] | None]]:
+        """For each given array: which word of the kernel has its address, and its shape; None for a float."""
+        first, known = first_words(kernel), dict(zip(kernel.names, args))
+        return [(first[name], None if isinstance(known[name], float) else known[name].shape) for name in given]
 
 
 def object_query(cls: type, **fields: Query) -> Query:

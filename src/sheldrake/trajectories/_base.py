@@ -15,9 +15,13 @@ from sheldrake.common._scalars import any_array, as_scalar
 
 if TYPE_CHECKING:
     from sheldrake.common._scalars import ScalarTemplate
-    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common._types import KernelArgument, Scalar, Scalars
+    from sheldrake.common.calls import Query
+    from sheldrake.common.kernel import Kernel
 
 _FLOAT64 = np.dtype(np.float64)
+_FEW = 3
+_NONE: dict = {}
 
 
 def _pure(name: str) -> RuntimeError:
@@ -35,17 +39,52 @@ class Trajectory:
     _T: ClassVar[type] = float
     _template: ClassVar[Any]
     _MAKES_ARRAYS: ClassVar[bool] = False
-    """Whether `do_value` gives a new matrix each time, as it is: users' own may give anything."""
+    """Whether values and derivatives are new matrices each time, as they are: users' own may be anything."""
+    _HAS_QUERIES: ClassVar[bool] = False
+    """Whether `_make_query` is defined."""
+    _queries: dict[int, Query | None] = _NONE
+    _times_asked: dict[int, int] = _NONE
 
     def __init__(self) -> None:
         pass
 
     def value(self, t: Scalar) -> np.ndarray:
         """Returns the matrix at time t [s], shape `(rows, cols)`."""
-        value = self.do_value(self._scalar("value", t))
+        ask = self._queries.get(0)
+        if ask is not None and type(value := ask(t)) is np.ndarray:
+            return value
+        time = self._scalar("value", t)
+        ask = ask or self._query(0)
+        return self._made("value", ask(time) if ask else self.do_value(time))
+
+    def _made(self, call: str, value: Any) -> np.ndarray:
+        """What a trajectory has made, as a matrix of its own."""
         if self._MAKES_ARRAYS and type(value) is np.ndarray and value.dtype is _FLOAT64 and value.ndim == 2:
             return value
-        return self._matrix("value", value)
+        return self._matrix(call, value)
+
+    def _query(self, order: int) -> Query | None:
+        """A function of a float that gives values (order 0) or derivatives, when some were asked for: to make one takes
+        ten times longer than a value in Python does.
+        """
+        queries, times = self._queries, self._times_asked
+        if not self._HAS_QUERIES or order in queries:
+            return queries.get(order)
+        if not times:
+            self._queries, self._times_asked = queries, times = {}, {}
+        times[order] = asked = times.get(order, 0) + 1
+        if asked <= _FEW:
+            return None
+        queries[order] = query = self._make_query(order) if _is_ours(self) else None  # another class computes its own
+        return query
+
+    def _make_query(self, order: int) -> Query | None:
+        """That function, of plain numbers; it gives MISFIT for what is no float. None where there is none."""
+        raise NotImplementedError
+
+    def _changed(self) -> None:
+        """Forgets queries of numbers that are no longer right."""
+        self._queries = self._times_asked = _NONE
 
     def vector_values(self, t: Scalars) -> np.ndarray:
         """Returns the vectors at many times [s], shape `(rows, n)` for columns and `(n, cols)` for rows.
@@ -65,10 +104,10 @@ class Trajectory:
 
     def _vector_values(self, times: list) -> np.ndarray:
         """Values at many times as columns."""
-        columns = [self.value(t).ravel() for t in times]
-        if not columns:
+        if not times:
             return np.zeros((max(self.rows(), self.cols()), 0))
-        return np.stack(columns, axis=1)
+        values = list(map(self._queries.get(0) or self.value, times))
+        return np.concatenate(values, axis=1) if values[0].shape[1] == 1 else np.concatenate(values).T
 
     def has_derivative(self) -> bool:
         """Tells whether `EvalDerivative` and `MakeDerivative` work."""
@@ -80,10 +119,14 @@ class Trajectory:
         Raises:
             RuntimeError: there are no derivatives, or the order is negative.
         """
+        ask = self._queries.get(derivative_order)
+        if ask is not None and type(value := ask(t)) is np.ndarray:
+            return value
         time = self._scalar("EvalDerivative", t)
         if _order("EvalDerivative", derivative_order) == 0:
             return self.value(t)
-        return self._matrix("EvalDerivative", self.DoEvalDerivative(time, derivative_order))
+        ask = ask or self._query(derivative_order)
+        return self._made("EvalDerivative", ask(time) if ask else self.DoEvalDerivative(time, derivative_order))
 
     def MakeDerivative(self, derivative_order: int = 1) -> Trajectory:
         """Returns the derivative of the given order as a trajectory.
@@ -152,9 +195,12 @@ class Trajectory:
 
     def __deepcopy__(self, memo: dict) -> Trajectory:
         new = object.__new__(type(self))
-        for name, value in vars(self).items():
+        for name, value in self.__getstate__().items():
             vars(new)[name] = _copied(value)
         return new
+
+    def __getstate__(self) -> dict:
+        return {name: value for name, value in vars(self).items() if name not in ("_queries", "_times_asked")}
 
     @classmethod
     def _name(cls, call: str) -> str:
@@ -217,8 +263,11 @@ def _copied(value: object) -> Any:
 
 def kept(trajectory: Trajectory) -> Any:
     """A trajectory to keep: a copy of ours, which may be changed by its owner, and a user's own as it is."""
-    module = getattr(type(trajectory), "__module__", "")
-    return trajectory.Clone() if module.startswith("sheldrake.") else trajectory
+    return trajectory.Clone() if _is_ours(trajectory) else trajectory
+
+
+def _is_ours(trajectory: Trajectory) -> bool:
+    return getattr(type(trajectory), "__module__", "").startswith("sheldrake.")
 
 
 def holds(condition: object) -> bool:
@@ -235,3 +284,17 @@ def _order(call: str, order: int) -> int:
 def no_derivatives() -> RuntimeError:
     """The error of classes that have no derivatives."""
     return RuntimeError("You asked for derivatives from a class that does not support derivatives.")
+
+
+def query(kernel: Kernel, *args: KernelArgument, out: np.ndarray) -> Query | None:
+    """A query of a kernel that is given t and fills `out`; None where another thread could come between."""
+    from sheldrake.common._native import builtin
+    from sheldrake.common.calls import Calls
+
+    calls = Calls(_NEVER)
+    if not (calls.native and builtin.available()):
+        return None
+    return calls.query(kernel, *args, out, given=("t",), answer=out)
+
+
+_NEVER = np.zeros(1, np.int64)

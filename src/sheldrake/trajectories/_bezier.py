@@ -9,9 +9,11 @@ import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
+from sheldrake.trajectories._bspline import spline_query
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common.calls import Query
 
 
 class BezierCurve(Trajectory):
@@ -64,6 +66,7 @@ class BezierCurve(Trajectory):
         n, p = self.order(), self._points
         if n < 0:
             raise RuntimeError(f"{self._name('ElevateOrder')}: there are no control points.")
+        self._changed()
         new = self._zeros(p.shape[0], n + 2)
         new[:, 0], new[:, n + 1] = p[:, 0], p[:, n]
         for i in range(1, n + 1):
@@ -112,6 +115,15 @@ class BezierCurve(Trajectory):
             difference = sum((-1) ** (k - i) * math.comb(k, i) * p[i] for i in range(k + 1))
             out.append(math.comb(n, k) * difference)
         return out
+
+    _MAKES_ARRAYS = _HAS_QUERIES = True
+
+    def _make_query(self, order: int) -> Query | None:
+        start, end = self._times
+        if self._T is not float or self.order() < 0 or not start < end:
+            return None
+        points = self.DoMakeDerivative(order)._points.T.copy()
+        return spline_query([start] * len(points) + [end] * len(points), points, (self.rows(), 1))
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The point at time t."""

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
-from sheldrake.trajectories._base import Trajectory
+from sheldrake.trajectories._base import Trajectory, query
+from sheldrake.trajectories._kernels.values import spline
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common.calls import Query
     from sheldrake.math import BsplineBasis
 
 
@@ -20,6 +22,12 @@ def _basis_family(T: type) -> Any:
     from sheldrake.math import BsplineBasis_
 
     return BsplineBasis_[T]
+
+
+def spline_query(knots: list, points: np.ndarray, shape: tuple[int, ...]) -> Query | None:
+    """A query of a spline of plain numbers; `points` a row for each."""
+    work = np.empty((len(knots) - len(points), points.shape[1]))
+    return query(spline, np.array(knots), points, 0.0, work, out=np.empty(shape))
 
 
 class BsplineTrajectory(Trajectory):
@@ -33,6 +41,7 @@ class BsplineTrajectory(Trajectory):
         RuntimeError: another number of points than of basis functions, or points of different shapes.
     """
 
+    _MAKES_ARRAYS = _HAS_QUERIES = True
     _derivative: tuple[int, list, BsplineTrajectory] | None = None
     """The derivative asked for last: its order, the points it is made of, and it."""
 
@@ -82,6 +91,13 @@ class BsplineTrajectory(Trajectory):
     def FinalValue(self) -> np.ndarray:
         """Returns the matrix at the end."""
         return self.value(self.end_time())
+
+    def _make_query(self, order: int) -> Query | None:
+        if self._T is not float or self._basis is None:
+            return None
+        curve = self.DoMakeDerivative(order)
+        points = np.array([p.ravel() for p in curve._points])
+        return spline_query(curve._basis._knots, points, curve._points[0].shape)
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t, by de Boor's rule."""
@@ -160,6 +176,7 @@ class BsplineTrajectory(Trajectory):
             self._insert_knot(t)
 
     def _insert_knot(self, t: Scalar) -> None:
+        self._changed()
         order, knots = self._require().order(), list(self._basis.knots())
         if not is_symbolic(self._T) and not self.start_time() <= t <= self.end_time():
             raise RuntimeError(

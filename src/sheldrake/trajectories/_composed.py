@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import bisect
+import functools
 import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
+from sheldrake.common.kernel import MISFIT
 from sheldrake.trajectories._base import Trajectory, kept
 from sheldrake.trajectories._derivative_trajectory import DerivativeTrajectory, _expect_trajectories
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sheldrake.common._types import Scalar
+    from sheldrake.common.calls import Query
 
 
 class StackedTrajectory(Trajectory):
@@ -25,6 +29,8 @@ class StackedTrajectory(Trajectory):
     Args:
         rowwise: One below the other.
     """
+
+    _MAKES_ARRAYS = True
 
     def __init__(self, rowwise: bool = True):
         self._rowwise = bool(rowwise)
@@ -112,6 +118,8 @@ class PathParameterizedTrajectory(Trajectory):
         RuntimeError: the time scaling is not scalar.
     """
 
+    _MAKES_ARRAYS = _HAS_QUERIES = True
+
     def __init__(self, path: Trajectory, time_scaling: Trajectory):
         path, time_scaling = _expect_trajectories(self, [path, time_scaling])
         if (time_scaling.rows(), time_scaling.cols()) != (1, 1):
@@ -137,6 +145,20 @@ class PathParameterizedTrajectory(Trajectory):
         if t < start:
             return start
         return end if t > end else t
+
+    def _make_query(self, order: int) -> Query | None:
+        if self._T is not float or order > 1:
+            return None
+        path, scaling, first, last = self._path, self._scaling, self.start_time(), self.end_time()
+
+        def ask(t: float) -> np.ndarray | int:
+            if not isinstance(t, float):
+                return MISFIT
+            t = first if t < first else last if t > last else t
+            s = scaling.value(t).item()
+            return path.EvalDerivative(s) * scaling.EvalDerivative(t).item() if order else path.value(s)
+
+        return ask
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The path where s(t) is."""
@@ -205,6 +227,8 @@ class CompositeTrajectory(PiecewiseTrajectory):
         RuntimeError: times or shapes do not fit.
     """
 
+    _MAKES_ARRAYS = _HAS_QUERIES = True
+
     def __init__(self, segments: Sequence[Trajectory]):
         parts = _expect_trajectories(self, segments)
         for a, b in itertools.pairwise(parts):
@@ -252,6 +276,20 @@ class CompositeTrajectory(PiecewiseTrajectory):
             t = self._scalar("value", t.Evaluate())
             return self._parts[self._index(t.Evaluate())]
         return self._parts[self._index(t)]
+
+    def _make_query(self, order: int) -> Query | None:
+        if self._T is not float or not self._parts:
+            return None
+        first, last, breaks, n = self._breaks[0], self._breaks[-1], self._breaks, len(self._parts)
+        asks = [functools.partial(p.EvalDerivative, derivative_order=order) if order else p.value for p in self._parts]
+
+        def ask(t: float) -> np.ndarray | int:
+            if not isinstance(t, float):
+                return MISFIT
+            t = first if t < first else last if t > last else t
+            return asks[bisect.bisect_right(breaks, t, 1, n) - 1](t)
+
+        return ask
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The value of the segment at time t."""

@@ -16,17 +16,21 @@ from sheldrake.common._scalars import any_array, as_scalar, is_symbolic
 from sheldrake.polynomial import Polynomial, Polynomial_
 from sheldrake.polynomial._polynomial import differentiate, evaluate, integrate
 from sheldrake.trajectories import _interpolation as interpolation
-from sheldrake.trajectories._base import _order, holds
+from sheldrake.trajectories._base import _order, holds, query
+from sheldrake.trajectories._kernels.values import polynomials
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 
 if TYPE_CHECKING:
     from sheldrake.common._assert import ToleranceType
     from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common.calls import Query
     from sheldrake.trajectories._base import Trajectory
 
 _NOT_GIVEN = object()
 
 
+_MANY = 64
+"""For so many times NumPy takes less time than a call for each."""
 EPSILON_OF_A_JOINT = 1e-10
 """Ends and beginnings closer than this [s] are the same time."""
 
@@ -91,7 +95,16 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     # Values
 
-    _MAKES_ARRAYS = True
+    _MAKES_ARRAYS = _HAS_QUERIES = True
+
+    def _make_query(self, order: int) -> Query | None:
+        if self._T is not float or not self._c:
+            return None
+        breaks, c = np.array(self._breaks), differentiate(self.polynomials, order)
+        rows, cols, n = c.shape[1:]
+        if n > 1 and not np.isfinite(breaks).all():
+            return None  # in Python a constant segment does not look at its time
+        return query(polynomials, breaks, c.reshape(-1, n), 0.0, out=np.empty((rows, cols)))
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t."""
@@ -128,7 +141,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return out
 
     def _vector_values(self, times: list) -> np.ndarray:
-        if self._T is not float or not self._c or not times:
+        if self._T is not float or not self._c or len(times) < _MANY:
             return PiecewiseTrajectory._vector_values(self, times)
         t = np.clip(times, self._breaks[0], self._breaks[-1])
         segment = np.clip(np.searchsorted(self._breaks, t, side="right") - 1, 0, len(self._c) - 1)
@@ -213,6 +226,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self, replacement: Any, segment_index: int, row_start: int = 0, col_start: int = 0
     ) -> None:
         """Replaces a block of the polynomials of a segment by a matrix of others."""
+        self._changed()
         i = self._segment(segment_index)
         new, old = self._from_polynomials(replacement), self._c[i]
         rows, cols, n = new.shape
@@ -253,6 +267,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         r, c = self._shape("rows")
         if rows * cols != r * c:
             raise RuntimeError(f"{self._name('Reshape')}: {r} x {c} elements do not make {rows} x {cols}.")
+        self._changed()
         self._c = [
             np.stack([k.reshape(rows, cols, order="F") for k in np.moveaxis(c, -1, 0)], axis=-1) for c in self._c
         ]
@@ -261,12 +276,14 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     def AppendFirstOrderSegment(self, time: Scalar, sample: Scalars) -> None:
         """Adds a straight line from the end to a sample at a later time [s]."""
+        self._changed()
         h, y = self._next("AppendFirstOrderSegment", time, sample)
         self._c += interpolation.linear([h], np.stack([self._at(self.end_time(), 0), y]))
         self._breaks.append(self._scalar("AppendFirstOrderSegment", time))
 
     def AppendCubicHermiteSegment(self, time: Scalar, sample: Scalars, sample_dot: Scalars) -> None:
         """Adds a cubic from the end, with its slope there, to a sample with a slope at a later time [s]."""
+        self._changed()
         h, y = self._next("AppendCubicHermiteSegment", time, sample)
         m = self._matrix("AppendCubicHermiteSegment", sample_dot)
         end = self.end_time()
@@ -287,6 +304,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
     def RemoveFinalSegment(self) -> None:
         """Takes the last segment away."""
         self._shape("rows")
+        self._changed()
         self._c.pop()
         self._breaks.pop()
 
@@ -297,6 +315,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         Raises:
             RuntimeError: it begins at another time, or has another shape.
         """
+        self._changed()
         if not self._c:
             self._c, self._breaks = [c.copy() for c in other._c], list(other._breaks)
             return
@@ -319,6 +338,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     def ReverseTime(self) -> None:
         """Runs backward: the value at -t is what it was at t."""
+        self._changed()
         h = self._durations(self._breaks)
         self._c = [interpolation.reversed_in_time(c, d) for c, d in zip(self._c, h)][::-1]
         self._breaks = [-b for b in self._breaks][::-1]
@@ -328,6 +348,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         scale = self._scalar("ScaleTime", scale)
         if not is_symbolic(self._T) and not scale > 0.0:
             raise RuntimeError(f"{self._name('ScaleTime')}: the scale must be positive, got {scale}.")
+        self._changed()
         self._breaks = [b * scale for b in self._breaks]
         for i, c in enumerate(self._c):
             factor = as_scalar(self._T, 1.0)
@@ -340,6 +361,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
     def shiftRight(self, offset: Scalar) -> None:
         """Moves all breaks later by an offset [s]."""
         offset = self._scalar("shiftRight", offset)
+        self._changed()
         self._breaks = [b + offset for b in self._breaks]
 
     def slice(self, start_segment_index: int, num_segments: int) -> PiecewisePolynomial:
@@ -384,6 +406,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     @breaks.setter
     def breaks(self, value: Any) -> None:
+        self._changed()
         self._breaks = self._scalars("breaks", value)
 
     @property
@@ -399,6 +422,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     @polynomials.setter
     def polynomials(self, value: Any) -> None:
+        self._changed()
         self._c = list(any_array(self._T, value))
 
     # ---- through samples; `_interpolation` solves for them

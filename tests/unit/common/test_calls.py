@@ -61,6 +61,20 @@ class Setup:
 A, B = np.arange(6.0).reshape(2, 3), np.array([1.0, -1.0, 0.5])
 
 
+def test_numbers_are_given(way):
+    s = Setup(way)
+    A, b = np.arange(6.0).reshape(2, 3), np.ones(3)
+    example = (0.5, A, b, s.y, 2.0, s.out)
+    ask = s.calls.query(apply, *example, given=("scale", "b"), needs=s.bit, answer=s.out)
+    expected = 0.5 + A @ (b * s.x**2) * 3.0
+    for scale in (3.0, np.float64(3.0)):
+        np.testing.assert_allclose(ask(scale, b), expected, rtol=1e-15)
+    for wrong in (3, "3", None, np.float32(3.0), np.array(3.0), np.ones(3), True):
+        assert ask(wrong, b) == MISFIT
+    assert ask(b, b) == ask(3.0, 3.0) == ask(3.0) == MISFIT
+    np.testing.assert_allclose(ask(-3.0, b), 1.0 - expected, rtol=1e-15)
+
+
 def test_a_query_takes_given_arrays_and_runs_the_stages_it_needs_once(way):
     s = Setup(way)
     assert s.ask(A, B) == 0

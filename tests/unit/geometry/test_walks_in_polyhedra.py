@@ -1,5 +1,8 @@
 """Samples of polyhedra by hit and run."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -75,3 +78,14 @@ def test_numbers_are_the_same_across_stretches_of_the_twister():
         for _ in range(1000):
             low, high = others(), others()
             assert ours._uniform() == (low + 2.0**32 * high) / 2.0**64
+
+
+def test_generators_go_on_behind_a_walk_through_several_stretches():
+    box, ours, others = HPolyhedron.MakeUnitBox(3), RandomGenerator(7), RandomGenerator(7)
+    for _ in range(4):
+        before = copy.copy(ours)
+        x, y = box.UniformSample(ours, np.zeros(3), 200), walked(box, others, np.zeros(3), 200, np.eye(3))
+        np.testing.assert_allclose(x, y, atol=1e-10)
+        np.testing.assert_array_equal(box.UniformSample(before, np.zeros(3), 200), x)
+        assert ours() == others() == before()
+        assert pickle.loads(pickle.dumps(ours))() == copy.copy(others)()

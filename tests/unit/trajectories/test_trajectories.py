@@ -7,6 +7,7 @@ from tests.unit.common.counting import calls_of
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
+from sheldrake.common.kernel import jit_enabled
 from sheldrake.math import BsplineBasis, KnotVectorType, RigidTransform, RollPitchYaw, RotationMatrix
 from sheldrake.polynomial import Polynomial
 from sheldrake.symbolic import Expression, Variable
@@ -27,6 +28,8 @@ from sheldrake.trajectories import (
     StackedTrajectory,
     Trajectory,
     Trajectory_,
+    _bspline,
+    _piecewise_polynomial,
 )
 
 BREAKS = [0.0, 0.5, 1.7, 2.0, 3.1]
@@ -515,8 +518,102 @@ def test_values_are_few_calls():
     cubic = PiecewisePolynomial.CubicShapePreserving(times, points)
     motion = PiecewisePose.MakeLinear(times, poses)
     spline = BsplineTrajectory(BsplineBasis(4, 5), points)
-    for ask, most in ((cubic.value, 10), (spline.value, 46), (motion.GetPose, 60), (motion.GetVelocity, 35)):
+    for ask, most in ((cubic.value, 13), (spline.value, 50), (motion.GetPose, 60), (motion.GetVelocity, 35)):
         assert calls_of(lambda ask=ask: ask(0.3)) <= most
+
+
+CURVES = {
+    "polynomial": lambda: PiecewisePolynomial.CubicShapePreserving([0.0, 1.0, 2.0, 3.0], SOME[:, :4]),
+    "steps": lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0, 2.0], SOME[:, :3]),
+    "constant": lambda: PiecewisePolynomial(SOME[:, :2]),
+    "degrees": lambda: PiecewisePolynomial(
+        [np.array([[Polynomial([1.0, 2.0, 3.0])]]), np.array([[Polynomial([4.0])]])], [0.0, 1.0, 3.0]
+    ),
+    "spline": lambda: BsplineTrajectory(BsplineBasis(4, 6), SOME),
+    "open spline": lambda: BsplineTrajectory(BsplineBasis(3, 6, KnotVectorType.kUniform, -1.0, 2.0), SOME),
+    "spline of matrices": lambda: BsplineTrajectory(BsplineBasis(2, 3), list(SOME.reshape(3, 2, 3))),
+    "Bezier": lambda: BezierCurve(0.5, 2.0, SOME),
+    "composite": lambda: CompositeTrajectory([BezierCurve(k, k + 1.0, SOME[:, k : k + 3]) for k in range(3)]),
+    "path": lambda: PathParameterizedTrajectory(
+        BsplineTrajectory(BsplineBasis(4, 6), SOME), PiecewisePolynomial.FirstOrderHold([0.0, 3.0], [[0.0, 1.0]])
+    ),
+}
+SOME = np.random.default_rng(4).normal(size=(3, 6))
+
+
+@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize("order", range(4))
+def test_values_are_the_same_however_often_they_are_asked_for(curve, order):
+    first, again = (CURVES[curve]() for _ in range(2))
+    for t in (-0.5, 0.0, 0.3, 1.0, 1.7, 2.0, 3.0, 4.5):
+        for _ in range(3):
+            again.EvalDerivative(t, order)
+        for when in (t, np.float64(t), np.array(t)):
+            value = again.EvalDerivative(when, order)
+            np.testing.assert_allclose(value, first.Clone().EvalDerivative(t, order), rtol=1e-12, atol=1e-12)
+            value += 1.0  # is ours to change
+    if jit_enabled() and curve != "path":
+        assert calls_of(lambda: again.EvalDerivative(0.3, order)) <= 11
+    with pytest.raises(TypeError):
+        again.EvalDerivative("0.3", order)
+    if order == 0:
+        times = np.array([0.1, 0.9, 1.4])
+        if 1 in (first.rows(), first.cols()):
+            np.testing.assert_array_equal(
+                again.vector_values(times).ravel("F"), np.ravel([again.value(t) for t in times])
+            )
+        for copied in (copy.deepcopy(again), pickle.loads(pickle.dumps(again))):
+            np.testing.assert_allclose(copied.value(0.3), again.value(0.3), rtol=1e-12)
+
+
+def test_values_after_changes():
+    line = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 1.0]])
+    other = PiecewisePolynomial.FirstOrderHold([-2.0, 1.0], [[3.0, 4.0]])
+    other.shiftRight(3.5)
+    changes = [
+        lambda: line.AppendFirstOrderSegment(1.5, [3.0]),
+        lambda: line.AppendCubicHermiteSegment(2.0, [1.0], [0.5]),
+        lambda: line.RemoveFinalSegment(),
+        lambda: line.ConcatenateInTime(other),
+        lambda: line.ReverseTime(),
+        lambda: line.ScaleTime(0.5),
+        lambda: line.shiftRight(1.25),
+        lambda: line.setPolynomialMatrixBlock(Polynomial([5.0, 1.0]), 0),
+        lambda: setattr(line, "breaks", line.breaks - 1.0),
+        lambda: setattr(line, "polynomials", 2.0 * line.polynomials),
+        lambda: setattr(line, "polynomials", np.ones((line.get_number_of_segments(), 2, 3, 2))),
+        lambda: line.Reshape(3, 2),
+    ]
+    for change in changes:
+        if change is changes[3]:
+            other.shiftRight(line.end_time() - other.start_time())
+        change()
+        for _ in range(6):
+            for t in (-3.0, -1.6, -0.2, 0.4, 1.2):
+                fresh = line.Clone()
+                np.testing.assert_allclose(line.value(t), fresh.value(t), atol=1e-14)
+                np.testing.assert_allclose(line.EvalDerivative(t), fresh.EvalDerivative(t), atol=1e-14)
+    curve, spline = BezierCurve(0.0, 1.0, SOME), BsplineTrajectory(BsplineBasis(3, 6), SOME)
+    for changed, change in ((curve, curve.ElevateOrder), (spline, lambda: spline.InsertKnots([0.4]))):
+        before = [changed.value(0.3) for _ in range(6)]
+        change()
+        np.testing.assert_allclose([changed.value(0.3) for _ in range(6)], before, atol=1e-14)
+
+
+@pytest.mark.parametrize("curve", [c for c in CURVES if c not in ("path", "composite")])
+def test_kernels_of_values_have_the_bits_of_their_source(curve):
+    t = 0.37
+    made, seen = CURVES[curve](), []
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (_piecewise_polynomial, _bspline):
+            patch.setattr(module, "query", lambda kernel, *args, out: seen.append((kernel, args, out)))
+        made._make_query(1)
+    (kernel, args, out) = seen[0]
+    args = [t if isinstance(a, float) else a for a in args]
+    kernel(*args, out)
+    plain = out.copy()
+    kernel.native(*args, out)
+    np.testing.assert_array_equal(out, plain)
 
 
 def test_a_trajectory_derived_from_ours_may_give_lists():

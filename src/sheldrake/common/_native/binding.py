@@ -176,6 +176,7 @@ def check_record(kernel: Kernel, parameter: Parameter, vector: np.ndarray | Plac
         raise TypeError(f"{kernel!r}: {parameter.name} is a {record.__name__} of {wanted} numbers, not of {size}.")
 
 
+@functools.lru_cache(256)
 def first_words(kernel: Kernel) -> dict[str, int]:
     """Where the words of each parameter begin; those of an array are its offset, then its shape."""
     places, at = {}, 0

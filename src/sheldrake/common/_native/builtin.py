@@ -1,10 +1,11 @@
 """Machine code as Python's own builtin functions: a call takes some 20 ns where one through ctypes takes 250 ns.
 
 Python calls a builtin function as `f(self, args, count)`. Here `self` is a *block*: an int64 array that says which
-kernel to call on which words, which stages must be up to date before, and what the given arguments must be: float64
-arrays of known shapes, whose addresses go into the kernel's words. Only objects that stay as they are for the life of
-the process are touched: the first fields of NumPy's arrays (they are its binary interface) and of CPython's objects
-with a global interpreter lock. `available` looks whether they are where they should be; else calls go through ctypes.
+kernel to call on which words, which stages must be up to date before, and what the given arguments must be: floats, or
+float64 arrays of known shapes, whose bits or addresses go into the kernel's words. Only objects that stay as they are
+for the life of the process are touched: the first fields of NumPy's arrays (they are its binary interface) and of
+CPython's objects with a global interpreter lock. `available` looks whether they are where they should be; else calls go
+through ctypes.
 
 Layout of a block, in words:
 
@@ -17,7 +18,8 @@ Layout of a block, in words:
     12  address of the array object of which a copy is the answer when the status is 0, or 0
     13  address of PyArray_NewCopy
     14  which flags of that copy stay as they are: all, or all but the one that lets it be written
-    15 ... for each given argument: which of the kernel's words, number of axes, lengths of the two first axes
+    15 ... for each given argument: which of the kernel's words, number of axes, lengths of the two first axes;
+           for a float -1 axes, and two types that such a number may have
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ SYMBOL = "sheldrake_call"
 METH_FASTCALL = 0x0080
 _NEW_COPY = 85  # in NumPy's table of functions
 _TYPE, _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 8, 16, 24, 32, 56, 64  # [bytes] into an array object
+_VALUE = 16  # [bytes] into a float, and into NumPy's
 _IN_ORDER = 0x101  # C contiguous and aligned
 ALL_FLAGS, READ_ONLY = -1, ~0x400
 
@@ -63,15 +66,39 @@ entry:
   %as_many = icmp eq i64 %count, %given
   br i1 %as_many, label %arguments, label %misfit
 
-arguments:                                ; each must be an array as it was announced
-  %i = phi i64 [0, %entry], [%i_next, %take]
+arguments:                                ; each must be a number or an array as it was announced
+  %i = phi i64 [0, %entry], [%i_next, %taken]
   %more = icmp slt i64 %i, %given
-  br i1 %more, label %is_array, label %stages
-is_array:
+  br i1 %more, label %look_at, label %stages
+look_at:
   %arg_at = getelementptr ptr, ptr %args, i64 %i
   %arg = load ptr, ptr %arg_at
   %type_at = getelementptr i8, ptr %arg, i64 {_TYPE}
   %type = load i64, ptr %type_at
+  %spec_from = mul i64 %i, {PER_ARGUMENT}
+  %spec_start = add i64 %spec_from, {HEAD}
+  %spec = getelementptr i64, ptr %block, i64 %spec_start
+  %slot = load i64, ptr %spec
+  %word_at = getelementptr i64, ptr %words, i64 %slot
+  %wanted_at = getelementptr i64, ptr %spec, i64 1
+  %wanted = load i64, ptr %wanted_at
+  %w0_at = getelementptr i64, ptr %spec, i64 2
+  %w0 = load i64, ptr %w0_at
+  %w1_at = getelementptr i64, ptr %spec, i64 3
+  %w1 = load i64, ptr %w1_at
+  %number = icmp slt i64 %wanted, 0
+  br i1 %number, label %is_number, label %is_array
+is_number:
+  %one_type = icmp eq i64 %type, %w0
+  %other_type = icmp eq i64 %type, %w1
+  %number_fits = or i1 %one_type, %other_type
+  br i1 %number_fits, label %take_number, label %misfit
+take_number:
+  %value_at = getelementptr i8, ptr %arg, i64 {_VALUE}
+  %value = load i64, ptr %value_at
+  store i64 %value, ptr %word_at
+  br label %taken
+is_array:
   %type_fits = icmp eq i64 %type, %array
   br i1 %type_fits, label %is_double, label %misfit
 is_double:
@@ -84,14 +111,9 @@ has_axes:
   %flags = load i32, ptr %flags_at
   %order = and i32 %flags, {_IN_ORDER}
   %order_fits = icmp eq i32 %order, {_IN_ORDER}
-  %spec_from = mul i64 %i, {PER_ARGUMENT}
-  %spec_start = add i64 %spec_from, {HEAD}
-  %spec = getelementptr i64, ptr %block, i64 %spec_start
   %axes_at = getelementptr i8, ptr %arg, i64 {_AXES}
   %axes_32 = load i32, ptr %axes_at
   %axes = sext i32 %axes_32 to i64
-  %wanted_at = getelementptr i64, ptr %spec, i64 1
-  %wanted = load i64, ptr %wanted_at
   %axes_fit = icmp eq i64 %axes, %wanted
   %so_far = and i1 %order_fits, %axes_fit
   br i1 %so_far, label %has_shape, label %misfit
@@ -101,10 +123,6 @@ has_shape:                                ; there are one or two axes, and behin
   %n0 = load i64, ptr %shape
   %n1_at = getelementptr i64, ptr %shape, i64 1
   %n1 = load i64, ptr %n1_at
-  %w0_at = getelementptr i64, ptr %spec, i64 2
-  %w0 = load i64, ptr %w0_at
-  %w1_at = getelementptr i64, ptr %spec, i64 3
-  %w1 = load i64, ptr %w1_at
   %n0_fits = icmp eq i64 %n0, %w0
   %n1_same = icmp eq i64 %n1, %w1
   %one_axis = icmp eq i64 %axes, 1
@@ -115,9 +133,9 @@ take:
   %data_at = getelementptr i8, ptr %arg, i64 {_DATA}
   %data = load i64, ptr %data_at
   %offset = lshr i64 %data, 3
-  %slot = load i64, ptr %spec
-  %word_at = getelementptr i64, ptr %words, i64 %slot
   store i64 %offset, ptr %word_at
+  br label %taken
+taken:
   %i_next = add i64 %i, 1
   br label %arguments
 
@@ -146,12 +164,12 @@ look:
 walk:
   %table_at = getelementptr i64, ptr %block, i64 9
   %table = load ptr, ptr %table_at
-  %number_at = getelementptr i64, ptr %block, i64 10
-  %number = load i64, ptr %number_at
+  %count_at = getelementptr i64, ptr %block, i64 10
+  %stage_count = load i64, ptr %count_at
   br label %each
 each:
   %j = phi i64 [0, %walk], [%j_next, %onward]
-  %left = icmp slt i64 %j, %number
+  %left = icmp slt i64 %j, %stage_count
   br i1 %left, label %one, label %run
 one:
   %row_start = mul i64 %j, {PER_STAGE}
@@ -249,6 +267,10 @@ def constants() -> tuple[int, int, int]:
     return int(address or 0), id(np.ndarray), id(np.dtype(np.float64))
 
 
+NUMBER = -1, id(float), id(np.float64)
+"""What stands behind the word of a float's block: no axes but types."""
+
+
 @functools.cache
 def new_copy() -> int:
     """Address of PyArray_NewCopy; 0 where NumPy does not show its functions."""
@@ -272,7 +294,12 @@ def available() -> bool:
         return False  # it takes addresses of arrays that nobody has placed
     if sys.implementation.name != "cpython" or object.__basicsize__ != 16 or ctypes.sizeof(ctypes.c_void_p) != 8:
         return False
-    return _arrays_as_expected() and new_copy() != 0 and _address() is not None
+    return _numbers_as_expected() and _arrays_as_expected() and new_copy() != 0 and _address() is not None
+
+
+def _numbers_as_expected() -> bool:
+    numbers: tuple[float, ...] = 1.5, np.float64(-2.5)
+    return all(ctypes.c_double.from_address(id(x) + _VALUE).value == x for x in numbers)
 
 
 def _arrays_as_expected() -> bool:

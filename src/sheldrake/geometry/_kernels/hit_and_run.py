@@ -2,31 +2,57 @@
 
 from __future__ import annotations
 
-from sheldrake.common.kernel import Matrix, Vector, kernel
+from sheldrake.common._kernels.twister import next_gaussians, next_uniform
+from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 
 OUTSIDE, UNBOUNDED = 1, 2
 
 
 @kernel(top=True)
-def walk(A: Matrix, b: Vector, directions: Matrix, fractions: Vector, tol: float, x: Vector) -> int:
-    """Goes along each direction to a fraction of the chord of A x <= b; 0, or why it cannot.
+def walk(
+    A: Matrix,
+    b: Vector,
+    span: Matrix,
+    steps: int,
+    tol: float,
+    key: IntVector,
+    place: IntVector,
+    work: Vector,
+    x: Vector,
+) -> int:
+    """Goes along random directions to random points of the chord of A x <= b; 0, or why it cannot.
 
     Args:
         A: Shape (m, n).
         b: Shape (m,).
-        directions: Shape (steps, n).
-        fractions: In [0, 1), shape (steps,).
+        span: Directions are normal numbers times its columns, shape (n, d).
+        steps: How many.
         tol: By how much x may violate a row.
+        key, place: The generator (`common._kernels.twister`).
+        work: For a direction and the numbers that make it, shape (n + d + 1,).
         x: Where it begins; filled with where it ends, shape (n,).
     """
     m, n = A.shape
-    for step in range(fractions.shape[0]):
+    d = span.shape[1]
+    is_left = False
+    for _ in range(steps):
+        for j in range(d):
+            if is_left:
+                work[n + j] = work[n + d]
+            else:
+                work[n + j], work[n + d] = next_gaussians(key, place)
+            is_left = not is_left
+        for i in range(n):
+            along = 0.0
+            for j in range(d):
+                along += span[i, j] * work[n + j]
+            work[i] = along
         low, high = -1e300, 1e300
         for i in range(m):
             room, slope = b[i], 0.0
             for k in range(n):
                 room -= A[i, k] * x[k]
-                slope += A[i, k] * directions[step, k]
+                slope += A[i, k] * work[k]
             if not room >= -tol:
                 return OUTSIDE
             room = max(room, 0.0)
@@ -36,7 +62,7 @@ def walk(A: Matrix, b: Vector, directions: Matrix, fractions: Vector, tol: float
                 high = min(high, room / slope)
         if low <= -1e300 or high >= 1e300:
             return UNBOUNDED
-        reach = fractions[step] * (high - low) + low
+        reach = next_uniform(key, place) * (high - low) + low
         for k in range(n):
-            x[k] += reach * directions[step, k]
+            x[k] += reach * work[k]
     return 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import dot3, scale3, sub3
+from sheldrake.common._kernels.vec import dot3, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .model import ELLIPSOID, HALF_SPACE, SPHERE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
@@ -36,3 +36,13 @@ def find_distances(geometry_model: GeometryModel, bodies: BodyPoses, reach: floa
         if phi <= reach:
             emit(model, table, i, j, p_WCi, p_WCj, nhat_ji, -phi)
     return table.status
+
+
+@kernel(top=True)
+def see_from_geometries(table: ContactTable) -> None:
+    """Points found are those in the frames of their geometries from now on, p_ACa for p_WCa, p_BCb for p_WCb."""
+    for c in range(table.num_contacts):
+        contact = table[c]
+        A, B = table.poses[contact.geometry_A], table.poses[contact.geometry_B]
+        contact.p_WCa = rotate_back(A.R_WG, sub3(contact.p_WCa, A.p_WG))
+        contact.p_WCb = rotate_back(B.R_WG, sub3(contact.p_WCb, B.p_WG))

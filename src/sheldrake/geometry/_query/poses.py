@@ -20,10 +20,15 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from sheldrake.geometry._frame_pose_vector import FramePoseVector
+    from sheldrake.geometry._query.scene import QueryScene
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.math import RigidTransform
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._port import InputPort
+
+
+_NUMBERS = "numbers of the source"
+"""Where a context keeps what `_numbers_of_source` found, until its ports are connected otherwise."""
 
 
 class Poses:
@@ -184,6 +189,41 @@ class Poses:
         if read is None and not port.HasValue(context):
             return None
         return port.Eval(context)._rows
+
+    def _numbers_of_source(self, scene: QueryScene) -> np.ndarray | None:
+        """X_WB of a scene's bodies, shape (num_bodies, 12), straight from what the only source publishes poses of.
+
+        None if there are several, or the source shows no such thing: then its port is asked.
+        """
+        _, context = self._required()
+        store, reads = context._store, context._reads
+        if store.uncached or store.frozen or store.unsettled:
+            return None
+        known = reads.get(_NUMBERS)
+        if known is None or known[0] is not scene:
+            known = reads[_NUMBERS] = scene, *self._find_numbers(scene)
+        _, view, rows = known
+        return view.X_WB().take(rows, 0) if view is not None and view.S is store.S else None
+
+    def _find_numbers(self, scene: QueryScene) -> tuple[Any, np.ndarray | None]:
+        """Whose `X_WB()` has the poses of a scene's bodies, and their rows; (None, None) if it is nobody's."""
+        sources = self._numbers_of_sources(scene.moving)
+        if len(sources) != 1 or None in sources:
+            return None, None
+        _, context = self._required()
+        port, store = self._port_of(next(iter(sources))), context._store
+        row = store.layout.rows[slot.row] if port.HasValue(context) and (slot := port._slot(context)).row >= 0 else None
+        numbers = getattr(getattr(getattr(row, "calc", None), "function", None), "numbers", None)
+        found = numbers(store.systems[row.node], store.context(row.node)) if row and numbers else None
+        if found is None:
+            return None, None
+        view, frames, rows = found
+        row_of = dict(zip(frames, rows.tolist()))
+        if not set(scene.moving) <= set(row_of):
+            return None, None
+        places = np.zeros(scene.num_bodies, np.int64)  # the world's, and nothing is on other bodies
+        places[scene.bodies] = [row_of[frame] for frame in scene.moving]
+        return view, places
 
     def _port_of(self, source_id: SourceId) -> InputPort:
         """The port on which a source publishes its poses."""

@@ -28,12 +28,11 @@ from sheldrake.geometry._kernels.model import (
     Found,
     Geometry,
     GeometryModel,
-    PlacedGeometry,
     PoseInBody,
     Size,
     contact_table,
 )
-from sheldrake.geometry._kernels.pair_distance import find_distances
+from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
 from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._query.images import Images
@@ -45,7 +44,6 @@ from sheldrake.geometry._query.results import (
     SignedDistanceToPoint,
 )
 from sheldrake.geometry._query.scene import (
-    FoundDistances,
     FoundPoints,
     QueryScene,
     explain_contact_status,
@@ -63,9 +61,8 @@ if TYPE_CHECKING:
     from sheldrake.geometry._bounding import Obb
 
 _P_WCA, _P_WCB = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns
-_P_WC = slice(_P_WCA.start, _P_WCB.stop)
 _NHAT, _DEPTH = ContactPoint.nhat_BA_W.columns, operator.index(ContactPoint.depth)
-_R_WG, _P_WG = PlacedGeometry.R_WG.columns, PlacedGeometry.p_WG.columns
+_KIND = operator.index(Geometry.kind)
 
 
 class QueryObject(Images):
@@ -96,7 +93,10 @@ class QueryObject(Images):
         return X_WB if dual else X_WB.astype(float)
 
     def _plain_body_poses(self, scene: QueryScene) -> np.ndarray:
-        """The same of floats; kept until the source publishes others."""
+        """The same of floats; where they are not a plant's, kept until the source publishes others."""
+        own = self._numbers_of_source(scene)
+        if own is not None:
+            return own
         rows, last = self._published(scene.memo), self._last_poses
         published = None if rows is None else rows[1]
         if published is not None and last is not None and last[0] is scene and last[1] is published:
@@ -123,12 +123,11 @@ class QueryObject(Images):
 
     @staticmethod
     def _point_pairs(points: FoundPoints, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
-        found = []
-        for (a, b, _, _), row in zip(points.pair, points.point):
-            p_WCa, p_WCb = row[_P_WCA].copy(), row[_P_WCB].copy()
-            nhat, depth = row[_NHAT].copy(), plain(row[_DEPTH])
-            found.append(PenetrationAsPointPair._of(ids[a], ids[b], p_WCa, p_WCb, nhat, depth))
-        return found
+        rows = points.point
+        return [
+            PenetrationAsPointPair._of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], row[_NHAT], plain(depth))
+            for (a, b, _, _), row, depth in zip(points.pair.tolist(), rows, rows[:, _DEPTH].tolist())
+        ]
 
     def HasCollisions(self) -> bool:
         """True if any two geometries that may touch overlap."""
@@ -165,25 +164,13 @@ class QueryObject(Images):
     # ---- distances
 
     @staticmethod
-    def _distances(model: GeometryModel, X_WB: np.ndarray, reach: float) -> FoundDistances:
-        """Distances at poses of duals."""
+    def _distances(model: GeometryModel, X_WB: np.ndarray, reach: float) -> FoundPoints:
+        """Distances at poses of duals, points in the frames of their geometries."""
         table = _table(model, X_WB.dtype)
         if find_distances(model, BodyPoses(X_WB), float(reach), table):
             raise explain_contact_status(model, table)
-        n = int(table.count[Found.num_contacts])
-        return FoundDistances(table.pair[:n], table.point[:n], table.X_WG)
-
-    @staticmethod
-    def _pairs(table: FoundDistances, ids: list[GeometryId]) -> list[SignedDistancePair]:
-        """All pairs of a table, in its order."""
-        pair, point = table.pair[:, :2], table.point
-        X_WG = table.X_WG.take(pair, 0)
-        p_GC = _in_frames(X_WG, point[:, _P_WC].reshape(-1, 2, 3))
-        distances, nhat = (-point[:, _DEPTH]).tolist(), point[:, _NHAT].copy()
-        return [
-            SignedDistancePair._of(ids[a], ids[b], p_ACa, p_BCb, distance, nhat_BA_W)
-            for (a, b), (p_ACa, p_BCb), distance, nhat_BA_W in zip(pair.tolist(), p_GC, distances, nhat)
-        ]
+        see_from_geometries(table)
+        return FoundPoints.of(table)
 
     def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
         """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
@@ -196,10 +183,14 @@ class QueryObject(Images):
             table = self._distances(scene.model, X_WB, max_distance)
         else:
             table = scene.find_distances(X_WB, max_distance)
-        if len(table.pair) > 1:
-            order = np.lexsort((table.pair[:, 1], table.pair[:, 0]))
-            table = FoundDistances(table.pair[order], table.point[order], table.X_WG)
-        return self._pairs(table, scene.ids)
+        ids, rows = scene.ids, table.point
+        found = [
+            SignedDistancePair._of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], -distance, row[_NHAT])
+            for (a, b, _, _), row, distance in zip(table.pair.tolist(), rows, rows[:, _DEPTH].tolist())
+        ]
+        if len(found) > 1:
+            found = [found[k] for k in np.lexsort((table.pair[:, 1], table.pair[:, 0])).tolist()]
+        return found
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
@@ -209,10 +200,10 @@ class QueryObject(Images):
         Raises:
             RuntimeError: one of them is unknown, has no proximity role, or both are half spaces.
         """
-        model, ids, X_WB = self._placed()
-        row_of, rows = self._scene().row_of, []
+        scene = self._scene()
+        model, X_WB, rows = scene.model, self._body_poses(scene), []
         for geometry_id in (geometry_id_A, geometry_id_B):
-            row = row_of.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
+            row = scene.row_of.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
             if row is None:
                 number = number_of(geometry_id, GeometryId)
                 raise RuntimeError(
@@ -220,17 +211,17 @@ class QueryObject(Images):
                     "used in a signed distance query"
                 )
             rows.append(row)
-        if all(model.geometry[row, Geometry.kind] == HALF_SPACE for row in rows):
+        if all(model.geometry.item(row, _KIND) == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
         if X_WB.dtype == object:
             table = self._distances(model._replace(pair=np.array([rows], np.int64)), X_WB, math.inf)
         else:
-            table = self._scene().find_distance(rows[0], rows[1], X_WB)
-        (found,) = self._pairs(table, ids)
-        if found.id_A != geometry_id_A:
-            found.id_A, found.id_B, found.p_ACa, found.p_BCb = found.id_B, found.id_A, found.p_BCb, found.p_ACa
-            found.nhat_BA_W = -found.nhat_BA_W
-        return found
+            table = scene.find_distance(rows[0], rows[1], X_WB)
+        row = table.point[0]
+        p_ACa, p_BCb, nhat_BA_W = row[_P_WCA], row[_P_WCB], row[_NHAT]
+        if rows[0] > rows[1]:  # the table's A comes first in the model
+            p_ACa, p_BCb, nhat_BA_W = p_BCb, p_ACa, -nhat_BA_W
+        return SignedDistancePair._of(geometry_id_A, geometry_id_B, p_ACa, p_BCb, -row.item(_DEPTH), nhat_BA_W)
 
     @checked
     def ComputeSignedDistanceToPoint(self, p_WQ: ArrayLike, threshold: float = math.inf) -> list[SignedDistanceToPoint]:
@@ -246,21 +237,16 @@ class QueryObject(Images):
             table: Any = self._distances(with_point(scene.model, scene.num_bodies), X_WB, threshold)
         else:
             table = scene.find_distances_to(p_WQ, X_WB, threshold)
-        found, geometries = [], self._state.geometries
-        points, X_WGs = table.point, table.X_WG.take(table.pair[:, 0], 0)
-        p_GNs, distances, grads_W = (
-            _in_frames(X_WGs, points[:, _P_WCA]),
-            (-points[:, _DEPTH]).tolist(),
-            -points[:, _NHAT],
-        )
-        for g, X_WG, p_GN, distance, grad_W in zip(table.pair[:, 0].tolist(), X_WGs, p_GNs, distances, grads_W):
-            shape = geometries[ids[g]].shape
-            if isinstance(shape, Mesh):
+        found = []
+        for (g, _, _, _), row in zip(table.pair.tolist(), table.point):
+            p_GN, distance, grad_W = row[_P_WCA], -row.item(_DEPTH), -row[_NHAT]
+            if g in scene.meshes:
                 from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
 
-                surface = _surface_of(shape, "ComputeSignedDistanceToPoint()")
-                distance, p_GN, gradient = point_to_triangles(_in_frames(X_WG, p_WQ), *surface)
-                grad_W = X_WG[_R_WG].reshape(3, 3) @ gradient
+                surface = _surface_of(scene.meshes[g], "ComputeSignedDistanceToPoint()")
+                X_WG = self.GetPoseInWorld(ids[g])
+                distance, p_GN, gradient = point_to_triangles(X_WG.inverse() @ p_WQ, *surface)
+                grad_W = X_WG.rotation().matrix() @ gradient
             if distance <= threshold:
                 found.append(SignedDistanceToPoint._of(ids[g], p_GN, distance, grad_W))
         return found
@@ -393,12 +379,6 @@ def _table(model: GeometryModel, dtype: type | np.dtype) -> ContactTable:
     """A table with room for one row a pair; of duals where poses are."""
     table = contact_table(model, capacity=max(1, model.pair.shape[0]))
     return ContactTable(*(like(a, dtype) for a in table))
-
-
-def _in_frames(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
-    """p_GQ of points given in W, shape (..., 3); X_WG are rows of ContactTable.X_WG."""
-    R_WG = X_WG[..., _R_WG].reshape(*X_WG.shape[:-1], 3, 3)
-    return ((p_WQ - X_WG[..., _P_WG])[..., None, :] @ R_WG)[..., 0, :]
 
 
 def _surface_for_rays(shape: Shape) -> Surface | None:

@@ -24,10 +24,11 @@ from sheldrake.geometry._kernels.model import (
     Size,
     contact_table,
 )
-from sheldrake.geometry._kernels.pair_distance import find_distances
+from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
 from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
+from sheldrake.geometry._shapes import Mesh
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.geometry._state.state import GeometryState
 
@@ -55,14 +56,6 @@ class FoundPoints(NamedTuple):
         return cls(table.pair[:n].copy(), table.point[:n].copy())
 
 
-class FoundDistances(NamedTuple):
-    """Pairs and where they are nearest as a table has them, no row more than there are, and poses of all geometry."""
-
-    pair: np.ndarray
-    point: np.ndarray
-    X_WG: np.ndarray
-
-
 class QueryScene:
     """The proximity geometry of a state as arrays; every frame is a body of its own, the first is the world.
 
@@ -72,6 +65,7 @@ class QueryScene:
         moving: The frames but the world that have geometry.
         bodies: Their bodies.
         row_of: The row of each geometry.
+        meshes: The shapes of the rows that are meshes, not hulls of such.
         at_home: Poses of bodies that are where the world is.
         memo: For `QueryObject._world_matrices()` of `moving`.
     """
@@ -85,6 +79,8 @@ class QueryScene:
         self.moving = [frames[body] for body in self.bodies]
         self._rows_of_bodies = _slice_or_array(self.bodies)
         self.row_of = {geometry_id: row for row, geometry_id in enumerate(ids)}
+        shapes = {row: state.geometries[geometry_id].shape for row, geometry_id in enumerate(ids)}
+        self.meshes = {row: shape for row, shape in shapes.items() if isinstance(shape, Mesh)}
         self.at_home = world_poses(len(frames), float)
         self.memo: dict = {}
         self._idle: list[_Search] = []
@@ -139,22 +135,25 @@ class QueryScene:
         finally:
             idle.append(search)
 
-    def find_distances(self, X_WB: np.ndarray, reach: float) -> FoundDistances:
-        """All pairs no farther apart than `reach` [m] at poses that are numbers, shape (num_bodies, 12)."""
+    def find_distances(self, X_WB: np.ndarray, reach: float) -> FoundPoints:
+        """All pairs no farther apart than `reach` [m] at poses that are numbers, shape (num_bodies, 12).
+
+        Here and below points are seen in the frames of their geometries.
+        """
         return self._distances("pairs", lambda: self.model, X_WB, reach)
 
-    def find_distance(self, a: int, b: int, X_WB: np.ndarray) -> FoundDistances:
+    def find_distance(self, a: int, b: int, X_WB: np.ndarray) -> FoundPoints:
         """One pair of rows of the model, whether or not they may touch."""
         make = lambda: self.model._replace(pair=np.zeros((1, 2), np.int64))  # noqa: E731
         return self._distances("pair", make, X_WB, np.inf, (a, b))
 
-    def find_distances_to(self, p_WQ: np.ndarray, X_WB: np.ndarray, reach: float) -> FoundDistances:
+    def find_distances_to(self, p_WQ: np.ndarray, X_WB: np.ndarray, reach: float) -> FoundPoints:
         """All geometry no farther away from a point than `reach` [m]."""
         return self._distances("point", lambda: with_point(self.model, self.num_bodies), X_WB, reach, p_WQ=p_WQ)
 
     def _distances(
         self, kind: str, make: Any, X_WB: np.ndarray, reach: float, pair: Any = None, p_WQ: np.ndarray | None = None
-    ) -> FoundDistances:
+    ) -> FoundPoints:
         idle = self._idle_distances[kind]
         try:
             search = idle.pop()
@@ -221,8 +220,9 @@ class _Distances:
         self._X_WB, self._p_WQ = X_WB[:-1], X_WB[-1, BodyPose.p_WB.columns]
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))
         self._run = find_distances.bind(model, BodyPoses(X_WB), np.inf, self._table)
+        self._see = see_from_geometries.bind(self._table)
 
-    def find(self, X_WB: np.ndarray, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundDistances:
+    def find(self, X_WB: np.ndarray, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundPoints:
         self._X_WB[:] = X_WB
         if p_WQ is not None:
             self._p_WQ[:] = p_WQ
@@ -232,8 +232,8 @@ class _Distances:
         table = self._table
         if self._run():
             raise explain_contact_status(self._model, table)
-        n = table.count.item(_NUM_CONTACTS)
-        return FoundDistances(table.pair[:n].copy(), table.point[:n].copy(), table.X_WG.copy())
+        self._see()
+        return FoundPoints.of(table)
 
 
 def with_point(model: GeometryModel, num_bodies: int) -> GeometryModel:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -10,10 +9,9 @@ import numpy as np
 
 from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.common._checked import checked
-from sheldrake.common._distributions import gaussian_pairs, sample_uniform
+from sheldrake.common._kernels.twister import SIZE
 from sheldrake.common._kinds import count, instance_of
-from sheldrake.common._overloads import dispatch, overload
-from sheldrake.common.kernel import Bound
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._kernels.hit_and_run import OUTSIDE, UNBOUNDED, walk
 from sheldrake.geometry._shapes import Box, HalfSpace
 from sheldrake.geometry.optimization import _face_translation
@@ -288,39 +286,35 @@ class HPolyhedron(ConvexSet):
         Raises:
             ValueError: the previous sample is outside or of another size, or a chord has no end.
         """  # fmt: skip
-        more = {"mixing_steps": (count, 10), "subspace": (_matrix_or_none, None), "tol": (_arrays.number, 1e-8)}
-        ways = [
-            overload(HPolyhedron._walk, generator=_generator, previous_sample=vector, **more),
-            overload(
-                lambda self, generator, *rest: self._walk(generator, self.ChebyshevCenter(), *rest),
-                generator=_generator,
-                **more,
-            ),
-        ]
-        return dispatch("UniformSample", ways, self, args, kwargs)
+        return dispatch("UniformSample", _SAMPLE, self, args, kwargs)
+
+    def _walk_from_center(self, generator: RandomGenerator, *rest: Any) -> np.ndarray:
+        return self._walk(generator, self.ChebyshevCenter(), *rest)
 
     def _walk(
         self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: np.ndarray | None, tol: float
     ) -> np.ndarray:
-        n, span = self._dimension, np.eye(self._dimension) if subspace is None else subspace
-        if start.shape != (n,) or len(span) != n:
+        n = self._dimension
+        rows, d = (n, n) if subspace is None else subspace.shape
+        if start.shape != (n,) or rows != n:
             raise ValueError(
-                f"UniformSample(): the sample before has {start.size} entries, directions {len(span)}; expected {n}."
+                f"UniformSample(): the sample before has {start.size} entries, directions {rows}; expected {n}."
             )
-        normals = gaussian_pairs(generator)
-        call, A, b, directions, fractions, x = _walks.of(self._b.size, n, steps)
-        for k in range(steps):
-            direction = np.fromiter(itertools.islice(normals, span.shape[1]), float)
-            directions[k] = direction if subspace is None else span @ direction
-            fractions[k] = sample_uniform(generator, 0.0, 1.0)
-        A[...], b[...], x[...] = self._A, self._b, start
+        walked = _walks.of(self._b.size, n, d, int(subspace is not None))
+        if walked.polyhedron is not self:
+            walked.A[:], walked.b[:], walked.polyhedron = self._A, self._b, self
+        if subspace is not None:
+            walked.span[:] = subspace
+        call = walked.call
+        walked.x[:] = start
+        call.set("steps", steps)
         call.set("tol", tol)
-        outcome = call()
+        outcome = generator._draw(walked.key, walked.place, call)
         if outcome == OUTSIDE:
             raise ValueError("The Hit and Run algorithm failed to find a feasible point in the set.")
         if outcome == UNBOUNDED:
             raise ValueError("UniformSample(): the HPolyhedron is unbounded in a direction of the walk.")
-        return x.copy()
+        return walked.x.copy()
 
     # As a convex set
 
@@ -351,13 +345,19 @@ class HPolyhedron(ConvexSet):
         return VPolytope(self).ToShapeWithPose()
 
 
-def _bound(m: int, n: int, steps: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A bound walk, and its A, b, directions, fractions and x."""
-    A, b, directions, fractions, x = np.zeros((m, n)), np.zeros(m), np.zeros((steps, n)), np.zeros(steps), np.zeros(n)
-    return walk.bind(A, b, directions, fractions, 0.0, x), A, b, directions, fractions, x
+class _Walked:
+    """A bound walk through polyhedra of one size, in all directions unless in a subspace's, and its arrays."""
+
+    def __init__(self, m: int, n: int, d: int, in_subspace: int):
+        self.polyhedron: HPolyhedron | None = None  # whose A and b are here
+        self.A, self.b, self.x = np.zeros((m, n)), np.zeros(m), np.zeros(n)
+        self.key, self.place = np.zeros(SIZE, np.int64), np.zeros(2, np.int64)
+        self.span = np.zeros((n, d)) if in_subspace else np.eye(n)
+        work = np.zeros(n + d + 1)
+        self.call = walk.bind(self.A, self.b, self.span, 0, 0.0, self.key, self.place, work, self.x)
 
 
-_walks = BoundCalls(_bound)
+_walks = BoundCalls(_Walked)
 
 
 def _generator(value: object) -> Any:
@@ -369,6 +369,19 @@ def _generator(value: object) -> Any:
 
 def _matrix_or_none(value: ArrayLike | None) -> np.ndarray | None:
     return None if value is None else _arrays.float_matrix(value)
+
+
+_WALK: dict[str, Any] = {
+    "mixing_steps": (count, 10),
+    "subspace": (_matrix_or_none, None),
+    "tol": (_arrays.number, 1e-8),
+}
+_SAMPLE = Ways(
+    [
+        overload(HPolyhedron._walk, generator=_generator, previous_sample=vector, **_WALK),
+        overload(HPolyhedron._walk_from_center, generator=_generator, **_WALK),
+    ]
+)
 
 
 def _rows_of(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:

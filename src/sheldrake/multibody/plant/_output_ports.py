@@ -34,6 +34,7 @@ from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.systems.framework import BusValue, Context, LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.multibody.plant._context.view import View
     from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
     from sheldrake.systems.framework._index import ContinuousStateIndex, DiscreteStateIndex
     from sheldrake.systems.framework._vector import BasicVector
@@ -249,15 +250,24 @@ class OutputPorts:
             return
         X_WB = self._contexts.view(context).X_WB()
         if X_WB.dtype == float:
-            if self._frames is None:
-                frames = {frame: row for frame, row in self._models.rows_of_frames().items() if row}
-                self._frames = tuple(frames), np.array(list(frames.values()), dtype=np.int64)
-            ids, rows = self._frames
+            ids, rows = self._numbered_frames()
             poses._set_rows(ids, X_WB.take(rows, 0))
             return
         for frame, row in self._models.rows_of_frames().items():
             if row:
                 poses.set_value(frame, self._contexts.transform(context, X_WB[row]))
+
+    def _numbered_frames(self) -> tuple[tuple[FrameId, ...], np.ndarray]:
+        """The moving frames of the SceneGraph, and the rows of their bodies."""
+        if self._frames is None:
+            frames = {frame: row for frame, row in self._models.rows_of_frames().items() if row}
+            self._frames = tuple(frames), np.array(list(frames.values()), dtype=np.int64)
+        return self._frames
+
+    def numbers_of_frames(self, context: Context) -> tuple[View, tuple[FrameId, ...], np.ndarray] | None:
+        """Whose `X_WB()` the poses of the SceneGraph's frames are, these frames, and their rows; None of duals."""
+        view = self._contexts.view(context)
+        return (view, *self._numbered_frames()) if view.T is float else None
 
     def body_poses(self, context: Context) -> list[RigidTransform]:
         """X_WB by body."""
@@ -313,6 +323,13 @@ def _new_contact_results(plant: MultibodyPlant) -> AbstractValue:
 
 def _calc_geometry_pose(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
     plant._parts.output_ports.fill_geometry_poses(context, value.get_mutable_value())
+
+
+def _numbers_of_frames(plant: MultibodyPlant, context: Context) -> Any:
+    return plant._parts.output_ports.numbers_of_frames(context)
+
+
+_calc_geometry_pose.numbers = _numbers_of_frames  # type: ignore[attr-defined]  # for who wants no FramePoseVector
 
 
 def _calc_body_poses(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:

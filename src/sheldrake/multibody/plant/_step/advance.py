@@ -174,13 +174,13 @@ class Advance:
         return work, rehearsal.run()
 
     def _new_rehearsal(self, context: Context, prototype: StepWork, models: dict[str, Any]) -> Rehearsal:
-        view, work = self._contexts.view(context), self._contexts.view(context).copy_of(prototype)
+        view = self._contexts.view(context)
+        work, originals = in_one_piece(view.copy_of(prototype))
         u = tuple(view.zeros(context._system.get_input_port(i).size()) for i in range(context.num_input_ports()))
         values = dict(work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=view.zeros(len(view.x)))
         chain = Chain(self.equations.stages(models))
         run = chain.bind(**values) if view.native else partial(chain, **values)
-        pairs = [(mine, its) for mine, its in zip(_arrays_of(work), _arrays_of(prototype)) if mine.size]
-        return Rehearsal(prototype, models, work, pairs, u, run)
+        return Rehearsal(prototype, models, work, originals, u, run)
 
 
 class Rehearsal(NamedTuple):
@@ -189,8 +189,8 @@ class Rehearsal(NamedTuple):
     prototype: StepWork
     models: dict[str, Any]
     work: StepWork
-    pairs: list[tuple[np.ndarray, np.ndarray]]
-    """Each array of the scratch and its prototype."""
+    originals: list[tuple[np.ndarray, np.ndarray]]
+    """The memory of the scratch, and what the prototype says there."""
     u: tuple[np.ndarray, ...]
     """Values of the input ports, to be filled in before it runs."""
     run: Callable[[], int]
@@ -201,9 +201,26 @@ class Rehearsal(NamedTuple):
 
     def afresh(self) -> StepWork:
         """The scratch, as the prototype is."""
-        for array, original in self.pairs:
+        for array, original in self.originals:
             array[...] = original
         return self.work
+
+
+def in_one_piece(table: Any) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
+    """A table of arrays, or of tables, with all its numbers of a kind in one array: these, and copies of them."""
+    arrays = _arrays_of(table)
+    kinds = {array.dtype for array in arrays}
+    whole = {kind: np.concatenate([a.ravel() for a in arrays if a.dtype == kind]) for kind in kinds}
+    taken = dict.fromkeys(kinds, 0)
+
+    def moved(part: Any) -> Any:
+        if not isinstance(part, np.ndarray):
+            return type(part)(*map(moved, part))
+        begin = taken[part.dtype]
+        taken[part.dtype] = end = begin + part.size
+        return whole[part.dtype][begin:end].reshape(part.shape)
+
+    return moved(table), [(numbers, numbers.copy()) for numbers in whole.values()]
 
 
 def _arrays_of(table: Any) -> list[np.ndarray]:

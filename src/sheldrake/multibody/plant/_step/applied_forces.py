@@ -15,7 +15,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
-from sheldrake.multibody.plant._step.input_ports import InputPorts
+from sheldrake.multibody.plant._step.input_ports import InputPorts, has_value
 from sheldrake.multibody.tree._kernels.model import BodyPose
 from sheldrake.systems.framework import Context, InputPort, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage
@@ -104,8 +104,8 @@ class AppliedForces:
 
     def _given(self, context: Context) -> Sequence[ExternallyAppliedSpatialForce]:
         """What the applied_spatial_force port says; nothing where it has no value."""
-        port = context._system._input_port(self._inputs.spatial_force)
-        return port.Eval(context) if port.HasValue(context) else ()
+        i = self._inputs.spatial_force
+        return context._system._input_port(i).Eval(context) if has_value(context, i) else ()
 
     def on_bodies(self, context: Context, X_WB: np.ndarray) -> np.ndarray | None:
         """Forces of the applied_spatial_force port at the body origins by row, None without any.

@@ -13,7 +13,7 @@ from sheldrake.geometry._kernels.model import ContactPoint, contact_table
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.hydroelastic import infos_of
-from sheldrake.multibody.plant._contact.results import ContactResults, PointPairContactInfo
+from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.derivatives import (
@@ -115,20 +115,26 @@ class ContinuousDynamics:
         self, view: View, work: DerivativeWork, geometry: CompiledGeometry, results: ContactResults
     ) -> None:
         """Puts the contacts into results."""
-        results._point_pairs = self._points(work, geometry.ids)
+        forces = work.flow.contact[: int(work.table.num_contacts)]
+        felt = (forces[:, _FORCE] != 0.0).any(axis=1).nonzero()[0]  # others separate faster than their springs push
+        forces, points = forces[felt], work.table.point[felt]  # copies, which outlive the scratch
+        bodies = view.frozen.body_indices
+        arrays = PointContactArrays(work.table.pair[felt], geometry.ids, bodies, forces[:, _FORCE], forces[:, _WHERE])
+        results._set_points(arrays, lambda: _infos(arrays, forces, points))
         results._hydroelastic = infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, view.T)
 
-    def _points(self, work: DerivativeWork, ids: list[Any]) -> list[PointPairContactInfo]:
-        row_bodies, infos = self._elements.model("MultibodyPlant").row_bodies, []
-        for c in range(int(work.table.num_contacts)):
-            A, B, body_A, body_B = work.table.pair[c]
-            point, force = work.table.point[c].copy(), work.flow.contacts[c]  # results outlive the scratch
-            if all(x == 0.0 for x in force.f_BC_W):  # it separates faster than its spring pushes
-                continue
-            p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
-            nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
-            pair = point_pair(ids[A], ids[B], p_WCa, p_WCb, nhat, depth)
-            bodies = (row_bodies[body_A].index(), row_bodies[body_B].index())
-            f, p = np.array(force.f_BC_W), np.array(force.p_WC)
-            infos.append(PointPairContactInfo(*bodies, f, p, force.separation, force.slip, pair))
-        return infos
+
+_FORCE, _WHERE = ContactForce.f_BC_W.columns, ContactForce.p_WC.columns
+
+
+def _infos(arrays: PointContactArrays, forces: np.ndarray, points: np.ndarray) -> list[PointPairContactInfo]:
+    """Point contacts as objects."""
+    infos = []
+    for (A, B, body_A, body_B), force, point in zip(arrays.pair.tolist(), forces, points):
+        p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
+        nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
+        pair = point_pair(arrays.geometries[A], arrays.geometries[B], p_WCa, p_WCb, nhat, depth)
+        speeds = force[ContactForce.separation], force[ContactForce.slip]
+        bodies = arrays.bodies[body_A], arrays.bodies[body_B]
+        infos.append(PointPairContactInfo(*bodies, force[_FORCE], force[_WHERE], *speeds, pair))
+    return infos

@@ -117,6 +117,15 @@ def read_inputs(context: Context, vectors: Sequence[np.ndarray]) -> None:
             values[:] = 0.0 if values.dtype == float else context._system._scalar(0.0)
 
 
+def has_value(context: Context, i: int) -> bool:
+    """Whether input port i is connected or fixed; without an object for the port, which costs more than the look."""
+    store = context._store
+    if store.unsettled:
+        return context._system.get_input_port(i).HasValue(context)
+    slot = store.layout.input_slot(context._node, i)
+    return slot.free < 0 or bool(store.i[store.layout.fixed0 + slot.free])
+
+
 def sees_geometry(context: Context) -> bool:
     """Whether the geometry_query port is connected."""
-    return context._system.get_input_port(GEOMETRY_QUERY).HasValue(context)
+    return has_value(context, GEOMETRY_QUERY)

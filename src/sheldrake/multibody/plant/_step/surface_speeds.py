@@ -14,7 +14,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
-from sheldrake.multibody.plant._step.input_ports import InputPorts
+from sheldrake.multibody.plant._step.input_ports import InputPorts, has_value
 from sheldrake.systems.framework import BusValue, Context, LeafSystem, State
 
 
@@ -52,10 +52,10 @@ class SurfaceSpeeds:
         Raises:
             RuntimeError: what it says is no finite number.
         """
-        port = context._system._input_port(self._inputs.surface_speeds)
-        if not self._names or not port.HasValue(context):
+        i = self._inputs.surface_speeds
+        if not self._names or not has_value(context, i):
             return np.zeros(len(self._names))
-        bus = port.Eval(context)
+        bus = context._system._input_port(i).Eval(context)
         return np.array([_speed(bus, name) for name in self._names])
 
     def displacements(self, context: Context) -> BusValue:

@@ -23,7 +23,7 @@ class ContextBase:
     _place: Any
     _kept: Any = None
     """What the system keeps for this context, made of its memory; forgotten when the memory moves."""
-    _reads: dict[int, Any]
+    _reads: dict[Any, Any]
     """Functions that read vector ports, by number; output ports count down from -1. Forgotten when the memory moves."""
     _discrete: DiscreteValues | None = None
     """The discrete state, once it was asked for; forgotten when the memory moves."""

@@ -1,0 +1,1 @@
+"""Value types and scalar-generic maths that every kernel builds on."""
