@@ -2,7 +2,8 @@
 
     python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
 
-Families: values, contexts, plant, python, present, questions, programs, sets, setting_up.
+Families: values, contexts, plant, python, present, questions, programs, symbols, solving,
+sets, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
 `--slower` prints those lines only in which Drake is faster. What Drake keeps in its cache costs it a look in lines that
@@ -593,6 +594,181 @@ def programs(lib: Any) -> Calls:
         "A @ x": lambda: A @ x,
         "x.T @ Q @ x": lambda: x @ np.eye(10) @ x,
         "DecomposeLinearExpressions": lambda: lib.DecomposeAffineExpressions([x[0] + 2 * x[1]], x[:2]),
+    }
+
+
+def cart_pole(lib: Any, x: Any) -> np.ndarray:
+    """Time derivatives of a cart-pole without friction, in the plainest words."""
+    sin, cos = (getattr(lib, "sin", np.sin), getattr(lib, "cos", np.cos))
+    s, c = sin(x[1]), cos(x[1])
+    across = (x[4] + s * (0.5 * x[3] ** 2 + 9.81 * c)) / (10.0 + s**2)
+    about = (-x[4] * c - 0.5 * x[3] ** 2 * c * s - 11.0 * 9.81 * s) / (0.5 * (10.0 + s**2))
+    return np.array([x[2], x[3], across, about])
+
+
+def acrobot(lib: Any, x: Any) -> np.ndarray:
+    """M vdot + C of an acrobot, as manipulator equations are written."""
+    sin, cos = (getattr(lib, "sin", np.sin), getattr(lib, "cos", np.cos))
+    c2, s2 = cos(x[1]), sin(x[1])
+    M = np.array([[1.33 + 0.33 + 2.0 * 0.5 * c2, 0.33 + 0.5 * c2], [0.33 + 0.5 * c2, 0.33 + 0.0 * c2]])
+    C = np.array([[-2.0 * 0.5 * s2 * x[3], -0.5 * s2 * x[3]], [0.5 * s2 * x[2], 0.0 * s2]])
+    tau = np.array([-9.81 * (1.5 * sin(x[0]) + 0.5 * sin(x[0] + x[1])), -9.81 * 0.5 * sin(x[0] + x[1])])
+    return M @ x[4:6] + C @ x[2:4] - tau
+
+
+@family
+def symbols(lib: Any) -> Calls:
+    """Expressions as users write them: dynamics, quadratic forms, polynomials, and what is asked of them."""
+    x = lib.MakeVectorVariable(6, "x")
+    z = lib.MakeVectorVariable(20, "z")
+    a, b, c = lib.MakeVectorVariable(3, "a")
+    rng = np.random.default_rng(0)
+    A, Q = rng.normal(size=(10, 20)), np.eye(20) + 0.1 * np.ones((20, 20))
+    f, g, form = cart_pole(lib, x), acrobot(lib, x), z @ Q @ z
+    point, at = dict(zip(x, np.linspace(0.1, 0.6, 6))), dict(zip(z, np.linspace(0.0, 1.0, 20)))
+    cubic = (a + 2.0 * b - c) ** 3 + a * b * (a - c) ** 2 - 3.0 * a
+    sextic = (a * b + c**2 - 0.5 * a) ** 3
+    p, q = lib.Polynomial(cubic), lib.Polynomial(a**2 + b * c - 1.0)
+    affine = np.array([0.5 * z[i] - 2.0 * z[i + 1] + z[i + 2] - 1.0 for i in range(10)])
+    parametric = lib.Polynomial(z[0] * a**2 + (z[1] - 2.0 * z[2]) * a * b + z[3], lib.Variables([a, b]))
+    points = np.array([np.linspace(0.0, 1.0, 50), np.linspace(1.0, 2.0, 50)])
+    angles = {x[0]: x[0] + 0.1 * x[2], x[1]: x[1] + 0.1 * x[3]}
+    return {
+        "MakeVectorVariable(10)": lambda: lib.MakeVectorVariable(10, "y"),
+        "dynamics of a cart-pole": lambda: cart_pole(lib, x),
+        "dynamics of an acrobot": lambda: acrobot(lib, x),
+        "A @ z, 10 x 20": lambda: A @ z,
+        "z.dot(z), 20": lambda: z.dot(z),
+        "z.dot(Q @ z), 20": lambda: z.dot(Q @ z),
+        "A @ z <= b, elementwise": lambda: lib.le(A @ z, np.ones(10)),
+        "2 * z + 1": lambda: 2.0 * z + 1.0,
+        "polynomial of degree 6, written": lambda: (a * b + c**2 - 0.5 * a) ** 3,
+        "pendulum: Evaluate": lambda: f[3].Evaluate(point),
+        "acrobot: Evaluate of an array": lambda: lib.Evaluate(g, point),
+        "quadratic form of 20: Evaluate": lambda: form.Evaluate(at),
+        "cart-pole: Differentiate": lambda: f[3].Differentiate(x[1]),
+        "cart-pole: Jacobian": lambda: lib.Jacobian(f, x[:5]),
+        "acrobot: Jacobian": lambda: lib.Jacobian(g, x),
+        "quadratic form of 20: Jacobian": lambda: form.Jacobian(z),
+        "cubic: Jacobian": lambda: cubic.Jacobian([a, b, c]),
+        "cart-pole: Substitute a number": lambda: f[3].Substitute({x[1]: 0.3}),
+        "cart-pole: Substitute expressions": lambda: f[3].Substitute(angles),
+        "acrobot: Substitute in an array": lambda: lib.Substitute(g, angles),
+        "quadratic form of 20: Substitute": lambda: form.Substitute({z[0]: z[1] + 1.0}),
+        "cubic: Substitute": lambda: cubic.Substitute({a: b + c}),
+        "cart-pole: EvaluatePartial": lambda: f[3].EvaluatePartial({x[1]: 0.3}),
+        "cubic: Expand": cubic.Expand,
+        "degree 6: Expand": sextic.Expand,
+        "quadratic form of 20: Expand": form.Expand,
+        "Polynomial(cubic)": lambda: lib.Polynomial(cubic),
+        "Polynomial(degree 6)": lambda: lib.Polynomial(sextic),
+        "Polynomial(quadratic form of 20)": lambda: lib.Polynomial(form),
+        "p + q": lambda: p + q,
+        "p * q": lambda: p * q,
+        "p.Jacobian": lambda: p.Jacobian([a, b, c]),
+        "p.ToExpression": p.ToExpression,
+        "p.Evaluate": lambda: p.Evaluate({a: 1.0, b: 2.0, c: 3.0}),
+        "EvaluateWithAffineCoefficients": lambda: parametric.EvaluateWithAffineCoefficients([a, b], points),
+        "DecomposeAffineExpressions, 10": lambda: lib.DecomposeAffineExpressions(affine, z),
+        "DecomposeLinearExpressions, 10 x 20": lambda: lib.DecomposeLinearExpressions(A @ z, z),
+        "ExtractVariablesFromExpression": lambda: lib.ExtractVariablesFromExpression(f[3]),
+        "GetVariables of a form of 20": form.GetVariables,
+        "MonomialBasis(3, 4)": lambda: lib.MonomialBasis([a, b, c], 4),
+        "str of a cart-pole": lambda: str(f[3]),
+        "EqualTo": lambda: f[3].EqualTo(f[2]),
+    }
+
+
+@family
+def solving(lib: Any) -> Calls:
+    """Small programs that are solved again and again, and what is read from their results."""
+    rng = np.random.default_rng(2)
+
+    def linear() -> Any:
+        prog = lib.MathematicalProgram()
+        x = prog.NewContinuousVariables(2, "x")
+        prog.AddLinearConstraint(np.array([[1.0, 1.0], [1.0, -1.0]]), np.full(2, -np.inf), np.array([1.0, 0.5]), x)
+        prog.AddBoundingBoxConstraint(0.0, 1.0, x)
+        prog.AddLinearCost(np.array([-1.0, -0.5]), 0.0, x)
+        return prog
+
+    def quadratic() -> Any:
+        prog = lib.MathematicalProgram()
+        x = prog.NewContinuousVariables(3, "x")
+        prog.AddQuadraticCost(np.eye(3), np.ones(3), x)
+        prog.AddLinearConstraint(np.array([[1.0, 1.0, 1.0]]), np.array([-1.0]), np.array([1.0]), x)
+        prog.AddBoundingBoxConstraint(-0.5, 1.0, x)
+        return prog
+
+    def predictive() -> Any:
+        prog = lib.MathematicalProgram()
+        x, u = prog.NewContinuousVariables(2, 17, "x"), prog.NewContinuousVariables(1, 16, "u")
+        step = np.array([[1.0, 0.1, 0.005, -1.0, 0.0], [0.0, 1.0, 0.1, 0.0, -1.0]])
+        prog.AddBoundingBoxConstraint([-2.0, 0.3], [-2.0, 0.3], x[:, 0])
+        prog.AddBoundingBoxConstraint(-1.0, 1.0, u)
+        for k in range(16):
+            prog.AddLinearEqualityConstraint(step, np.zeros(2), np.concatenate((x[:, k], u[:, k], x[:, k + 1])))
+            prog.AddQuadraticCost(np.eye(2), np.zeros(2), x[:, k], True)
+            prog.AddQuadraticCost(np.eye(1), np.zeros(1), u[:, k], True)
+        prog.AddQuadraticCost(10.0 * np.eye(2), np.zeros(2), x[:, 16], True)
+        return prog
+
+    def least_squares(rows: int) -> Any:
+        prog = lib.MathematicalProgram()
+        x = prog.NewContinuousVariables(8, "x")
+        prog.AddQuadraticCost(np.eye(8), np.ones(8), x)
+        if rows:
+            prog.AddLinearEqualityConstraint(rng.normal(size=(rows, 8)), np.ones(rows), x)
+        return prog
+
+    def equations() -> Any:
+        prog = lib.MathematicalProgram()
+        x = prog.NewContinuousVariables(5, "x")
+        prog.AddLinearEqualityConstraint(np.eye(5) + 0.1, np.ones(5), x)
+        return prog
+
+    lp, qp, mpc, free, equal, system = (
+        linear(),
+        quadratic(),
+        predictive(),
+        least_squares(0),
+        least_squares(3),
+        equations(),
+    )
+    result, x, cost = lib.Solve(qp), qp.decision_variables(), qp.quadratic_costs()[0].evaluator()
+    row, start = qp.linear_constraints()[0], mpc.bounding_box_constraints()[0].evaluator()
+    solver = lib.ClarabelSolver()
+    targets = itertools.cycle(np.linspace(0.5, 1.5, 7))
+
+    def moved_cost() -> Any:
+        cost.UpdateCoefficients(np.eye(3), np.full(3, next(targets)))
+        return lib.Solve(qp)
+
+    def moved_start() -> Any:
+        where = np.array([-next(targets), 0.3])
+        start.UpdateLowerBound(where)
+        start.UpdateUpperBound(where)
+        return lib.Solve(mpc)
+
+    return {
+        "a linear program of 2 variables": lambda: lib.Solve(lp),
+        "a quadratic program of 3": lambda: lib.Solve(qp),
+        "..., with another cost each time": moved_cost,
+        "predictive control, 50 variables": lambda: lib.Solve(mpc),
+        "..., from another state each time": moved_start,
+        "a quadratic cost of 8, nothing else": lambda: lib.Solve(free),
+        "..., with 3 equations": lambda: lib.Solve(equal),
+        "5 equations": lambda: lib.Solve(system),
+        "ChooseBestSolver": lambda: lib.ChooseBestSolver(qp),
+        "ClarabelSolver().Solve": lambda: solver.Solve(qp, None, None),
+        "GetSolution(x)": lambda: result.GetSolution(x),
+        "GetSolution(x[0])": lambda: result.GetSolution(x[0]),
+        "GetSolution(expressions)": lambda: result.GetSolution(2.0 * x + 1.0),
+        "get_optimal_cost": result.get_optimal_cost,
+        "is_success": result.is_success,
+        "GetDualSolution": lambda: result.GetDualSolution(row),
+        "EvalBinding": lambda: result.EvalBinding(row),
+        "UpdateCoefficients": lambda: cost.UpdateCoefficients(np.eye(3), np.ones(3)),
     }
 
 

@@ -10,6 +10,7 @@ class IndexEnum(enum.Enum):
         return self.value
 
     __index__ = __int__
+    __hash__ = object.__hash__  # members are one each, and sets of them are asked for often
 
 
 class BoundEnum(IndexEnum):

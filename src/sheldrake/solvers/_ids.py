@@ -213,9 +213,11 @@ class SolverOptions:
         return self.options.get(_COMMON, {}).get(option.name, default)
 
     def _merged(self, other: SolverOptions | None) -> SolverOptions:
-        """Returns these options, and those of `other` in their place where it has them."""
+        """Returns these options, and those of `other` in their place where it has them; to be read alone."""
+        if other is None:
+            return self
         out = SolverOptions(self.options)
-        for solver, values in (other.options if other is not None else {}).items():
+        for solver, values in other.options.items():
             out.options.setdefault(solver, {}).update(values)
         return out
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import functools
+
 from sheldrake.solvers._functions.costs import QuadraticCost
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import ProgramType
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
 LINEAR = frozenset({A.kLinearCost, A.kLinearConstraint, A.kLinearEqualityConstraint})
@@ -32,16 +35,24 @@ def quadratic_costs_are_convex(prog: MathematicalProgram) -> bool:
 
 def GetProgramType(prog: MathematicalProgram) -> ProgramType:
     """Returns which family a program belongs to."""
-    has = prog.required_capabilities()
+    return type_of_program(prog, parts_of(prog).bindings.attributes())
+
+
+def type_of_program(prog: MathematicalProgram, has: frozenset[A]) -> ProgramType:
+    """The family of a program that has these attributes."""
+    return _family(has, quadratic_costs_are_convex(prog))
+
+
+@functools.cache
+def _family(has: frozenset[A], convex: bool) -> ProgramType:
     mixed = A.kBinaryVariable in has
     has = has - {A.kBinaryVariable}
-    convex = quadratic_costs_are_convex(prog)
     if mixed:
         return _mixed_integer(has, convex)
     return _continuous(has, convex)
 
 
-def _mixed_integer(has: set[A], convex: bool) -> ProgramType:
+def _mixed_integer(has: frozenset[A], convex: bool) -> ProgramType:
     if has <= LINEAR:
         return ProgramType.kMILP
     if has <= LINEAR | {A.kQuadraticCost} and convex:
@@ -51,7 +62,7 @@ def _mixed_integer(has: set[A], convex: bool) -> ProgramType:
     return ProgramType.kMISDP if has <= LINEAR | CONES | {A.kPositiveSemidefiniteConstraint} else ProgramType.kUnknown
 
 
-def _continuous(has: set[A], convex: bool) -> ProgramType:
+def _continuous(has: frozenset[A], convex: bool) -> ProgramType:
     if not has:
         return ProgramType.kUnknown
     if has <= LINEAR:

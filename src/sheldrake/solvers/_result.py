@@ -15,12 +15,13 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.solvers._functions.evaluators import Constraint
 from sheldrake.solvers._ids import SolutionResult, SolverId
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.symbolic import Expression, Polynomial, Variable
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -33,6 +34,7 @@ class MathematicalProgramResult:
     """Values of decision variables, the cost, duals, and how the solver ended."""
 
     def __init__(self) -> None:
+        self._variables: list[Variable] = []
         self._places: dict[int, int] = {}
         self._x = np.zeros(0)
         self._cost = np.nan
@@ -40,22 +42,21 @@ class MathematicalProgramResult:
         self._solver_id = SolverId("")
         self._details: Any = None
         self._duals: dict[tuple, np.ndarray] = {}
+        self._late_duals: Callable[[], Iterable[tuple[BindingBase, ArrayLike]]] | None = None
         self._more: list[tuple[np.ndarray, float]] = []
-        self._variables: dict[int, Variable] = {}
 
     def _start(self, prog: MathematicalProgram, solver_id: SolverId) -> None:
         """Empties it for the variables of a program."""
         self.__init__()  # type: ignore[misc]
-        self._places = prog.decision_variable_index()
-        self._variables = {v.get_id(): v for v in prog.decision_variables()}
-        self._x = np.full(prog.num_vars(), np.nan)
+        self._variables, self._places, _ = parts_of(prog).variables.decisions()
+        self._x = np.full(len(self._variables), np.nan)
         self._solver_id = solver_id
 
     def _finish(self, result: SolutionResult, x: ArrayLike | None, cost: float) -> None:
         """Says how the solve ended; without a feasible point the cost is inf, if unbounded -inf."""
         self._result = result
         if x is not None:
-            self._x = np.asarray(x, dtype=float).copy()
+            self._x = np.array(x, dtype=float)
         self._cost = float(cost)
         if result is SolutionResult.kInfeasibleConstraints:
             self._cost = np.inf
@@ -64,6 +65,21 @@ class MathematicalProgramResult:
 
     def _set_dual(self, binding: BindingBase, dual: ArrayLike) -> None:
         self._duals[binding._identity()] = np.atleast_1d(np.asarray(dual, dtype=float))
+
+    def _set_duals_late(self, duals: Callable[[], Iterable[tuple[BindingBase, ArrayLike]]]) -> None:
+        """Duals that are computed when somebody asks for one."""
+        self._late_duals = duals
+
+    def _all_duals(self) -> dict[tuple, np.ndarray]:
+        if self._late_duals is not None:
+            for binding, dual in self._late_duals():
+                self._set_dual(binding, dual)
+            self._late_duals = None
+        return self._duals
+
+    def __getstate__(self) -> dict[str, Any]:
+        self._all_duals()  # what computes them belongs to the program
+        return self.__dict__
 
     # How it ended
 
@@ -112,10 +128,10 @@ class MathematicalProgramResult:
             ValueError: the size is another.
         """
         values = np.asarray(x_val, dtype=float).ravel()
-        if values.size != len(self._places):
+        if values.size != len(self._variables):
             raise ValueError(
                 f"MathematicalProgramResult::set_x_val, the dimension of x_val is {values.size}, expected "
-                f"{len(self._places)}"
+                f"{len(self._variables)}"
             )
         self._x = values.copy()
 
@@ -125,7 +141,7 @@ class MathematicalProgramResult:
         self._x[self._place(var)] = value
 
     def _place(self, var: Variable) -> int:
-        place = self._places.get(var.get_id())
+        place = self._places.get(var._id)
         if place is None:
             raise ValueError(f"GetVariableValue: {var} is not captured by the variable_index map.")
         return place
@@ -177,7 +193,7 @@ class MathematicalProgramResult:
         return traverse.object_array(self._substituted(list(es.flat), x), es.shape)
 
     def _env(self, x: np.ndarray) -> dict[Variable, float]:
-        return {v: float(x[self._places[i]]) for i, v in self._variables.items()}
+        return dict(zip(self._variables, x.tolist()))
 
     def _substituted(self, es: list[Expression], x: np.ndarray) -> list[Expression]:
         return traverse.substitute(es, {v: build.constant(value) for v, value in self._env(x).items()})
@@ -207,7 +223,7 @@ class MathematicalProgramResult:
         Raises:
             ValueError: the solver gave none for it.
         """
-        found = self._duals.get(constraint._identity())
+        found = self._all_duals().get(constraint._identity())
         if found is None:
             raise ValueError(
                 "Either this constraint does not belong to the mathematical program for which the result is obtained, "

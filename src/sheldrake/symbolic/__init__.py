@@ -3,6 +3,7 @@
 from sheldrake.symbolic import (
     _arguments,
     _build,
+    _compiled,
     _decompose,
     _differentiate,
     _expression,
@@ -179,9 +180,10 @@ __all__ = [
 
 # Expressions, formulas and what is done with them need each other: the classes come first and are told the rest here.
 _arguments._build = _build
-_operators._build, _operators._formula = _build, _formula
+_operators._build, _operators._formula, _operators._Expression = _build, _formula, Expression
 _expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
 _expression._decompose, _expression._text, _expression._traverse = _decompose, _text, _traverse
+_traverse._compiled = _compiled
 _pickled.allow()
 _formula._functions, _formula._traverse = _functions, _traverse
 _monomial._polynomial = _polynomial

@@ -13,7 +13,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import weakref
-from typing import TYPE_CHECKING, SupportsFloat, TypeVar
+from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar
 
 import numpy as np
 
@@ -62,6 +62,15 @@ def _product_node(c: float, factors: Factors, unit: Expression | None) -> Expres
     e._kind, e._constant, e._terms, e._unit = _MUL, c, factors, unit
     e._number, e._order, e._made, e._variables = 0, (), None, None
     return e
+
+
+def found_of(e: Expression) -> dict[Any, Any]:
+    """What was found out about an expression before, by question: it is the same for ever, as the expression is."""
+    try:
+        return e._found
+    except AttributeError:
+        e._found = {}
+        return e._found
 
 
 class _Table:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
+from sheldrake.symbolic import _build, _numbers, _traverse
 from sheldrake.symbolic import _kinds as k
-from sheldrake.symbolic import _numbers, _traverse
 from sheldrake.symbolic._build import ONE, ZERO, nodes
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._traverse import variables_of
@@ -55,11 +56,12 @@ class Compiled:
     Args:
         expressions: What is wanted.
         variables: What the numbers stand for, in order.
+        calls: How often they have been evaluated before.
     """
 
-    def __init__(self, expressions: Sequence[Expression], variables: Iterable[Variable]):
-        self._expressions, self._variables = list(expressions), list(variables)
-        self._calls = 0
+    def __init__(self, expressions: Sequence[Expression], variables: Iterable[Variable], calls: int = 0):
+        self.expressions, self.variables = list(expressions), list(variables)
+        self._calls = calls
         self._function: Callable[[Sequence[float]], tuple[float, ...]] | None = None
 
     def __call__(self, numbers: Sequence[float]) -> Sequence[float]:
@@ -72,13 +74,38 @@ class Compiled:
         if self._function is None:
             self._calls += 1
             if self._calls == PATIENCE:
-                self._function = compiled(self._expressions, self._variables)
+                self._function = compiled(self.expressions, self.variables)
         if self._function is not None:
             try:
                 return self._function(numbers)
             except (ArithmeticError, ValueError):
                 pass  # the walk gives the answer of IEEE arithmetic, or says what is wrong
-        return _traverse.evaluate_nodes(self._expressions, dict(zip(self._variables, numbers)))
+        return _traverse.evaluate_nodes(self.expressions, dict(zip(self.variables, numbers)))
+
+
+def values(expressions: Sequence[Expression], env: dict[Variable, float]) -> Sequence[float]:
+    """Values of expressions, the environment already checked: by a function of their own when asked for often."""
+    if not expressions:
+        return []
+    first, others = expressions[0], expressions[1:]
+    found = _build.found_of(first)
+    calls, with_others, function = found.get(_VALUES, (0, (), None))
+    if len(with_others) != len(others) or not all(map(operator.is_, with_others, others)):
+        calls, function = 0, None
+    if function is None:
+        calls += 1
+        if calls == PATIENCE:
+            function = Compiled(expressions, frozenset().union(*map(variables_of, expressions)), PATIENCE - 1)
+        found[_VALUES] = calls, others, function
+    if function is not None:
+        try:
+            return function([env[v] for v in function.variables])
+        except KeyError:
+            pass  # the walk says of which variable, if it is wanted at all
+    return _traverse.evaluate_nodes(expressions, env)
+
+
+_VALUES = "values"
 
 
 def compiled(
@@ -88,12 +115,20 @@ def compiled(
 
     It raises ArithmeticError or ValueError where a walk might give inf or nan.
     """
-    source = _source(expressions, variables)
+    source = _source(expressions, variables, "{} ** {}")
     return None if source is None else _made(source, _NAMES)
 
 
-def _source(expressions: Sequence[Expression], variables: Iterable[Variable]) -> str | None:
-    """Python's text of a function of numbers; None where only a walk over the expressions can evaluate them."""
+def _source(
+    expressions: Sequence[Expression], variables: Iterable[Variable], whole_power: str = "power({}, {})"
+) -> str | None:
+    """Python's text of a function of numbers; None where only a walk over the expressions can evaluate them.
+
+    Args:
+        expressions: What the function gives.
+        variables: What its arguments stand for.
+        whole_power: Text for a power whose exponent is a whole number.
+    """
     places = {v.get_id(): i for i, v in enumerate(variables)}
     order = nodes(*expressions)
     if len(order) > _MOST_PARTS:
@@ -101,7 +136,7 @@ def _source(expressions: Sequence[Expression], variables: Iterable[Variable]) ->
     lines: list[str] = []
     names: dict[int, str] = {}
     for e in order:
-        text = _text_of(e, names, places)
+        text = _text_of(e, names, places, whole_power)
         if text is None:
             return None
         if e._kind == k.CONSTANT:
@@ -222,7 +257,11 @@ def _columns(found: Sequence[Any], count: int) -> np.ndarray:
     return out
 
 
-def _text_of(e: Expression, names: dict[int, str], places: dict[int, int]) -> str | None:
+def _text_of(e: Expression, names: dict[int, str], places: dict[int, int], whole_power: str) -> str | None:
+    def power(base: Expression, exponent: Expression) -> str:
+        is_whole = exponent._kind == k.CONSTANT and exponent._made[0].is_integer()
+        return (whole_power if is_whole else "power({}, {})").format(names[base._serial], names[exponent._serial])
+
     kind, args = e._kind, e._args
     if kind == k.CONSTANT:
         return f"({args[0]!r})"
@@ -233,13 +272,12 @@ def _text_of(e: Expression, names: dict[int, str], places: dict[int, int]) -> st
         terms = [names[t._serial] if c == 1.0 else f"{c!r} * {names[t._serial]}" for t, c in args[1]]
         return " + ".join(terms if args[0] == 0.0 else [f"{args[0]!r}", *terms])
     if kind == k.MUL:
-        factors = [
-            names[b._serial] if exponent is ONE else f"power({names[b._serial]}, {names[exponent._serial]})"
-            for b, exponent in args[1]
-        ]
+        factors = [names[b._serial] if exponent is ONE else power(b, exponent) for b, exponent in args[1]]
         return " * ".join(factors if args[0] == 1.0 else [f"{args[0]!r}", *factors])
     if kind == k.DIV:
         return f"{names[args[0]._serial]} / {names[args[1]._serial]}"
+    if kind == k.POW:
+        return power(*args)
     if kind in _PLAIN:
         return f"{_PLAIN[kind]}({names[args[0]._serial]})"
     if kind in _numbers.UNARY:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from sheldrake.symbolic._variable import Variable, Variables
 
 Coefficients = dict[Monomial, Expression]
 _ONE = Monomial()
-_age = operator.attrgetter("_id")
+_SMALL = {n: _build.constant(n) for n in range(1, 17)}
+age = operator.attrgetter("_id")
 
 
 def is_zero(e: Expression) -> bool:
@@ -31,19 +32,30 @@ def is_linear(e: Expression) -> bool:
     if e._kind == k.ADD:
         return all([t._kind == k.VAR for t, _ in e._terms.values()])
     if e._kind == k.MUL:
-        unit = e._unit
-        return unit is not None and unit._kind == k.VAR
+        if len(e._terms) != 1:
+            return False
+        ((base, exponent),) = e._terms.values()
+        return base._kind == k.VAR and exponent is _build.ONE
     return e._kind in (k.CONSTANT, k.VAR)
 
 
-def linear_terms(e: Expression) -> tuple[list[tuple[Variable, float]], float]:
-    """Variables with their coefficients, and the constant, of an expression that `is_linear`."""
-    if e._kind == k.ADD:
-        return [(t._made[0], c) for t, c in e._terms.values()], e._constant
-    if e._kind == k.MUL:
-        assert e._unit is not None
-        return [(e._unit._made[0], e._constant)], 0.0
-    return ([], e._made[0]) if e._kind == k.CONSTANT else ([(e._made[0], 1.0)], 0.0)
+LinearTerms = tuple[list[tuple[Variable, float]], float]
+
+
+def linear_terms(e: Expression) -> LinearTerms | None:
+    """Variables with their coefficients, and the constant, of an expression that `is_linear`; None for others."""
+    kind = e._kind
+    if kind == k.ADD:
+        terms = [(t._made[0], c) for t, c in e._terms.values() if t._kind == k.VAR]
+        return (terms, e._constant) if len(terms) == len(e._terms) else None
+    if kind == k.VAR:
+        return [(e._made[0], 1.0)], 0.0
+    if kind == k.CONSTANT:
+        return [], e._made[0]
+    if kind != k.MUL or len(e._terms) != 1:
+        return None
+    ((base, exponent),) = e._terms.values()
+    return ([(base._made[0], e._constant)], 0.0) if base._kind == k.VAR and exponent is _build.ONE else None
 
 
 def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] | None:
@@ -107,10 +119,11 @@ class _Keys:
 
     Args:
         variables: In the order of their creation.
+        numeric: Whether all coefficients are floats, as where each variable is an indeterminate.
     """
 
-    def __init__(self, variables: Sequence[Variable]) -> None:
-        self._variables = variables
+    def __init__(self, variables: Sequence[Variable], numeric: bool = False) -> None:
+        self._variables, self.numeric = variables, numeric and len(variables) <= _MOST_DIGITS
         self.of: dict[Variable, Any]
         self.one: Any = _ONE
         self.times: Callable[[Any, Any], Any] = Monomial._times
@@ -130,16 +143,37 @@ class _Keys:
 
     def monomial(self, key: Any) -> Monomial:
         """The monomial of a key."""
-        if key.__class__ is Monomial:
-            return key
-        powers = {}
-        for v in self._variables:
-            if not key:
-                break
-            if n := key & _MASK:
-                powers[v] = n
-            key >>= _BITS
-        return Monomial._ordered(powers)
+        return key if key.__class__ is Monomial else Monomial._ordered(dict(self._powers(key)))
+
+    def _powers(self, key: int) -> Iterator[tuple[Variable, int]]:
+        """The variables that a number stands for, in order, and their exponents."""
+        while key:
+            i = ((key & -key).bit_length() - 1) // _BITS
+            n = (key >> _BITS * i) & _MASK
+            key ^= n << _BITS * i
+            yield self._variables[i], n
+
+    def sum_of(self, part: _Part) -> Expression:
+        """The sum of monomials times numbers."""
+        constant, terms = 0.0, {}
+        bases = [v._expression or _build.variable(v) for v in self._variables] if self.one == 0 else []
+        for key, c in part.items():
+            if self.one != 0:
+                term = key.ToExpression()
+            else:
+                factors: _build.Factors = {}
+                while key:
+                    i = ((key & -key).bit_length() - 1) // _BITS
+                    n = (key >> _BITS * i) & _MASK
+                    key ^= n << _BITS * i
+                    base = bases[i]
+                    factors[base._number] = base, _SMALL.get(n) or _build.numbered(_build.constant(n))
+                term = _build.make_product(1.0, factors)
+            if term is _build.ONE:
+                constant = c
+            else:
+                terms[term._number or _build.number_of(term)] = term, c
+        return _build.make_sum(constant, terms)
 
     def plain(self, coefficients: Coefficients) -> _Part:
         """Coefficients by key; numbers as floats."""
@@ -152,7 +186,6 @@ class _Keys:
 
 _Part = dict[Any, Any]  # Coefficients, numbers and expressions, by key.
 _BITS = 40  # of an exponent
-_MANY = 4  # variables, from which on adding exponents is faster than multiplying terms
 _MASK, _MOST_DIGITS = (1 << _BITS) - 1, 32
 
 
@@ -189,7 +222,18 @@ class _Sums:
         return out
 
 
+def _without_zeros(part: _Part) -> _Part:
+    return {m: c for m, c in part.items() if c} if 0.0 in part.values() else part
+
+
 def _product(a: _Part, b: _Part, keys: _Keys) -> _Part:
+    if keys.numeric:
+        out: _Part = {}
+        for m, c in a.items():
+            for n, d in b.items():
+                key = m + n
+                out[key] = out.get(key, 0.0) + c * d
+        return _without_zeros(out)
     sums, times = _Sums(), keys.times
     for m, c in a.items():
         for n, d in b.items():
@@ -202,9 +246,10 @@ def _product(a: _Part, b: _Part, keys: _Keys) -> _Part:
     return sums.whole()
 
 
-def _keys_of(coefficients: Iterable[Coefficients]) -> _Keys:
-    found = {v for c in coefficients for m in c for v in m._powers}
-    return _Keys(sorted(found, key=_age))
+def _keys_of(coefficients: Collection[Coefficients]) -> _Keys:
+    found = {v for part in coefficients for m in part for v in m._powers}
+    numeric = all([c._kind == k.CONSTANT for part in coefficients for c in part.values()])
+    return _Keys(sorted(found, key=age), numeric)
 
 
 def multiply(a: Coefficients, b: Coefficients) -> Coefficients:
@@ -216,6 +261,7 @@ def multiply(a: Coefficients, b: Coefficients) -> Coefficients:
 def substitute(coefficients: Coefficients, places: Mapping[Variable, Coefficients]) -> Coefficients:
     """A polynomial with polynomials in the place of its indeterminates."""
     keys = _keys_of(places.values())
+    keys.numeric = keys.numeric and all([c._kind == k.CONSTANT for c in coefficients.values()])
     known: dict[tuple[Variable, int], _Part] = {}
 
     def power_of(v: Variable, n: int) -> _Part:
@@ -258,21 +304,45 @@ def decompose(e: Expression, indeterminates: Set[Variable]) -> Coefficients:
     Raises:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
-    keys = _Keys(sorted(variables_of(e) & indeterminates, key=_age))
-    return keys.coefficients(_build.fold([e], _Decomposition(keys, indeterminates))[0])
+    variables = variables_of(e)
+    inside = variables & indeterminates
+    keys = _Keys(sorted(inside, key=age), len(inside) == len(variables))
+    try:
+        part = _build.fold([e], _Decomposition(keys, indeterminates))[0]
+    except _NotNumeric:
+        keys.numeric = False
+        part = _build.fold([e], _Decomposition(keys, indeterminates))[0]
+    return keys.coefficients(part)
 
 
 def expand(e: Expression) -> Expression:
-    """Products of sums, and whole powers of them, multiplied out."""
+    """Products of sums, and whole powers of them, multiplied out; kept with the expression."""
+    if is_linear(e):
+        return e
+    found = _build.found_of(e)
+    expanded: Expression | None = found.get(_EXPANDED)
+    if expanded is None:
+        expanded = _expanded(e)
+        if expanded is not e:  # an expression that keeps itself would live until cycles are collected
+            found[_EXPANDED] = expanded
+    return expanded
+
+
+_EXPANDED = "expanded"
+
+
+def _expanded(e: Expression) -> Expression:
     if flat_terms(e) is not None:
         return e
-    variables = variables_of(e)
-    if len(variables) < _MANY or not is_polynomial(e):
+    if not is_polynomial(e):
         return multiplied_out(e)
-    keys = _Keys(sorted(variables, key=_age))
-    part = _build.fold([e], _Decomposition(keys, variables))[0]
-    number = part.pop(keys.one, 0.0)
-    return _build.combination(number, [(c, keys.monomial(key).ToExpression()) for key, c in part.items()])
+    variables = variables_of(e)
+    keys = _Keys(sorted(variables, key=age), True)
+    return keys.sum_of(_build.fold([e], _Decomposition(keys, variables))[0])
+
+
+class _NotNumeric(Exception):
+    """A coefficient is no number although each variable is an indeterminate: nan."""
 
 
 class _Decomposition:
@@ -293,6 +363,8 @@ class _Decomposition:
         if kind == k.CONSTANT:
             return {keys.one: e._made[0]} if e._made[0] != 0.0 else {}
         if not self._holds(e):
+            if keys.numeric:
+                raise _NotNumeric
             return {keys.one: e}
         args = e._made
         if kind == k.POW:
@@ -317,7 +389,18 @@ class _Decomposition:
         return q._made[0] if q._kind == k.CONSTANT else q
 
     def _of_sum(self, e: Expression, of: Callable[[Expression], _Part]) -> _Part:
-        sums, places = _Sums(), self._keys.of
+        places = self._keys.of
+        if self._keys.numeric:
+            out: _Part = {0: e._constant}
+            for t, c in e._terms.values():
+                if t._kind == k.VAR:
+                    key = places[t._made[0]]
+                    out[key] = out.get(key, 0.0) + c
+                else:
+                    for key, d in of(t).items():
+                        out[key] = out.get(key, 0.0) + c * d
+            return _without_zeros(out)
+        sums = _Sums()
         if e._constant != 0.0:
             sums.add(self._keys.one, e._constant)
         for t, c in e._terms.values():
@@ -335,7 +418,7 @@ class _Decomposition:
             p = exponent._made[0] if exponent._kind == k.CONSTANT else -1.0
             if base._kind == k.VAR and base._made[0] in keys.of and p > 0.0 and p == int(p):
                 key = keys.times(key, keys.power(base._made[0], int(p)))
-            elif self._holds(base) or self._holds(exponent):
+            elif keys.numeric or self._holds(base) or self._holds(exponent):
                 sums.append(self._of_power(base, exponent, of))
             else:
                 others[n] = (base, exponent)
@@ -367,25 +450,33 @@ def expanded(c: Coefficients) -> Coefficients:
     return out
 
 
-def affine_row(e: Expression, places: dict[Variable, int]) -> tuple[np.ndarray, float]:
-    """Coefficients and constant of an affine expression.
+def affine_into(row: np.ndarray, e: Expression, places: Mapping[Variable, int]) -> float:
+    """Writes the coefficients of an affine expression into a row of zeros, and returns its constant.
 
     Raises:
         RuntimeError: it is not affine, or has other variables.
     """
+    terms, constant = linear_terms(e) or _affine_terms(e)
+    for v, c in terms:
+        if v not in places:
+            raise RuntimeError(f"Expression {e} has the variable {v}, which has no place in the map of indices.")
+        row[places[v]] = c
+    return constant
+
+
+def _affine_terms(e: Expression) -> LinearTerms:
+    terms, constant = [], 0.0
     try:
-        found = decompose(e, set(variables_of(e)))
+        found = decompose(e, variables_of(e))
     except RuntimeError:
-        found = {Monomial({v: 2 for v in places}): e}
-    row, constant = np.zeros(len(places)), 0.0
+        raise RuntimeError(f"Expression {e} is non-linear.") from None
     for m, c in found.items():
-        if m.total_degree() > 1:
+        degree = m.total_degree()
+        if degree > 1:
             raise RuntimeError(f"Expression {e} is non-linear.")
-        if m.total_degree() == 0:
+        if degree == 0:
             constant = c.Evaluate()
             continue
         (v,) = m._powers
-        if v not in places:
-            raise RuntimeError(f"Expression {e} has the variable {v}, which has no place in the map of indices.")
-        row[places[v]] = c.Evaluate()
-    return row, constant
+        terms.append((v, c.Evaluate()))
+    return terms, constant

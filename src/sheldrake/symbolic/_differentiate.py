@@ -27,6 +27,9 @@ from sheldrake.symbolic._build import (
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
+Slopes = dict[Variable, Expression]
+"""Derivatives by variable; those that are zero are left out."""
+
 
 def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expression]:
     """Partial derivatives by a variable.
@@ -37,63 +40,135 @@ def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expres
     """
     if not isinstance(x, Variable):
         raise Mismatch(f"Differentiate(): incompatible function arguments; expected a Variable, got {x!r}.")
-    return _build.fold(expressions, lambda e, of: _derivative(e, x, of))
+    return [row[0] for row in jacobian(expressions, [x])]
 
 
-Derivatives = Callable[[Expression], Expression]
+def jacobian(expressions: Sequence[Expression], variables: Sequence[Variable]) -> list[list[Expression]]:
+    """Partial derivatives of each expression by each variable; kept with the expression.
+
+    Raises:
+        RuntimeError: a derivative cannot be written down.
+    """
+    rows: list[Slopes] = [_build.found_of(e).setdefault(_SLOPES, {}) for e in expressions]
+    missing = dict.fromkeys([v for row in rows for v in variables if v not in row])
+    if missing:
+        of_all = _build.fold(expressions, _Gradient(missing))
+        for row, slopes in zip(rows, of_all):
+            row.update({v: slopes.get(v, ZERO) for v in missing})
+    return [[row[v] for v in variables] for row in rows]
 
 
-def _derivative(e: Expression, x: Variable, of: Derivatives) -> Expression:
-    kind = e._kind
-    if kind == k.VAR:
-        return ONE if e._made[0] is x else ZERO
-    if kind == k.ADD:
-        constant, rest = 0.0, []
-        for t, c in e._terms.values():
-            if t._kind != k.VAR:
-                rest.append((c, of(t)))
-            elif t._made[0] is x:
-                constant += c
-        return _build.combination(constant, rest)
-    if kind == k.MUL:
-        return _of_product(e, x, of)
-    args = e._made
-    if kind == k.POW:
-        of_exponent = ZERO if args[1]._kind == k.CONSTANT else of(args[1])
-        return _of_power(args[0], args[1], of(args[0]), of_exponent)
-    if kind == k.CONSTANT:
-        return ZERO
-    if kind == k.NAN:
-        raise RuntimeError("NaN is detected during differentiation.")
-    if kind == k.IF_THEN_ELSE:
-        return _of_conditional(e, x, of)
-    if kind == k.UNINTERPRETED:
-        if x not in _traverse.variables_of(e):
-            return ZERO
-        raise RuntimeError(f"Uninterpreted-function expression {e} is not differentiable with respect to {x}.")
-    slopes = [of(a) for a in args]
-    if all([slope is ZERO for slope in slopes]):
-        return ZERO
-    return _BINARY[kind](*args, *slopes) if len(args) == 2 else _UNARY[kind](args[0], slopes[0])
+_SLOPES = "slopes"
+_NONE: Slopes = {}
+Gradients = Callable[[Expression], Slopes]
 
 
-def _of_product(e: Expression, x: Variable, of: Derivatives) -> Expression:
-    terms = []
-    for n, (base, exponent) in e._terms.items():
-        slope, slope_of_exponent = of(base), ZERO if exponent._kind == k.CONSTANT else of(exponent)
-        if slope is ONE and exponent._kind == k.CONSTANT:
-            less = exponent._made[0] - 1.0
-            rest = {**e._terms, n: (base, _build.numbered(_build.constant(less)))}
-            if less == 0.0:
-                del rest[n]
-            terms.append(_build.make_product(e._constant * (less + 1.0), rest))
-        elif slope is not ZERO or slope_of_exponent is not ZERO:
-            d = _of_power(base, exponent, slope, slope_of_exponent)
-            for other, (b, p) in e._terms.items():
-                if other != n:
-                    d = multiply(d, power(b, p))
-            terms.append(_build.scale(e._constant, d))
-    return terms[0] if len(terms) == 1 else _build.sum_of(terms)
+class _Gradient:
+    """The rule of `jacobian`: derivatives by all wanted variables at once, as most parts have few of them.
+
+    Args:
+        wanted: The variables.
+    """
+
+    def __init__(self, wanted: dict[Variable, None]) -> None:
+        self._wanted = wanted
+
+    def __call__(self, e: Expression, of: Gradients) -> Slopes:
+        kind = e._kind
+        if kind == k.ADD:
+            return self._of_sum(e, of)
+        if kind == k.MUL:
+            return self._of_product(e, of)
+        if kind == k.CONSTANT:
+            return _NONE
+        args = e._made
+        if kind == k.VAR:
+            return {args[0]: ONE} if args[0] in self._wanted else _NONE
+        if kind == k.POW and args[1]._kind == k.CONSTANT:
+            return {v: _of_power(args[0], args[1], slope, ZERO) for v, slope in of(args[0]).items()}
+        if kind == k.NAN:
+            raise RuntimeError("NaN is detected during differentiation.")
+        if kind == k.IF_THEN_ELSE:
+            return self._of_conditional(e, of)
+        if kind == k.UNINTERPRETED:
+            for x in self._wanted:
+                if x in _traverse.variables_of(e):
+                    raise RuntimeError(
+                        f"Uninterpreted-function expression {e} is not differentiable with respect to {x}."
+                    )
+            return _NONE
+        if len(args) == 1:
+            rule = _UNARY[kind]
+            return {v: rule(args[0], slope) for v, slope in of(args[0]).items()}
+        df, dg = of(args[0]), of(args[1])
+        found = {v: _BINARY[kind](*args, df.get(v, ZERO), dg.get(v, ZERO)) for v in {**df, **dg}}
+        return {v: slope for v, slope in found.items() if slope is not ZERO}
+
+    def _of_sum(self, e: Expression, of: Gradients) -> Slopes:
+        numbers: dict[Variable, float] = {}
+        sums: dict[Variable, _build.Terms] = {}
+        wanted, rest = self._wanted, []
+        for item in e._terms.values():
+            if item[0]._kind != k.VAR:
+                rest.append(item)
+            elif item[0]._made[0] in wanted:
+                numbers[item[0]._made[0]] = item[1]
+        for t, c in rest:
+            for v, slope in of(t).items():
+                terms = sums.get(v)
+                if terms is None:
+                    terms = sums[v] = {}
+                    numbers.setdefault(v, 0.0)
+                constant = _build.add_scaled_into(terms, c, slope)
+                if constant:
+                    numbers[v] += constant
+        found = {v: _build.make_sum(number, sums.get(v, {})) for v, number in numbers.items()}
+        return {v: slope for v, slope in found.items() if slope is not ZERO}
+
+    def _of_product(self, e: Expression, of: Gradients) -> Slopes:
+        parts: dict[Variable, list[Expression]] = {}
+        for n, (base, exponent) in e._terms.items():
+            if exponent._kind == k.CONSTANT:
+                for v, slope in of(base).items():
+                    parts.setdefault(v, []).append(_without_one(e, n, base, exponent, slope))
+                continue
+            of_base, of_exponent = of(base), of(exponent)
+            for v in {**of_base, **of_exponent}:
+                d = _of_power(base, exponent, of_base.get(v, ZERO), of_exponent.get(v, ZERO))
+                parts.setdefault(v, []).append(_times_others(e, n, d))
+        found = {v: terms[0] if len(terms) == 1 else _build.sum_of(terms) for v, terms in parts.items()}
+        return {v: slope for v, slope in found.items() if slope is not ZERO}
+
+    def _of_conditional(self, e: Expression, of: Gradients) -> Slopes:
+        found = {x: _of_conditional(e, x, of) for x in self._wanted if x in _traverse.variables_of(e)}
+        return {v: slope for v, slope in found.items() if slope is not ZERO}
+
+
+def _without_one(e: Expression, n: int, base: Expression, exponent: Expression, slope: Expression) -> Expression:
+    """The part of the derivative of a product that comes from one factor, whose exponent is a number."""
+    if slope is not ONE and (slope._kind != k.CONSTANT or exponent is not ONE or len(e._terms) > 2):
+        return _times_others(e, n, _of_power(base, exponent, slope, ZERO))
+    less = exponent._made[0] - 1.0
+    rest = e._terms.copy()
+    if less == 0.0:
+        del rest[n]
+    else:
+        rest[n] = (base, _build.numbered(_build.constant(less)))
+    if slope is ONE:
+        return _build.make_product(e._constant * (less + 1.0), rest)
+    c = e._constant * slope._made[0]
+    if not rest:
+        return _build.constant(c)
+    ((other, power_of_it),) = rest.values()
+    return _build.scale(c, power(other, power_of_it))
+
+
+def _times_others(e: Expression, n: int, d: Expression) -> Expression:
+    """A product in which d is in the place of one factor."""
+    for other, (base, exponent) in e._terms.items():
+        if other != n:
+            d = multiply(d, power(base, exponent))
+    return _build.scale(e._constant, d)
 
 
 def _of_power(f: Expression, g: Expression, df: Expression, dg: Expression) -> Expression:
@@ -108,11 +183,9 @@ def _log(f: Expression) -> Expression:
     return unary(k.LOG, f)
 
 
-def _of_conditional(e: Expression, x: Variable, of: Derivatives) -> Expression:
-    if x not in _traverse.variables_of(e):
-        return ZERO
+def _of_conditional(e: Expression, x: Variable, of: Gradients) -> Expression:
     condition, then, otherwise = e._made
-    d_then, d_otherwise = of(then), of(otherwise)
+    d_then, d_otherwise = of(then).get(x, ZERO), of(otherwise).get(x, ZERO)
     if x not in condition._variables() and condition.get_kind().value > 8:
         return _build.conditional(condition, d_then, d_otherwise)
     if not 3 <= condition.get_kind().value <= 8:

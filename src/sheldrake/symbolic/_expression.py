@@ -38,9 +38,11 @@ class Expression(Operators):
     """
 
     __slots__ = (
-        "__weakref__", "_constant", "_kind", "_made", "_number", "_order", "_terms", "_twin", "_unit", "_variables"
+        "__weakref__", "_constant", "_found", "_kind", "_made", "_number", "_order", "_terms", "_twin", "_unit",
+        "_variables",
     )  # fmt: skip
     _constant: float  # Of a sum or a product; so are the terms.
+    _found: dict[Any, Any]  # What was asked of it before, by question; absent until somebody asks.
     _kind: int
     _made: Any  # What it is made of; of a sum or a product once it has been put in order.
     _number: int  # Equal expressions have the same; 0 until it has been asked for.
@@ -134,10 +136,7 @@ class Expression(Operators):
 
     def Jacobian(self, vars: Symbolics) -> np.ndarray:
         """Returns the partial derivatives by each of the variables, shape `(n,)`."""
-        columns = [_differentiate.differentiate([self], x)[0] for x in _traverse.variable_list("Jacobian", vars)]
-        out = np.empty(len(columns), dtype=object)
-        out[:] = columns
-        return out
+        return _traverse.object_array(_differentiate.jacobian([self], _traverse.variable_list("Jacobian", vars))[0])
 
     def is_polynomial(self) -> bool:
         """Tells whether it is a polynomial in its variables."""

@@ -26,11 +26,14 @@ if TYPE_CHECKING:
 
 
 def _flat(call: str, expressions: Symbolics) -> list[Expression]:
-    return [_build.expect(call, e) for e in np.asarray(expressions, dtype=object).ravel()]
+    if expressions.__class__ is Expression:
+        return [expressions]  # type: ignore[list-item]
+    items = np.asarray(expressions, dtype=object).ravel().tolist()
+    return [e if e.__class__ is Expression else _build.expect(call, e) for e in items]
 
 
 def _sorted(variables: Iterable[Variable]) -> list[Variable]:
-    return sorted(variables, key=Variable.get_id)
+    return sorted(variables, key=_decompose.age)
 
 
 # Arrays of expressions
@@ -86,8 +89,8 @@ def Jacobian(f: Symbolics, vars: Symbolics) -> np.ndarray:
             out[i] = p.Jacobian(variables)
         return out
     expressions = [_build.expect("Jacobian", e) for e in functions]
-    for j, v in enumerate(variables):
-        out[:, j] = _differentiate.differentiate(expressions, v)
+    for i, row in enumerate(_differentiate.jacobian(expressions, variables)):
+        out[i] = row
     return out
 
 
@@ -121,8 +124,8 @@ def GetVariableVector(expressions: Symbolics) -> np.ndarray:
 @overloaded(overload(e=expression), overload(expressions=anything))
 def ExtractVariablesFromExpression(expressions: Symbolics) -> tuple[np.ndarray, dict[int, int]]:
     """Returns the variables of one or several expressions, and their places in that vector by identity number."""
-    wanted = _sorted(set().union(*(variables_of(e) for e in _flat("ExtractVariablesFromExpression", expressions))))
-    return object_array(wanted), {v.get_id(): i for i, v in enumerate(wanted)}
+    wanted = _sorted(set().union(*map(variables_of, _flat("ExtractVariablesFromExpression", expressions))))
+    return object_array(wanted), {v._id: i for i, v in enumerate(wanted)}
 
 
 # Linear and affine
@@ -139,11 +142,9 @@ def DecomposeAffineExpression(e: Symbolic | None, map_var_to_index: dict[int, in
         RuntimeError: it is not affine, or has a variable without a place.
     """
     e = _build.expect("DecomposeAffineExpression", e)
-    places = {v: map_var_to_index[v.get_id()] for v in variables_of(e) if v.get_id() in map_var_to_index}
+    places = {v: map_var_to_index[v._id] for v in variables_of(e) if v._id in map_var_to_index}
     row = np.zeros(len(map_var_to_index))
-    local, constant = _decompose.affine_row(e, {v: i for i, v in enumerate(places)})
-    for v, value in zip(places, local):
-        row[places[v]] = value
+    constant = _decompose.affine_into(row, e, places)
     return row, constant
 
 
@@ -152,6 +153,14 @@ def _coefficient_rows(call: str, expressions: Symbolics, vars: list[Variable]) -
     A, b = np.zeros((len(es), len(vars))), np.zeros(len(es))
     places = {v: i for i, v in enumerate(vars)}
     for i, e in enumerate(es):
+        linear = _decompose.linear_terms(e)
+        if linear is not None:
+            terms, constant = linear
+            columns = [places.get(v, -1) for v, _ in terms]
+            if -1 not in columns:
+                A[i, columns] = [c for _, c in terms]
+                b[i] = constant
+                continue
         try:
             found = _decompose.decompose(e, set(vars))
         except RuntimeError:

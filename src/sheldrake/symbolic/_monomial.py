@@ -102,7 +102,7 @@ class Monomial:
         """Returns it as an expression."""
         factors = {}
         for v, n in self._powers.items():
-            base = _build.variable(v)
+            base = v._expression or _build.variable(v)
             factors[base._number] = base, _build.numbered(_build.constant(n))
         return _build.make_product(1.0, factors)
 
@@ -125,7 +125,10 @@ class Monomial:
             RuntimeError: a variable has no value.
             ValueError: in the second form.
         """
-        env = numbers_by_variable("Evaluate", env)
+        return self._value(numbers_by_variable("Evaluate", env))
+
+    def _value(self, env: Mapping[Variable, float]) -> float:
+        """The value, the environment already checked."""
         out = 1.0
         for v, exponent in self._powers.items():
             if v not in env:
@@ -137,24 +140,39 @@ class Monomial:
         return out
 
     def _evaluate_many(self, vars: Symbolics, values: ArrayLike) -> np.ndarray:
-        vars, values = variable_list("Evaluate", vars), np.asarray(values, dtype=float)
-        rows = {v: row for v, row in zip(vars, np.atleast_2d(values))}
-        out = np.ones(np.atleast_2d(values).shape[1])
+        values = np.atleast_2d(np.asarray(values, dtype=float))
+        return self._values(dict(zip(variable_list("Evaluate", vars), values)), values.shape[1])
+
+    def _values(self, rows: Mapping[Variable, np.ndarray], count: int) -> np.ndarray:
+        """The values for many of each variable, shape (count,)."""
+        out = np.ones(count)
         for v, exponent in self._powers.items():
             if v not in rows:
                 raise ValueError(f"Monomial::Evaluate(): {v} is not present in vars")
-            out = out * rows[v] ** exponent
+            out = out * (rows[v] if exponent == 1 else rows[v] ** exponent)
         return out
 
     @checked
     def EvaluatePartial(self, env: dict[Variable, float]) -> tuple[float, Monomial]:
         """Returns the value of the variables given and the monomial of the rest."""
-        values = numbers_by_variable("EvaluatePartial", env)
-        out = 1.0
+        return self._partial(numbers_by_variable("EvaluatePartial", env))
+
+    def _partial(self, values: Mapping[Variable, float]) -> tuple[float, Monomial]:
+        """`EvaluatePartial` of values already checked."""
+        out, rest = 1.0, {}
         for v, exponent in self._powers.items():
             if v in values:
                 out *= values[v] ** exponent
-        return out, Monomial._of({v: n for v, n in self._powers.items() if v not in values})
+            else:
+                rest[v] = exponent
+        return out, Monomial._ordered(rest)
+
+    def _with(self, v: Variable, exponent: int) -> Monomial:
+        """The same with another exponent of a variable."""
+        powers = {**self._powers, v: exponent}
+        if exponent == 0:
+            del powers[v]
+        return Monomial._ordered(powers) if v in self._powers else Monomial._of(powers)
 
     def pow_in_place(self, p: int) -> Monomial:
         """Raises it to a power and returns it."""
@@ -243,17 +261,20 @@ def _in_order(monomials: Iterable[Monomial]) -> np.ndarray:
     return object_array(sorted(monomials, key=lambda m: (-m.total_degree(), m._key())))
 
 
-def _of_degree(variables: list[Variable], degree: int) -> Iterable[Monomial]:
+def _of_degree(variables: list[Variable], degree: int) -> list[Monomial]:
+    """All of a total degree, in order."""
+    out = []
     for chosen in itertools.combinations_with_replacement(variables, degree):
         powers: dict[Variable, int] = {}
         for v in chosen:
             powers[v] = powers.get(v, 0) + 1
-        yield Monomial._of(powers)
+        out.append(Monomial._ordered(powers))
+    return out[::-1]
 
 
-def _of_degrees(vars: Any, degrees: Iterable[int]) -> np.ndarray:
+def _of_degrees(vars: Any, degrees: Sequence[int]) -> np.ndarray:
     variables = list(Variables(vars))
-    return _in_order(m for d in degrees for m in _of_degree(variables, d))
+    return object_array([m for d in reversed(degrees) for m in _of_degree(variables, d)])
 
 
 @overloaded(

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _build: Any = None  # Both are modules that need the class below; the package binds them when all is loaded.
 _formula: Any = None
+_Expression: Any = None
 
 
 class Operators:
@@ -43,40 +44,49 @@ class Operators:
         floor: Callable[[], Expression]
 
     def __add__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.add(_build.as_expression(self), e)
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.add(own, e)
 
     def __radd__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.add(e, _build.as_expression(self))
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.add(e, own)
 
     def __sub__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.subtract(_build.as_expression(self), e)
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.subtract(own, e)
 
     def __rsub__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.subtract(e, _build.as_expression(self))
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.subtract(e, own)
 
     def __mul__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.multiply(_build.as_expression(self), e)
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.multiply(own, e)
 
     def __rmul__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.multiply(e, _build.as_expression(self))
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.multiply(e, own)
 
     def __truediv__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.divide(_build.as_expression(self), e)
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.divide(own, e)
 
     def __rtruediv__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.divide(e, _build.as_expression(self))
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.divide(e, own)
 
     def __pow__(self, other: Symbolic) -> Expression:
-        e = _build.as_expression(other)
-        return NotImplemented if e is None else _build.power(_build.as_expression(self), e)
+        e = other if other.__class__ is _Expression else _build.as_expression(other)
+        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        return NotImplemented if e is None else _build.power(own, e)
 
     def __neg__(self) -> Expression:
         return _build.negate(_build.as_expression(self))

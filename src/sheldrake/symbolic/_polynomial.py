@@ -19,6 +19,7 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
 from sheldrake.symbolic._traverse import (
+    evaluate_nodes,
     is_polynomial,
     numbers_by_variable,
     object_array,
@@ -64,8 +65,9 @@ class Polynomial:
     def __init__(self, e: Expression, indeterminates: Variables | None):
         chosen = set(variables_of(e)) if indeterminates is None else set(indeterminates)
         found = _decompose.decompose(e, chosen)
-        self._map = {m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()}
-        self._map = {m: c for m, c in self._map.items() if not is_zero(c)}
+        if not all([c._kind == k.CONSTANT for c in found.values()]):
+            found = {m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()}
+        self._set_map(found)
         self._known_indeterminates, self._known_decisions = Variables(chosen), Variables(variables_of(e) - chosen)
 
     def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
@@ -133,6 +135,8 @@ class Polynomial:
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""
+        if all([c._kind == k.CONSTANT for c in self._map.values()]):
+            return _build.combination(0.0, [(c._made[0], m.ToExpression()) for m, c in self._map.items()])
         return _build.sum_of(
             _build.multiply(c, m.ToExpression()) for m, c in self.monomial_to_coefficient_map().items()
         )
@@ -145,7 +149,12 @@ class Polynomial:
         Raises:
             RuntimeError: a variable has no value.
         """
-        return sum(c.Evaluate(env) * m.Evaluate(env) for m, c in self._map.items()) * 1.0
+        values = numbers_by_variable("Evaluate", env)
+        total = 0.0
+        for m, c in self._map.items():
+            coefficient = c._made[0] if c._kind == k.CONSTANT else evaluate_nodes([c], values)[0]
+            total += coefficient * m._value(values)
+        return total
 
     @overloaded(
         overload(env=by_variable),
@@ -156,8 +165,8 @@ class Polynomial:
         env = numbers_by_variable("EvaluatePartial", env)
         out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
-            value, rest = m.EvaluatePartial(env)
-            add_to(out, rest, _build.scale(value, substitute([c], env)[0]))
+            value, rest = m._partial(env)
+            add_to(out, rest, _build.scale(value, c if c._kind == k.CONSTANT else substitute([c], env)[0]))
         return Polynomial._of(out)
 
     def EvaluateIndeterminates(self, indeterminates: Symbolics, indeterminates_values: ArrayLike) -> np.ndarray:
@@ -192,14 +201,14 @@ class Polynomial:
         """
         values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
         decisions = list(self._decisions)
-        A, b = np.zeros((values.shape[1], len(decisions))), np.zeros(values.shape[1])
+        rows, constants = np.zeros((len(self._map), len(decisions))), np.zeros(len(self._map))
         places = {v: i for i, v in enumerate(decisions)}
-        for m, c in self._map.items():
-            row, constant = _decompose.affine_row(c, places)
-            weight = m.Evaluate(indeterminates, values)
-            A += np.outer(weight, row)
-            b += weight * constant
-        return A, object_array(decisions), b
+        weights = np.ones((len(self._map), values.shape[1]))
+        known = dict(zip(variable_list("Evaluate", indeterminates), values))
+        for i, (m, c) in enumerate(self._map.items()):
+            constants[i] = _decompose.affine_into(rows[i], c, places)
+            weights[i] = m._values(known, values.shape[1])
+        return weights.T @ rows, object_array(decisions), constants @ weights
 
     def Roots(self) -> np.ndarray:
         """Returns the complex roots of a polynomial in one indeterminate with numbers as coefficients.
@@ -227,9 +236,9 @@ class Polynomial:
         """Returns the partial derivative by any of its variables."""
         out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
-            n = m.degree(x)
+            n = m._powers.get(x, 0)
             if n:
-                add_to(out, Monomial({**m._powers, x: n - 1}), _build.scale(float(n), c))
+                add_to(out, m._with(x, n - 1), _build.scale(float(n), c))
             elif x in self._decisions:
                 add_to(out, m, c.Differentiate(x))
         return Polynomial._of(out)
@@ -251,8 +260,8 @@ class Polynomial:
             )
         out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
-            n = m.degree(x) + 1
-            add_to(out, Monomial({**m._powers, x: n}), _build.scale(1.0 / n, c))
+            n = m._powers.get(x, 0) + 1
+            add_to(out, m._with(x, n), _build.scale(1.0 / n, c))
         whole = Polynomial._of(out)
         return whole if a is None or b is None else whole.EvaluatePartial({x: b}) - whole.EvaluatePartial({x: a})
 

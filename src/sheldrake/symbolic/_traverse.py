@@ -15,6 +15,8 @@ from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
+_compiled: Any = None  # A module that needs this one; the package binds it when all is loaded.
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -69,6 +71,9 @@ def numbers_by_variable(call: str, env: Mapping[Variable, float] | None) -> dict
     """
     out = {}
     for v, value in expect(call, env or {}, dict).items():
+        if v.__class__ is Variable and (value.__class__ is float or value.__class__ is np.float64) and value == value:
+            out[v] = float(value)
+            continue
         if not isinstance(v, Variable) or not isinstance(value, _build._REAL):
             raise Mismatch(
                 f"{call}(): incompatible function arguments; expected a dict of Variable to float, "
@@ -97,7 +102,7 @@ def evaluate(
 
         wanted = set().union(*(variables_of(e) for e in expressions))
         sample(sorted(wanted, key=Variable.get_id), values, generator)
-    return evaluate_nodes(expressions, values)
+    return _compiled.values(expressions, values)
 
 
 def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]) -> list[float]:
@@ -117,7 +122,7 @@ def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]
         if kind == k.MUL:
             product, factors = args
             for base, exponent in factors:
-                b = of(base)
+                b = env[base._made[0]] if base._kind == k.VAR and base._made[0] in env else of(base)
                 product *= b if exponent is _build.ONE else _numbers.power(b, of(exponent))
             return product
         if kind == k.IF_THEN_ELSE:
@@ -164,21 +169,72 @@ def substitution(call: str, what: Any, e: Any = None) -> dict[Variable, Expressi
 
 def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> list[Expression]:
     """Expressions with others (or numbers) in the place of variables."""
-    places = {v: _build.expect("Substitute", e) for v, e in s.items()}
+    places = {v: e if e.__class__ is Expression else _build.expect("Substitute", e) for v, e in s.items()}
+    return _build.fold(expressions, _Substitution(places))
 
-    def replaced(e: Expression, of: Callable[[Expression], Expression]) -> Expression:
-        if e._kind == k.VAR:
-            return places.get(e._made[0], e)
-        if e._kind == k.CONSTANT:
+
+class _Substitution:
+    """The rule of `substitute`: what does not change is taken over."""
+
+    def __init__(self, places: dict[Variable, Expression]) -> None:
+        self._places = places
+
+    def __call__(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
+        kind = e._kind
+        if kind == k.VAR:
+            return self._places.get(e._made[0], e)
+        if kind == k.CONSTANT:
             return e
-        if e._kind == k.IF_THEN_ELSE:
-            condition, then, otherwise = e._made
-            return _build.conditional(condition._substitute(places), of(then), of(otherwise))
+        if kind == k.ADD:
+            return self._of_sum(e, of)
+        if kind == k.MUL:
+            return self._of_product(e, of)
+        args = e._made
+        if kind == k.POW and args[1]._kind == k.CONSTANT:
+            base = of(args[0])
+            return e if base is args[0] else _build.power(base, args[1])
+        if kind == k.IF_THEN_ELSE:
+            condition, then, otherwise = args
+            return _build.conditional(condition._substitute(self._places), of(then), of(otherwise))
         parts = _build.children(e)
-        new = [of(p) for p in parts]
+        new = [of(part) for part in parts]
         return e if all(map(operator.is_, parts, new)) else _build.rebuild(e, new)
 
-    return _build.fold(expressions, replaced)
+    def _of_sum(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
+        places, changed, terms = self._places, [], e._terms
+        for n, (t, c) in terms.items():
+            new = places.get(t._made[0], t) if t._kind == k.VAR else of(t)
+            if new is not t:
+                changed.append((n, c, new))
+        if not changed:
+            return e
+        terms, constant = terms.copy(), e._constant
+        for n, _, _ in changed:
+            del terms[n]
+        for _, c, new in changed:
+            constant += _build.add_scaled_into(terms, c, new)
+        return _build.make_sum(constant, terms)
+
+    def _of_product(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
+        places, changed, factors = self._places, [], e._terms
+        for n, (base, exponent) in factors.items():
+            new = places.get(base._made[0], base) if base._kind == k.VAR else of(base)
+            power = exponent if exponent._kind == k.CONSTANT else of(exponent)
+            if new is not base or power is not exponent:
+                changed.append((n, new, power))
+        if not changed:
+            return e
+        if any([new._kind == k.DIV for _, new, _ in changed]):  # what quotients and others give depends on their order
+            parts = [of(part) for part in _build.children(e)]
+            return _build.rebuild(e, parts)
+        factors = factors.copy()
+        for n, _, _ in changed:
+            del factors[n]
+        out = _build.make_product(e._constant, factors)
+        for _, new, power in changed:
+            factor = new if power is _build.ONE else _build.power(new, power)
+            out = factor if out is _build.ONE else _build.multiply(out, factor)
+        return out
 
 
 # Expansion
@@ -283,6 +339,5 @@ def _is_natural(e: Expression) -> bool:
 def object_array(items: Sequence[Any], shape: tuple[int, ...] | None = None) -> np.ndarray:
     """An array of objects from a flat list."""
     out = np.empty(len(items), dtype=object)
-    for i, item in enumerate(items):
-        out[i] = item
+    out[:] = items
     return out if shape is None else out.reshape(shape)

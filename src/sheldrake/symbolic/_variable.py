@@ -225,10 +225,24 @@ def intersect(vars1: Variables, vars2: Variables) -> Variables:
     return Variables([v for v in vars1 if v in vars2])
 
 
+def named(names: Iterable[str], type: VariableType) -> list[Variable]:
+    """New variables of these names."""
+    out, kind = [], type._value_ << 56
+    for name in names:
+        v = Variable.__new__(Variable)
+        v._id, v._name, v._type, v._expression = next(_ids) | kind, name, type, None
+        out.append(v)
+    return out
+
+
 def _make(size: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
+    if not isinstance(name, str) or not isinstance(type, VariableType):
+        raise TypeError(f"expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
     out = np.empty(size, dtype=object)
-    for index in np.ndindex(size):
-        out[index] = Variable(f"{name}({', '.join(map(str, index))})", type)
+    if len(size) == 1:
+        out[:] = named([f"{name}({i})" for i in range(size[0])], type)
+    else:
+        out.ravel()[:] = named([f"{name}({i}, {j})" for i in range(size[0]) for j in range(size[1])], type)
     return out
 
 

@@ -21,8 +21,9 @@ from sheldrake.solvers._engines.snopt import InteriorPointSolver, SnoptSolver
 from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
 from sheldrake.solvers._engines.unavailable import GurobiSolver, MosekSolver
 from sheldrake.solvers._ids import ProgramType, SolverId
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
-from sheldrake.solvers._program_type import GetProgramType
+from sheldrake.solvers._program_type import type_of_program
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
 
@@ -84,13 +85,25 @@ def ChooseBestSolver(prog: MathematicalProgram) -> SolverId:
     Raises:
         ValueError: none of those that can be used here can solve it.
     """
-    kind = GetProgramType(prog)
-    first: list[type[SolverInterface]] = [LinearSystemSolver, EqualityConstrainedQPSolver]
-    mixed = kind in (_P.kMILP, _P.kMIQP, _P.kMISOCP, _P.kMISDP)
-    for cls in [*([] if mixed else first), *_BEST[kind], *(_ALL if kind is _P.kUnknown else [])]:
-        if _usable(cls) and cls().AreProgramAttributesSatisfied(prog):
-            return cls.id()
-    if mixed:
+    return _best(prog).id()
+
+
+_FIRST: list[type[SolverInterface]] = [LinearSystemSolver, EqualityConstrainedQPSolver]
+_MIXED = {_P.kMILP, _P.kMIQP, _P.kMISOCP, _P.kMISDP}
+_CANDIDATES = {
+    kind: [*([] if kind in _MIXED else _FIRST), *best, *(_ALL if kind is _P.kUnknown else [])]
+    for kind, best in _BEST.items()
+}
+
+
+def _best(prog: MathematicalProgram) -> type[SolverInterface]:
+    """The solver to use for a program (see `ChooseBestSolver`)."""
+    has = parts_of(prog).bindings.attributes()
+    kind = type_of_program(prog, has)
+    for cls in _CANDIDATES[kind]:
+        if has <= cls._attributes and _usable(cls) and cls().AreProgramAttributesSatisfied(prog):
+            return cls
+    if kind in _MIXED:
         raise ValueError(
             "There is no available solver for the optimization program, please manually instantiate "
             "MixedIntegerBranchAndBound and solve the problem if the problem size is small, typically with less than a "
@@ -98,7 +111,7 @@ def ChooseBestSolver(prog: MathematicalProgram) -> SolverId:
             f"search = MixedIntegerBranchAndBound(prog, {_relaxed_solver(kind)}.id()); search.Solve(); "
             "search.GetSolution(x).)"
         )
-    has = ", ".join(sorted(a.name[1:] for a in prog.required_capabilities()))
+    has = ", ".join(sorted(a.name[1:] for a in has))
     raise ValueError(
         f"There is no available solver for the optimization program, a {kind.name[1:]} with {has}. Convex programs "
         "need the package clarabel (pip install sheldrake[solvers])."
@@ -157,7 +170,7 @@ def Solve(
     if not isinstance(prog, MathematicalProgram):
         accepted = ["(prog: MathematicalProgram, initial_guess = None, solver_options: SolverOptions = None)"]
         raise incompatible("Solve", accepted, (prog, initial_guess, solver_options), {})
-    return MakeSolver(ChooseBestSolver(prog)).Solve(prog, initial_guess, solver_options)
+    return _best(prog)()._solve(prog, initial_guess, solver_options)
 
 
 def SolveInParallel(

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import functools
-import importlib.util
 from collections.abc import Hashable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers._engines.conic import ConicForm
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import SolverInterface, is_installed
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
@@ -50,7 +50,7 @@ class ClarabelSolver(SolverInterface):
 
     @classmethod
     def _is_available(cls) -> bool:
-        return importlib.util.find_spec("clarabel") is not None
+        return is_installed("clarabel")
 
     def _why_not_available(self) -> str:
         return "stands on the package clarabel, which is not installed (pip install sheldrake[solvers])."
@@ -65,30 +65,64 @@ class ClarabelSolver(SolverInterface):
     ) -> None:
         import clarabel
 
-        form = ConicForm(prog)
-        settings = self._settings(clarabel, options)
-        cones = [_cone(clarabel, cone) for cone in form.cones]
-        solver = clarabel.DefaultSolver(form.upper_P(), form.q, form.A(), form.b, cones, settings)
-        found = solver.solve()
+        form = parts_of(prog).form(ConicForm, prog)
+        found = _Prepared.of(clarabel, form, self._settings(clarabel, options)).solve(form)
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
         outcome = _RESULTS.get(status, SolutionResult.kSolverSpecificError)
         result._details = self._told(found, outcome, form.constant)
         result._finish(outcome, form.x(x), form.cost(x))
         if outcome is SolutionResult.kSolutionFound:
-            for binding, dual in form.duals(z):
-                result._set_dual(binding, dual)
+            result._set_duals_late(functools.partial(form.duals, z))
 
     def _told(self, found: Any, outcome: SolutionResult, constant: float) -> ClarabelSolverDetails | CsdpSolverDetails:
         return ClarabelSolverDetails(found.solve_time, found.iterations, str(found.status))
 
-    def _settings(self, clarabel: Any, options: SolverOptions) -> Any:
-        settings = clarabel.DefaultSettings()
-        settings.verbose = self._prints(options)
-        for key, value in self._given(options, _names_of_settings(settings.__class__)).items():
-            kind = type(getattr(settings, key))
-            setattr(settings, key, kind(value))
-        return settings
+    def _settings(self, clarabel: Any, options: SolverOptions) -> dict[str, Any]:
+        if not options.options:
+            return {"verbose": False}
+        defaults = clarabel.DefaultSettings()
+        given = self._given(options, _names_of_settings(defaults.__class__))
+        found = {key: type(getattr(defaults, key))(value) for key, value in given.items()}
+        return {"verbose": self._prints(options), **found}
+
+
+class _Prepared:
+    """Clarabel with the matrices of a form, lent by the form while a program is solved.
+
+    What it makes of matrices and linear costs before it begins does not depend on bounds. These it is told once more,
+    as scaling them in both ways rounds them in two: so a solution has the bits of a form that nobody has asked before.
+    """
+
+    def __init__(self, clarabel: Any, form: ConicForm, settings: dict[str, Any]) -> None:
+        self.settings, self._q, self._b = settings, form.q, None if form.is_linear() else form.b
+        given = clarabel.DefaultSettings()
+        for key, value in settings.items():
+            setattr(given, key, value)
+        cones = [_cone(clarabel, cone) for cone in form.cones]
+        P, A = form.upper_P.as_lists(), form.A.as_lists()
+        self._solver = clarabel.DefaultSolver(P, form.q.tolist(), A, form.b.tolist(), cones, given)
+
+    @classmethod
+    def of(cls, clarabel: Any, form: ConicForm, settings: dict[str, Any]) -> _Prepared:
+        """One that is idle, if it fits, or a new one."""
+        try:
+            found = form.idle.pop()  # another thread may be solving the same program
+        except IndexError:
+            return cls(clarabel, form, settings)
+        fits = found.settings == settings and np.array_equal(found._q, form.q)
+        return found if fits else cls(clarabel, form, settings)
+
+    def solve(self, form: ConicForm) -> Any:
+        """What Clarabel finds."""
+        again = self._solver.is_data_update_allowed()
+        if again and self._b is not form.b:
+            self._solver.update(b=form.b.tolist())
+            self._b = form.b
+        found = self._solver.solve()
+        if again:
+            form.idle.append(self)
+        return found
 
 
 @functools.cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 class Columns(NamedTuple):
     """A sparse matrix by columns with the attributes of SciPy's, which take as long to make as the program to solve."""
 
-    data: np.ndarray
-    indices: np.ndarray
-    indptr: np.ndarray
+    data: Any
+    indices: Any
+    indptr: Any
     shape: tuple[int, int]
     has_canonical_format: bool = True
 
@@ -37,6 +37,10 @@ class Columns(NamedTuple):
             values = np.add.reduceat(values, np.flatnonzero(differs))
             rows, cols = rows[differs], cols[differs]
         return cls(values, rows, np.searchsorted(cols, np.arange(shape[1] + 1)), shape)
+
+    def as_lists(self) -> Columns:
+        """The same with lists, which solvers outside of Python read in less time than arrays."""
+        return self._replace(data=self.data.tolist(), indices=self.indices.tolist(), indptr=self.indptr.tolist())
 
     def for_scipy(self) -> scipy.sparse.csc_matrix:
         """The same, for solvers that ask for SciPy's own."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.linear_rows import LinearRows
+from sheldrake.solvers._engines.linear_rows import LinearRows, entries, places_of
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -45,38 +47,36 @@ class ConicForm:
         self._matrices()
         self._exponential()
         self.b = np.concatenate(self._b)
+        del self.prog  # which keeps its form: no need to wait for the collector of cycles
+        self.idle: list[Any] = []  # what a solver keeps for the next program with these matrices
 
+    def is_linear(self) -> bool:
+        """Whether there are linear constraints alone, and costs no more than quadratic."""
+        return self.num_vars == self._first_slack and all([c.kind in ("zero", "nonnegative") for c in self.cones])
+
+    @functools.cached_property
     def upper_P(self) -> Columns:
         """The upper triangle of the quadratic cost as a sparse matrix."""
         rows, cols, values = self._triplets_P
         upper = rows <= cols
         return Columns.of_triplets(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
 
+    @functools.cached_property
     def A(self) -> Columns:
         """The constraints as a sparse matrix."""
         rows, cols, values = (np.concatenate(parts) for parts in (self._rows, self._cols, self._values))
         return Columns.of_triplets(rows, cols, values, (self.num_rows, self.num_vars))
 
     def _objective(self) -> None:
-        prog = self.prog
-        rows, cols, values = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)], [np.zeros(0)]
-        q, self.constant = np.zeros(prog.num_vars()), 0.0
-        for b in prog.quadratic_costs():
-            at, cost = parts_of(prog).bindings.places(b), b._evaluator
-            i, j = cost._Q.nonzero()
-            rows.append(at[i])
-            cols.append(at[j])
-            values.append(cost._Q[i, j])
-            np.add.at(q, at, cost._b)
-            self.constant += cost._c
-        for linear in prog.linear_costs():
-            np.add.at(q, parts_of(prog).bindings.places(linear), linear.evaluator()._a)
-            self.constant += linear.evaluator()._b
-        slacks = len(prog.l2norm_costs())
-        self._first_slack = prog.num_vars()
+        quadratic = self.prog.quadratic_costs()
+        rows, cols, values = entries([b._evaluator._Q for b in quadratic], [b._evaluator._num_vars for b in quadratic])
+        at = places_of(self.prog, quadratic)
+        self._triplets_P = at[rows], at[cols], values
+        slacks = len(self.prog.l2norm_costs())
+        self._first_slack = self.num_vars
         self.num_vars += slacks
-        self.q = np.concatenate((q, np.ones(slacks)))
-        self._triplets_P = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
+        q, self.constant = linear_objective(self.prog)
+        self.q = np.concatenate((q, np.ones(slacks))) if slacks else q
 
     # Rows
 
@@ -99,28 +99,35 @@ class ConicForm:
         """Linear constraints: first equations, then upper bounds, then lower bounds."""
         prog = self.prog
         linear = prog.linear_constraints(), prog.linear_equality_constraints(), prog.bounding_box_constraints()
-        all_rows = LinearRows(prog, [b for kind in linear for b in kind])
-        lower, upper = all_rows.lower, all_rows.upper
-        equal = lower == upper
-        never = np.flatnonzero((lower == np.inf) | (upper == -np.inf))
-        equations = np.flatnonzero(equal)
-        parts = [(equations, 1.0, self._add_rows(all_rows, equations, upper, 1.0))]
+        table = self._table = LinearRows(prog, [b for kind in linear for b in kind])
+        self._kinds = kinds = _kinds_of_rows(table.lower, table.upper)
+        equations = kinds[0].nonzero()[0]
+        self._parts = [(equations, 1.0, self._add_rows(table, equations, table.upper, 1.0))]
         self._cone("zero", self.num_rows)
         start = self.num_rows
-        for sign, bound in ((1.0, upper), (-1.0, lower)):
-            chosen = np.flatnonzero(~equal & np.isfinite(bound))
-            parts.append((chosen, sign, self._add_rows(all_rows, chosen, bound, sign)))
-        self._add(np.zeros((len(never), 0)), np.zeros(0, int), -np.ones(len(never)))  # No number is there: 0 <= -1.
+        for sign, bound, there in ((1.0, table.upper, kinds[1]), (-1.0, table.lower, kinds[2])):
+            chosen = there.nonzero()[0]
+            self._parts.append((chosen, sign, self._add_rows(table, chosen, bound, sign)))
+        never = int(np.count_nonzero(kinds[3]))
+        if never:
+            self._add(np.zeros((never, 0)), np.zeros(0, int), -np.ones(never))  # No number is there: 0 <= -1.
         self._cone("nonnegative", self.num_rows - start)
 
-        def shadow_prices(z: np.ndarray) -> np.ndarray:
-            """Raising an upper bound by one changes the cost by -z, a lower bound by +z."""
-            out = np.zeros(all_rows.num_rows)
-            for chosen, sign, rows in parts:
-                out[chosen] -= sign * z[rows]
-            return out
+    def moved(self, prog: MathematicalProgram) -> ConicForm | None:
+        """The form of the program, which has linear constraints alone, with other bounds, linear costs and constants.
 
-        self._linear_places, self._shadow_prices = all_rows.places, shadow_prices
+        None where the form has other rows then.
+        """
+        table = self._table.again()
+        if not np.array_equal(_kinds_of_rows(table.lower, table.upper), self._kinds):
+            return None
+        out = copy.copy(self)
+        out._table = table
+        out.q, out.constant = linear_objective(prog)
+        out.b = self.b.copy()  # what it holds of rows that no number satisfies stays
+        for chosen, sign, rows in self._parts:
+            out.b[rows] = sign * (table.lower if sign < 0.0 else table.upper)[chosen]
+        return out
 
     def _add_rows(self, source: LinearRows, chosen: np.ndarray, bound: np.ndarray, sign: float) -> slice:
         """Adds rows sign A x + s = sign bound; returns where they are."""
@@ -194,7 +201,7 @@ class ConicForm:
 
     def x(self, found: np.ndarray) -> np.ndarray:
         """The decision variables from all variables."""
-        return found[: self.prog.num_vars()]
+        return found[: self._first_slack]
 
     def cost(self, found: np.ndarray) -> float:
         """The cost of the program at a point."""
@@ -203,8 +210,10 @@ class ConicForm:
 
     def duals(self, z: np.ndarray) -> list[tuple[BindingBase, np.ndarray]]:
         """Duals of the constraints from those of the rows (of A x + s = b, s in K, as z in the dual cone)."""
-        prices = self._shadow_prices(z)
-        linear: list[tuple[BindingBase, np.ndarray]] = [(b, prices[rows]) for b, rows in self._linear_places]
+        prices = np.zeros(self._table.num_rows)
+        for chosen, sign, rows in self._parts:  # raising an upper bound by one changes the cost by -z, a lower by +z
+            prices[chosen] -= sign * z[rows]
+        linear: list[tuple[BindingBase, np.ndarray]] = [(b, prices[rows]) for b, rows in self._table.places]
         return linear + [(b, dual(z)) for b, dual in self._duals]
 
 
@@ -221,3 +230,24 @@ def upper_triangle(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows, columns and scales (sqrt 2 off the diagonal) of the upper triangle, column after column."""
     j, i = np.tril_indices(n)
     return i, j, np.where(i == j, 1.0, ROOT2)
+
+
+def _kinds_of_rows(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Which rows are equations, which others have an upper bound, which a lower one, and which hold for no number."""
+    equal = lower == upper
+    never = (lower == np.inf) | (upper == -np.inf)
+    return np.array([equal, ~equal & np.isfinite(upper), ~equal & np.isfinite(lower), never])
+
+
+def linear_objective(prog: MathematicalProgram) -> tuple[np.ndarray, float]:
+    """c and constant: linear and quadratic costs are c' x + constant and quadratic terms."""
+    c, constant = np.zeros(prog.num_vars()), 0.0
+    quadratic, linear = prog.quadratic_costs(), prog.linear_costs()
+    if quadratic or linear:
+        slopes = [b._evaluator._b for b in quadratic] + [b._evaluator._a for b in linear]
+        np.add.at(c, places_of(prog, [*quadratic, *linear]), np.concatenate(slopes))
+    for b in quadratic:
+        constant += b._evaluator._c
+    for cost in linear:
+        constant += cost._evaluator._b
+    return c, constant

@@ -5,14 +5,13 @@ D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded 
 
 from __future__ import annotations
 
-import importlib.util
 from typing import NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.highs import linear_rows, set_box_duals, variable_bounds
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import SolverInterface, is_installed
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -59,7 +58,7 @@ class DaqpSolver(SolverInterface):
 
     @classmethod
     def _is_available(cls) -> bool:
-        return importlib.util.find_spec("daqp") is not None
+        return is_installed("daqp")
 
     def _why_not_available(self) -> str:
         return "stands on the package daqp, which is not installed (pip install sheldrake[solvers])."

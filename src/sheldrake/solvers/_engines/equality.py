@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+import functools
+
 import numpy as np
 
+from sheldrake.solvers._engines.conic import linear_objective
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
@@ -12,26 +17,60 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
 
-
-def equations(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
-    """All linear equations as A x = b over all decision variables."""
-    bindings = prog.linear_equality_constraints()
-    rows = sum(b._evaluator.num_constraints() for b in bindings)
-    M, rhs, at = np.zeros((rows, prog.num_vars())), np.zeros(rows), 0
-    for b in bindings:
-        m = b._evaluator.num_constraints()
-        add_columns(
-            M[at : at + m], parts_of(prog).bindings.places(b), b._evaluator._jacobian(np.zeros(len(b._variables)))
-        )
-        rhs[at : at + m] = b._evaluator._lower
-        at += m
-    return M, rhs
+_MOST = 100  # rows up to which a pseudoinverse is kept for the next solve
 
 
-def add_columns(out: np.ndarray, places: np.ndarray, block: np.ndarray) -> None:
-    """Adds the columns of a block at their places; a variable may be there several times."""
-    for j, place in enumerate(places):
-        out[:, place] += block[:, j]
+class EquationsForm:
+    """Linear equations M x = rhs over all decision variables, with a cost 1/2 x' Q x + c' x + constant.
+
+    Args:
+        prog: The program.
+    """
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        self._table = LinearRows(prog, prog.linear_equality_constraints())
+        self.rhs, self.places = self._table.lower, self._table.places
+        m, n = self._table.num_rows, prog.num_vars()
+        rows, cols, values = self._table.rows, self._table.cols, self._table.values
+        self.M = np.bincount(rows * n + cols, values, m * n).reshape(m, n)
+        self.Q, self.c, self.constant = quadratic_objective(prog)
+
+    def moved(self, prog: MathematicalProgram) -> EquationsForm:
+        """The form of the program with other right hand sides and linear costs."""
+        out = copy.copy(self)
+        out.rhs = self._table.again().lower
+        out.c, out.constant = linear_objective(prog)
+        return out
+
+    @functools.cached_property
+    def equations(self) -> LeastSquares:
+        """Solves M x = rhs."""
+        return LeastSquares(self.M)
+
+    @functools.cached_property
+    def optimum(self) -> LeastSquares:
+        """Solves the conditions of Karush, Kuhn and Tucker for x and the duals."""
+        m = len(self.rhs)
+        return LeastSquares(np.block([[self.Q, -self.M.T], [self.M, np.zeros((m, m))]]))
+
+
+class LeastSquares:
+    """The x for which A x is nearest to b; of many the shortest.
+
+    Args:
+        A: The matrix.
+    """
+
+    def __init__(self, A: np.ndarray) -> None:
+        self._A = A
+        self._inverse = np.linalg.pinv(A, rcond=np.finfo(float).eps * max(A.shape)) if max(A.shape) <= _MOST else None
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """x for this b."""
+        if self._inverse is None:
+            return np.linalg.lstsq(self._A, b, rcond=None)[0]
+        x = self._inverse @ b
+        return x + self._inverse @ (b - self._A @ x)  # what rounding left
 
 
 def _required(solver: str, attribute: str) -> str:
@@ -52,9 +91,10 @@ class LinearSystemSolver(SolverInterface):
     def _do_solve(
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
-        M, rhs = equations(prog)
-        x = np.linalg.lstsq(M, rhs, rcond=None)[0]
-        fits = np.allclose(M @ x, rhs, rtol=1e-9, atol=1e-9 * max(1.0, np.abs(rhs).max(initial=0.0)))
+        form = parts_of(prog).form(EquationsForm, prog)
+        x = form.equations.solve(form.rhs)
+        off = np.abs(form.M @ x - form.rhs).max(initial=0.0)
+        fits = off <= 1e-9 * max(1.0, np.abs(form.rhs).max(initial=0.0))
         result._finish(SolutionResult.kSolutionFound if fits else SolutionResult.kInfeasibleConstraints, x, 0.0)
 
 
@@ -80,12 +120,10 @@ class EqualityConstrainedQPSolver(SolverInterface):
     ) -> None:
         n = prog.num_vars()
         tolerance = self._options(options, {"FeasibilityTol": 1e-12})["FeasibilityTol"]
-        Q, c, constant = quadratic_objective(prog)
-        M, rhs = equations(prog)
+        form = parts_of(prog).form(EquationsForm, prog)
+        Q, c, M, rhs = form.Q, form.c, form.M, form.rhs
         m = len(rhs)
-        # Karush-Kuhn-Tucker conditions; least squares choose among many solutions the shortest.
-        K = np.block([[Q, -M.T], [M, np.zeros((m, m))]])
-        found = np.linalg.lstsq(K, np.concatenate((-c, rhs)), rcond=None)[0] if n + m else np.zeros(0)
+        found = form.optimum.solve(np.concatenate((-c, rhs))) if n + m else np.zeros(0)
         x, dual = found[:n], found[n:]
         scale = max(1.0, np.abs(rhs).max(initial=0.0))
         if m and np.abs(M @ x - rhs).max() > max(tolerance, 1e-9) * scale:
@@ -95,24 +133,15 @@ class EqualityConstrainedQPSolver(SolverInterface):
         if np.abs(slope).max(initial=0.0) > 1e-8 * max(1.0, np.abs(c).max(initial=0.0)):
             result._finish(SolutionResult.kUnbounded, np.full(n, np.nan), -np.inf)
             return
-        result._finish(SolutionResult.kSolutionFound, x, 0.5 * x @ Q @ x + c @ x + constant)
-        at = 0
-        for b in prog.linear_equality_constraints():
-            rows = b._evaluator.num_constraints()
-            result._set_dual(b, dual[at : at + rows])
-            at += rows
+        result._finish(SolutionResult.kSolutionFound, x, 0.5 * x @ Q @ x + c @ x + form.constant)
+        result._set_duals_late(lambda: [(b, dual[rows]) for b, rows in form.places])
 
 
 def quadratic_objective(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray, float]:
     """Q, c, constant with linear and quadratic costs adding up to 1/2 x' Q x + c' x + constant."""
     n = prog.num_vars()
-    Q, c, constant = np.zeros((n, n)), np.zeros(n), 0.0
+    Q = np.zeros((n, n))
     for b in prog.quadratic_costs():
-        at, cost = parts_of(prog).bindings.places(b), b._evaluator
-        np.add.at(Q, (at[:, None], at[None, :]), cost._Q)
-        np.add.at(c, at, cost._b)
-        constant += cost._c
-    for linear in prog.linear_costs():
-        np.add.at(c, parts_of(prog).bindings.places(linear), linear.evaluator()._a)
-        constant += linear.evaluator()._b
-    return Q, c, constant
+        at = parts_of(prog).bindings.places(b)
+        np.add.at(Q, (at[:, None], at[None, :]), b._evaluator._Q)
+    return Q, *linear_objective(prog)

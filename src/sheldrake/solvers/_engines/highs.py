@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import copy
+import functools
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
-from sheldrake.solvers._engines.equality import quadratic_objective
+from sheldrake.solvers._engines.conic import linear_objective
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.linear import SMALL, maximize_small
-from sheldrake.solvers._engines.linear_rows import LinearRows
+from sheldrake.solvers._engines.linear_rows import LinearRows, places_of
+from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverId, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
@@ -48,7 +52,7 @@ def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
     boxes = prog.bounding_box_constraints()
     if boxes:
-        at = parts_of(prog).variables.places(np.concatenate([b._variables for b in boxes]))
+        at = places_of(prog, boxes)
         np.maximum.at(lower, at, np.concatenate([b._evaluator._lower for b in boxes]))
         np.minimum.at(upper, at, np.concatenate([b._evaluator._upper for b in boxes]))
     return lower, upper
@@ -58,19 +62,85 @@ def set_box_duals(
     prog: MathematicalProgram, result: MathematicalProgramResult, low: ArrayLike, high: ArrayLike
 ) -> None:
     """Duals of bounding boxes from those of the tightest bounds; the first box that is as tight gets them."""
-    lower, upper = variable_bounds(prog)
-    left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)
-    for b in prog.bounding_box_constraints():
-        at, c = parts_of(prog).bindings.places(b), b._evaluator
-        dual = np.zeros(len(at))
-        for i, place in enumerate(at):
-            if c._lower[i] == lower[place]:
-                dual[i] += left_low[place]
-                left_low[place] = 0.0
-            if c._upper[i] == upper[place]:
-                dual[i] += left_high[place]
-                left_high[place] = 0.0
+    for b, dual in Boxes(prog).duals(low, high):
         result._set_dual(b, dual)
+
+
+class Boxes:
+    """The bounds of the variables of a program, and which constraints say so.
+
+    Args:
+        prog: The program.
+
+    Attributes:
+        bounds: The tightest lower and upper bounds of all decision variables.
+    """
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        self.bounds = variable_bounds(prog)
+        self._boxes = [
+            (b, places_of(prog, [b]).tolist(), b._evaluator._lower, b._evaluator._upper)
+            for b in prog.bounding_box_constraints()
+        ]
+
+    def duals(self, low: ArrayLike, high: ArrayLike) -> Iterator[tuple[BindingBase, np.ndarray]]:
+        """Duals of the constraints from those of the tightest bounds; the first that is as tight gets them."""
+        lower, upper = self.bounds
+        left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)
+        for b, places, lows, highs in self._boxes:
+            dual = np.zeros(len(places))
+            for i, place in enumerate(places):
+                if lows[i] == lower[place]:
+                    dual[i] += left_low[place]
+                    left_low[place] = 0.0
+                if highs[i] == upper[place]:
+                    dual[i] += left_high[place]
+                    left_high[place] = 0.0
+            yield b, dual
+
+
+class LinearForm:
+    """A linear program: the least c' x + constant with rows and bounds of variables.
+
+    Args:
+        prog: The program.
+    """
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        self.rows = LinearRows(prog, prog.GetLinearConstraints())
+        self._take_numbers(prog)
+
+    def _take_numbers(self, prog: MathematicalProgram) -> None:
+        self.c, self.constant = linear_objective(prog)
+        self.boxes = Boxes(prog)
+
+    def moved(self, prog: MathematicalProgram) -> LinearForm:
+        """The form of the program with other bounds and costs."""
+        out = copy.copy(self)
+        out.rows = self.rows.again()
+        out.__dict__.pop("inequalities", None)
+        out._take_numbers(prog)
+        return out
+
+    def is_empty(self) -> bool:
+        """Whether a row or the bounds of a variable alone leave nothing."""
+        return _box_is_empty(*self.boxes.bounds) or bool((self.rows.lower > self.rows.upper).any())
+
+    @functools.cached_property
+    def _dense(self) -> np.ndarray:
+        """Rows and bounds as one matrix."""
+        rows, n = self.rows, len(self.c)
+        A = np.bincount(rows.rows * n + rows.cols, rows.values, rows.num_rows * n).reshape(rows.num_rows, n)
+        return np.vstack((A, np.eye(n)))
+
+    @functools.cached_property
+    def inequalities(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """A and b of A x <= b, and which rows and bounds have an upper and which a lower limit."""
+        lower, upper = self.boxes.bounds
+        lower, upper = np.concatenate((self.rows.lower, lower)), np.concatenate((self.rows.upper, upper))
+        above, below = np.isfinite(upper), np.isfinite(lower)
+        A = np.concatenate((self._dense[above], -self._dense[below]))
+        return A, np.concatenate((upper[above], -lower[below])), above, below
 
 
 class ClpSolverDetails(NamedTuple):
@@ -100,21 +170,21 @@ class ClpSolver(SolverInterface):
     def _do_solve(
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
-        from scipy.optimize import linprog
-
         if prog.quadratic_costs():
             ClarabelSolver().Solve(prog, guess, options, result)
             result._details = ClpSolverDetails(_CLP_CODES.get(result.get_solution_result(), 4))
             return
-        _, c, constant = quadratic_objective(prog)
-        rows = LinearRows(prog, prog.GetLinearConstraints())
-        low, high, bounds = rows.lower, rows.upper, variable_bounds(prog)
-        if _box_is_empty(*bounds) or np.any(low > high):
+        form = parts_of(prog).form(LinearForm, prog)
+        if form.is_empty():
             result._details = ClpSolverDetails(1)
             result._finish(SolutionResult.kInfeasibleConstraints, np.zeros(prog.num_vars()), np.inf)
             return
-        if not self._prints(options) and _solve_small(prog, rows, bounds, c, constant, result):
+        if not self._prints(options) and _solve_small(form, result):
             return
+        rows, bounds, c, constant = form.rows, form.boxes.bounds, form.c, form.constant
+        low, high = rows.lower, rows.upper
+        from scipy.optimize import linprog
+
         M = _sparse(rows, prog.num_vars())
         equal = low == high
         above, below = ~equal & np.isfinite(high), ~equal & np.isfinite(low)
@@ -146,32 +216,28 @@ class ClpSolver(SolverInterface):
             set_box_duals(prog, result, found.lower.marginals, found.upper.marginals)
 
 
-def _solve_small(
-    prog: MathematicalProgram,
-    rows: LinearRows,
-    bounds: tuple[np.ndarray, np.ndarray],
-    c: np.ndarray,
-    constant: float,
-    result: MathematicalProgramResult,
-) -> bool:
+def _solve_small(form: LinearForm, result: MathematicalProgramResult) -> bool:
     """Solves a small program by the simplex method; whether there is a solution, which is then proven."""
-    m, n = rows.num_rows, prog.num_vars()
+    m, n = form.rows.num_rows, len(form.c)
     if 2 * (m + n) * n > SMALL:
         return False
-    A = np.bincount(rows.rows * n + rows.cols, rows.values, m * n).reshape(m, n)
-    A, lower, upper = np.vstack((A, np.eye(n))), np.append(rows.lower, bounds[0]), np.append(rows.upper, bounds[1])
-    above, below = np.isfinite(upper), np.isfinite(lower)
-    found = maximize_small(-c, np.vstack((A[above], -A[below])), np.append(upper[above], -lower[below]))
+    A, b, above, below = form.inequalities
+    found = maximize_small(-form.c, A, b)
     if found.x is None or found.y is None:
         return False
     result._solver_id = SolverId("Simplex")
     result._details = ClpSolverDetails(_CLP_STATUS[0])
-    result._finish(SolutionResult.kSolutionFound, found.x, c @ found.x + constant)
-    at_lower, at_upper = np.zeros(m + n), np.zeros(m + n)
-    at_upper[above], at_lower[below] = -found.y[: above.sum()], found.y[above.sum() :]
-    for b, places in rows.places:
-        result._set_dual(b, at_lower[places] + at_upper[places])
-    set_box_duals(prog, result, at_lower[m:], at_upper[m:])
+    result._finish(SolutionResult.kSolutionFound, found.x, form.c @ found.x + form.constant)
+
+    def duals() -> Iterator[tuple[BindingBase, np.ndarray]]:
+        at_lower, at_upper = np.zeros(m + n), np.zeros(m + n)
+        count = np.count_nonzero(above)
+        at_upper[above], at_lower[below] = -found.y[:count], found.y[count:]
+        for binding, places in form.rows.places:
+            yield binding, at_lower[places] + at_upper[places]
+        yield from form.boxes.duals(at_lower[m:], at_upper[m:])
+
+    result._set_duals_late(duals)
     return True
 
 
@@ -196,7 +262,7 @@ def _least_violation(
 
 
 def _box_is_empty(lower: np.ndarray, upper: np.ndarray) -> bool:
-    return bool(np.any(lower > upper) or np.any(lower == np.inf) or np.any(upper == -np.inf))
+    return bool((lower > upper).any() or (lower == np.inf).any() or (upper == -np.inf).any())
 
 
 class HighsSolver(SolverInterface):
@@ -210,7 +276,7 @@ class HighsSolver(SolverInterface):
     ) -> None:
         from scipy.optimize import Bounds, LinearConstraint, milp
 
-        _, c, constant = quadratic_objective(prog)
+        c, constant = linear_objective(prog)
         M, low, high, _ = linear_rows(prog)
         binary = np.array([v.get_type() is Variable.Type.BINARY for v in prog.decision_variables()], dtype=bool)
         lower, upper = variable_bounds(prog)

@@ -5,6 +5,8 @@ A solver says which attributes of programs it takes, whether it is installed, an
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +20,17 @@ from sheldrake.solvers._ids import (
     SolverType,
     solver_type_of,
 )
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+
+def is_installed(package: str) -> bool:
+    """Whether a package can be imported."""
+    return package in sys.modules or importlib.util.find_spec(package) is not None
 
 
 def attribute_name(attribute: ProgramAttribute) -> str:
@@ -83,9 +91,10 @@ class SolverInterface:
         return self._unsatisfied(prog)
 
     def _unsatisfied(self, prog: MathematicalProgram) -> str:
-        missing = sorted(prog.required_capabilities() - self._attributes)
-        if not missing:
+        has = parts_of(prog).bindings.attributes()
+        if has <= self._attributes:
             return self._restriction(prog)
+        missing = sorted(has - self._attributes)
         names = [attribute_name(a) for a in missing]
         verb = "was" if len(names) == 1 else "were"
         words = f"a {names[0]}" if len(names) == 1 else ", ".join(f"a {n}" for n in names[:-1]) + f" and a {names[-1]}"
@@ -127,7 +136,17 @@ class SolverInterface:
         reason = self._unsatisfied(prog)
         if reason:
             raise ValueError(reason)
-        out = MathematicalProgramResult() if result is None else result
+        return self._solve(prog, initial_guess, solver_options, result)
+
+    def _solve(
+        self,
+        prog: MathematicalProgram,
+        initial_guess: ArrayLike | None,
+        solver_options: SolverOptions | None,
+        result: MathematicalProgramResult | None = None,
+    ) -> Any:
+        """`Solve` of a program that this solver is known to take."""
+        out = object.__new__(MathematicalProgramResult) if result is None else result
         out._start(prog, SolverId(self._method or self._name))
         guess = prog.initial_guess() if initial_guess is None else np.asarray(initial_guess, dtype=float).ravel()
         if guess.size != prog.num_vars():
@@ -169,4 +188,4 @@ class SolverInterface:
 
     @staticmethod
     def _prints(options: SolverOptions) -> bool:
-        return bool(options._common(CommonSolverOption.kPrintToConsole, 0))
+        return bool(options.options and options._common(CommonSolverOption.kPrintToConsole, 0))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.interface import is_installed
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -121,7 +121,7 @@ class IpoptSolver(NonlinearSolver):
 
     @classmethod
     def _is_available(cls) -> bool:
-        return importlib.util.find_spec("ipyopt") is not None
+        return is_installed("ipyopt")
 
     def _why_not_available(self) -> str:
         return (

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copy
+import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +14,63 @@ from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.constraints import BoundingBoxConstraint, LinearConstraint
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
+
+
+def entries(blocks: Sequence[_arrays.Matrix | None], sizes: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What is not zero in matrices that have rows and columns of their own each: rows, columns and values.
+
+    Args:
+        blocks: The matrices; None for the identity.
+        sizes: How many rows they have.
+    """
+    found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    row = col = 0
+    for kind, run in itertools.groupby(zip(blocks, sizes), _kind_of):
+        members: Any
+        members, heights = zip(*run)
+        height = width = sum(heights)
+        if kind is None:
+            i, j, values = np.arange(height), np.arange(height), np.ones(height)
+        else:
+            width = sum([A.shape[1] for A in members])
+            i, j, values = _of_dense(members) if kind is np.ndarray else _of_sparse(members[0])
+        found.append((i + row, j + col, values) if found else (i, j, values))
+        row, col = row + height, col + width
+    if len(found) == 1:
+        return found[0]
+    rows, cols = (_arrays.joined([part[k] for part in found], int) for k in (0, 1))
+    return rows, cols, _arrays.joined([part[2] for part in found], float)
+
+
+def _kind_of(block: tuple[_arrays.Matrix | None, int]) -> Any:
+    """What is the same for matrices that are taken at once: those that are dense, and identities."""
+    A = block[0]
+    return None if A is None else id(A) if _arrays.is_sparse(A) else np.ndarray
+
+
+def _of_sparse(A: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    triplets = A.tocoo()
+    return triplets.row, triplets.col, triplets.data
+
+
+def _of_dense(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    if len(blocks) == 1:
+        i, j = blocks[0].nonzero()
+        return i, j, blocks[0][i, j]
+    sizes, widths = [len(A) for A in blocks], np.array([A.shape[1] for A in blocks])
+    in_row = widths.repeat(sizes)
+    before = in_row.cumsum() - in_row  # how many numbers are in the rows above
+    first = (widths.cumsum() - widths).repeat(sizes)  # column of each row
+    values = np.concatenate([A.ravel() for A in blocks])
+    kept = values.nonzero()[0]
+    rows = np.arange(len(in_row)).repeat(in_row)[kept]
+    return rows, kept + (first - before)[rows], values[kept]
+
+
+def places_of(prog: MathematicalProgram, bindings: Sequence[BindingBase]) -> np.ndarray:
+    """Places of the variables of bindings among the decision variables, one binding after the other."""
+    places = parts_of(prog).variables.decisions().places
+    return np.array([places[v._id] for b in bindings for v in b._variables.tolist()], dtype=int)
 
 
 class LinearRows:
@@ -27,33 +87,28 @@ class LinearRows:
     """
 
     def __init__(self, prog: MathematicalProgram, bindings: Sequence[BindingBase[LinearConstraint]]):
-        self.places: list[tuple[BindingBase[LinearConstraint], slice]] = []
-        rows, columns, values = [], [], []
-        at = first = 0  # of the rows, and of all columns of all constraints
-        for b in bindings:
-            evaluator = b._evaluator
-            count = evaluator._num_outputs
-            if isinstance(evaluator, BoundingBoxConstraint):
-                i = j = np.arange(count)
-                entries = np.ones(count)
-            elif _arrays.is_sparse(evaluator._A):
-                triplets = evaluator._A.tocoo()
-                i, j, entries = triplets.row, triplets.col, triplets.data
-            else:
-                i, j = evaluator._A.nonzero()
-                entries = evaluator._A[i, j]
-            rows.append(i + at)
-            columns.append(j + first)
-            values.append(entries)
-            self.places.append((b, slice(at, at + count)))
-            at += count
-            first += len(b._variables)
-        self.num_rows = at
-        self.rows, self.values = _arrays.joined(rows, int), _arrays.joined(values, float)
-        variables = _arrays.joined([b._variables for b in bindings], object)
-        self.cols = parts_of(prog).variables.places(variables)[_arrays.joined(columns, int)]
-        self.lower = _arrays.joined([b._evaluator._lower for b in bindings], float)
-        self.upper = _arrays.joined([b._evaluator._upper for b in bindings], float)
+        self._evaluators = [b._evaluator for b in bindings]
+        ends = list(itertools.accumulate([e._num_outputs for e in self._evaluators], initial=0))
+        self.places = [(b, slice(first, end)) for b, first, end in zip(bindings, ends, ends[1:])]
+        self.num_rows = ends[-1]
+        self.rows, columns, self.values = entries(
+            [None if isinstance(e, BoundingBoxConstraint) else e._A for e in self._evaluators],
+            [e._num_outputs for e in self._evaluators],
+        )
+        self.cols = places_of(prog, bindings)[columns]
+        self.lower, self.upper = self._bounds()
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return (
+            _arrays.joined([e._lower for e in self._evaluators], float),
+            _arrays.joined([e._upper for e in self._evaluators], float),
+        )
+
+    def again(self) -> LinearRows:
+        """The same with the bounds that the constraints have now."""
+        out = copy.copy(self)
+        out.lower, out.upper = self._bounds()
+        return out
 
     def of(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The entries of some rows, which are numbered anew from zero in the order given."""

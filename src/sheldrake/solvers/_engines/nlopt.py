@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.interface import is_installed
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -47,7 +47,7 @@ class NloptSolver(NonlinearSolver):
 
     @classmethod
     def _is_available(cls) -> bool:
-        return importlib.util.find_spec("nlopt") is not None
+        return is_installed("nlopt")
 
     def _why_not_available(self) -> str:
         return "stands on the package nlopt, which is not installed (pip install sheldrake[nlp])."

@@ -6,7 +6,6 @@ First-order solvers of convex programs (extra `solvers`), for those who ask for 
 from __future__ import annotations
 
 import functools
-import importlib.util
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import ConicForm
 from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.highs import set_box_duals, variable_bounds
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import SolverInterface, is_installed
 from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -91,7 +90,7 @@ class OsqpSolver(SolverInterface):
 
     @classmethod
     def _is_available(cls) -> bool:
-        return importlib.util.find_spec("osqp") is not None
+        return is_installed("osqp")
 
     def _why_not_available(self) -> str:
         return "stands on the package osqp, which is not installed (pip install osqp)."
@@ -191,7 +190,7 @@ class ScsSolver(SolverInterface):
 
     @classmethod
     def _is_available(cls) -> bool:
-        return importlib.util.find_spec("scs") is not None
+        return is_installed("scs")
 
     def _why_not_available(self) -> str:
         return "stands on the package scs, which is not installed (pip install scs)."
@@ -217,7 +216,7 @@ class ScsSolver(SolverInterface):
                 cones["ep"] += 1
             else:
                 cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
-        P, A = (csc_matrix(M[:3], shape=M.shape) for M in (form.upper_P(), form.A()))
+        P, A = (csc_matrix(M[:3], shape=M.shape) for M in (form.upper_P, form.A))
         data = {"P": P, "A": A[order].tocsc(), "b": form.b[order], "c": form.q}
         settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options)}
         settings.update(self._given(options, _SCS_OPTIONS))
@@ -232,8 +231,7 @@ class ScsSolver(SolverInterface):
         x = np.asarray(found["x"])
         result._finish(outcome, form.x(x), form.cost(x))
         if outcome is SolutionResult.kSolutionFound:
-            for binding, dual in form.duals(z):
-                result._set_dual(binding, dual)
+            result._set_duals_late(functools.partial(form.duals, z))
 
 
 def _rows_for_scs(form: ConicForm) -> np.ndarray:

@@ -114,6 +114,8 @@ class LinearConstraint(Constraint):
         lb, ub = _bounds(new_lb, new_ub)
         if lb.size != A.shape[0] or ub.size != A.shape[0]:
             raise RuntimeError("New constraints have invalid dimensions")
+        if self._A.__class__ is A.__class__ is np.ndarray and np.array_equal(A, self._A):
+            A = self._A  # what was made of the matrix still fits
         self._set_linear(A, lb, ub)
 
     def RemoveTinyCoefficient(self, tol: float) -> None:
@@ -261,11 +263,19 @@ class QuadraticConstraint(Constraint):
         self._set_sizes(1, self._b.size)
         self._set_bounds(*_bounds(lb, ub))
 
+    @classmethod
+    def _of(cls, Q: np.ndarray, b: np.ndarray, lb: float, ub: float) -> Self:
+        """The constraint of arrays that nobody else has, Q being symmetric; its bounds are numbers."""
+        self = cls.__new__(cls)
+        self._set_coefficients(Q, b, None)
+        self._set_sizes(1, b.size)
+        self._lower, self._upper = np.array([lb]), np.array([ub])
+        return self
+
     def _set_coefficients(self, Q: np.ndarray, b: np.ndarray, hessian_type: HessianType | None) -> None:
         if Q.shape[0] != b.size:
             raise RuntimeError(f"QuadraticConstraint: Q has {Q.shape[0]} rows but b has {b.size} elements.")
-        self._Q, self._b = Q, b
-        self._hessian = _hessian_type(Q) if hessian_type is None else hessian_type
+        self._Q, self._b, self._given_type = Q, b, hessian_type
 
     def Q(self) -> np.ndarray:
         """Returns the Hessian, shape `(n, n)`."""
@@ -277,17 +287,18 @@ class QuadraticConstraint(Constraint):
 
     def hessian_type(self) -> HessianType:
         """Returns the signs of the eigenvalues of Q."""
-        return self._hessian
+        if self._given_type is None:
+            self._given_type = _hessian_type(self._Q)
+        return self._given_type
 
     def is_convex(self) -> bool:
         """Tells whether the points that satisfy it are a convex set."""
-        if self._hessian is self.HessianType.kZero:
+        kind = self.hessian_type()
+        if kind is self.HessianType.kZero:
             return True
-        if self._hessian is self.HessianType.kPositiveSemidefinite:
+        if kind is self.HessianType.kPositiveSemidefinite:
             return bool(np.isneginf(self._lower[0]))
-        return self._hessian is QuadraticConstraint.HessianType.kNegativeSemidefinite and bool(
-            np.isposinf(self._upper[0])
-        )
+        return kind is self.HessianType.kNegativeSemidefinite and bool(np.isposinf(self._upper[0]))
 
     def UpdateCoefficients(self, new_Q: ArrayLike, new_b: ArrayLike, hessian_type: HessianType | None = None) -> None:
         """Sets the coefficients.

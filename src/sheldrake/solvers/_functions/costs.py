@@ -27,7 +27,11 @@ def symmetric(Q: ArrayLike) -> np.ndarray:
     Raises:
         RuntimeError: it is not square.
     """
-    Q = _arrays.float_matrix(Q)
+    return symmetric_part(_arrays.float_matrix(Q))
+
+
+def symmetric_part(Q: _arrays.Matrix) -> np.ndarray:
+    """The same of a matrix of floats."""
     if Q.shape[0] != Q.shape[1]:
         raise RuntimeError(f"The matrix of a quadratic form must be square, it is {Q.shape[0]} x {Q.shape[1]}.")
     return Q if isinstance(Q, np.ndarray) and (Q == Q.T).all() else (Q + Q.T) / 2.0
@@ -60,6 +64,14 @@ class LinearCost(Cost):
         self._a, self._b = _arrays.float_vector(a), float(b)
         self._set_sizes(1, self._a.size)
 
+    @classmethod
+    def _of(cls, a: np.ndarray, b: float) -> Self:
+        """The cost of an array that nobody else has."""
+        self = cls.__new__(cls)
+        self._a, self._b = a, b
+        self._set_sizes(1, a.size)
+        return self
+
     def a(self) -> np.ndarray:
         """Returns the coefficients, shape `(n,)`."""
         return self._a.copy()
@@ -81,6 +93,7 @@ class LinearCost(Cost):
     @checked
     def update_coefficient_entry(self, i: int, val: float) -> None:
         """Sets one coefficient."""
+        self._a = self._a.copy()  # arrays never change in place: a kept form of the program knows them by identity
         self._a[i] = val
 
     def update_constant_term(self, new_b: float) -> None:
@@ -121,7 +134,10 @@ class QuadraticCost(Cost):
     """
 
     def __init__(self, Q: ArrayLike, b: ArrayLike, c: float = 0.0, is_convex: bool | None = None):
-        self._Q, self._b, self._c = symmetric(Q), _arrays.float_vector(b), float(c)
+        self._set(symmetric(Q), _arrays.float_vector(b), float(c), is_convex)
+
+    def _set(self, Q: np.ndarray, b: np.ndarray, c: float, is_convex: bool | None) -> None:
+        self._Q, self._b, self._c = Q, b, c
         if self._Q.shape[0] != self._b.size:
             raise RuntimeError(f"QuadraticCost(): Q has {self._Q.shape[0]} rows but b has {self._b.size} elements.")
         self._is_convex = None if is_convex is None else bool(is_convex)
@@ -131,8 +147,7 @@ class QuadraticCost(Cost):
     def _of(cls, Q: np.ndarray, b: np.ndarray, c: float, is_convex: bool | None) -> Self:
         """The cost of arrays that nobody else has, Q being symmetric."""
         self = cls.__new__(cls)
-        self._Q, self._b, self._c, self._is_convex = Q, b, c, is_convex
-        self._set_sizes(1, b.size)
+        self._set(Q, b, c, is_convex)
         return self
 
     def Q(self) -> np.ndarray:
@@ -156,6 +171,8 @@ class QuadraticCost(Cost):
     @staticmethod
     def are_convex(costs: Sequence[QuadraticCost]) -> bool:
         """Tells whether all are; for many, as the eigenvalues of those of a size are found at once."""
+        if all([cost._is_convex for cost in costs]):
+            return True
         unknown: dict[int, list[QuadraticCost]] = {}
         for cost in costs:
             if cost._is_convex is None and cost._Q.size:
@@ -178,8 +195,9 @@ class QuadraticCost(Cost):
         Q, b = symmetric(new_Q), _arrays.float_vector(new_b)
         same_count(Q.shape[0], self._num_vars)
         same_count(b.size, self._num_vars)
-        self._Q, self._b, self._c = Q, b, float(new_c)
-        self._is_convex = None if is_convex is None else bool(is_convex)
+        self._b, self._c = b, float(new_c)
+        if is_convex is not None or not np.array_equal(Q, self._Q):  # else what was made of the matrix still fits
+            self._Q, self._is_convex = Q, None if is_convex is None else bool(is_convex)
 
     @checked
     def UpdateHessianEntry(self, i: int, j: int, val: float, is_hessian_psd: bool | None = None) -> None:
@@ -191,6 +209,7 @@ class QuadraticCost(Cost):
     @checked
     def update_linear_coefficient_entry(self, i: int, val: float) -> None:
         """Sets b(i)."""
+        self._b = self._b.copy()
         self._b[i] = val
 
     def update_constant_term(self, new_c: float) -> None:

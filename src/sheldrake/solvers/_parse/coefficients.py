@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -18,30 +19,53 @@ def _age_of_term(term: tuple[Variable, float]) -> int:
 class Coefficients:
     """A polynomial of degree two at most as 1/2 x' Q x + b' x + c; of one of higher degree, that degree."""
 
-    def __init__(self, e: Expression, flat: list | None = None):
+    def __init__(self, e: Expression, flat: list[tuple[float, list[tuple[Variable, int]]]] | None = None):
         """flat: The terms of e, if `flat_terms` knows them."""
         self.Q: np.ndarray | None = None
-        if flat is None and decompose.is_linear(e):
-            terms, self.c = decompose.linear_terms(e)
-            if len(terms) > 1:
-                terms.sort(key=_age_of_term)
-            self.vars = traverse.object_array([v for v, _ in terms])
-            self.degree, self.b = min(len(terms), 1), np.array([c for _, c in terms], dtype=float)
-            return
-        variables = traverse.variables_of(e)
-        found = sorted(variables, key=Variable.get_id)
-        self.vars = traverse.object_array(found)
-        self.degree, self.b, self.c = 0, np.zeros(len(found)), 0.0
-        places = {v: i for i, v in enumerate(found)}
+        self.degree = 0 if flat is not None else decompose.degree_of_product(e)
+        found: Iterable[Variable]
         if flat is None:
-            self.degree = decompose.degree_of_product(e)
-            if self.degree > 2:
-                return
-            terms_of = decompose.decompose(e, variables).items()
-            flat = [(coefficient._made[0], list(m._powers.items())) for m, coefficient in terms_of]
-        for value, powers in flat:
+            variables = traverse.variables_of(e)
+            found = variables
+            if self.degree <= 2:
+                terms_of = decompose.decompose(e, variables).items()
+                flat = [(coefficient._made[0], list(m._powers.items())) for m, coefficient in terms_of]
+        else:
+            found = {v: None for _, powers in flat for v, _ in powers}
+        ordered = sorted(found, key=decompose.age)
+        self.vars = traverse.object_array(ordered)
+        self.b, self.c = np.zeros(len(ordered)), 0.0
+        if self.degree > 2:
+            return
+        places = {v: i for i, v in enumerate(ordered)}
+        for value, powers in flat or ():
             self._add(value, [places[v] for v, n in powers for _ in range(min(n, 3))])
             self.degree = max(self.degree, sum([n for _, n in powers]))
+
+    @classmethod
+    def linear(cls, terms: list[tuple[Variable, float]], c: float) -> Coefficients:
+        """Those of a sum of variables times numbers, and of a constant."""
+        if len(terms) > 1:
+            terms.sort(key=_age_of_term)
+        out = cls.__new__(cls)
+        out.Q, out.c, out.degree = None, c, 1 if terms else 0
+        out.vars = traverse.object_array([v for v, _ in terms])
+        out.b = np.array([value for _, value in terms], dtype=float)
+        return out
+
+    @classmethod
+    def of_difference(cls, a: Expression, b: Expression) -> Coefficients | None:
+        """Those of a - b, if both are linear as they are."""
+        minuend, subtrahend = decompose.linear_terms(a), decompose.linear_terms(b)
+        if minuend is None or subtrahend is None:
+            return None
+        (terms, c), (others, d) = minuend, subtrahend
+        if others:
+            total = dict(terms)
+            for v, value in others:
+                total[v] = total.get(v, 0.0) - value
+            terms = [(v, value) for v, value in total.items() if value != 0.0]
+        return cls.linear(terms, c - d)
 
     def _add(self, value: float, at: list[int]) -> None:
         """Adds a term that is a product of these variables, if it has no more than two."""
@@ -62,8 +86,9 @@ class Coefficients:
 
 def coefficients(e: Expression) -> Coefficients | None:
     """The coefficients of a polynomial of any degree; None for other expressions."""
-    if decompose.is_linear(e):
-        return Coefficients(e)
+    linear = decompose.linear_terms(e)
+    if linear is not None:
+        return Coefficients.linear(*linear)
     flat = decompose.flat_terms(e)
     return Coefficients(e, flat) if flat is not None or traverse.is_polynomial(e) else None
 
@@ -86,12 +111,15 @@ class Affine:
     """Rows of affine expressions over all their variables, in the order of the rows that first have them."""
 
     def __init__(self, rows: Sequence[Coefficients]):
-        self.vars = traverse.object_array(list(dict.fromkeys(v for r in rows for v in r.vars)))
-        places = {v: i for i, v in enumerate(self.vars)}
-        self.A = np.zeros((len(rows), len(self.vars)))
-        for i, r in enumerate(rows):
-            for v, value in zip(r.vars, r.b):
-                self.A[i, places[v]] = value
+        variables = [r.vars.tolist() for r in rows]
+        found = list(dict.fromkeys(itertools.chain.from_iterable(variables)))
+        self.vars = traverse.object_array(found)
+        places = {v: i for i, v in enumerate(found)}
+        self.A = np.zeros((len(rows), len(found)))
+        columns = [places[v] for row in variables for v in row]
+        if columns:
+            owners = np.arange(len(rows)).repeat([len(row) for row in variables])
+            self.A[owners, columns] = np.concatenate([r.b for r in rows])
         self.c = np.array([r.c for r in rows])
 
 

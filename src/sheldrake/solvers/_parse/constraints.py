@@ -54,23 +54,25 @@ def _linear(
 ) -> BindingBase[LinearConstraint]:
     """Equality, bounding box or other linear constraint."""
     _check_constant_rows(rows, expressions, lower, upper)
-    a = Affine(rows)
+    return of_rows(rows, lower, upper)
+
+
+def of_rows(rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray) -> BindingBase[LinearConstraint]:
+    """Equality, bounding box or other linear constraint of rows which have variables, or hold."""
     if not rows:
-        return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.zeros(0), np.zeros(0)), a.vars)
-    lower, upper = _move_constants(lower, upper, a.c)
+        return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.zeros(0), np.zeros(0)), np.zeros(0, dtype=object))
+    lower, upper = _move_constants(lower, upper, np.array([r.c for r in rows]))
     if np.array_equal(lower, upper):
-        return bind(LinearEqualityConstraint, LinearEqualityConstraint(a.A, lower), a.vars)
-    if np.all(np.count_nonzero(a.A, axis=1) == 1):
-        return _box(a, lower, upper)
-    return bind(LinearConstraint, LinearConstraint(a.A, lower, upper), a.vars)
-
-
-def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> BindingBase[BoundingBoxConstraint]:
-    cols = np.argmax(a.A != 0.0, axis=1)
-    scale = a.A[np.arange(len(cols)), cols]
-    low, high = lower / scale, upper / scale
-    low, high = np.where(scale > 0.0, low, high), np.where(scale > 0.0, high, low)
-    return bind(BoundingBoxConstraint, BoundingBoxConstraint(low, high), a.vars[cols])
+        a = Affine(rows)
+        return bind(LinearEqualityConstraint, LinearEqualityConstraint._of(a.A, lower, lower), a.vars)
+    if all([len(r.b) == 1 and r.b[0] != 0.0 for r in rows]):
+        scale = np.concatenate([r.b for r in rows])
+        low, high = lower / scale, upper / scale
+        low, high = np.where(scale > 0.0, low, high), np.where(scale > 0.0, high, low)
+        vars = np.concatenate([r.vars for r in rows])
+        return bind(BoundingBoxConstraint, BoundingBoxConstraint._of(low, high), vars)
+    a = Affine(rows)
+    return bind(LinearConstraint, LinearConstraint._of(a.A, lower, upper), a.vars)
 
 
 def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[LinearConstraint] | None:
@@ -96,6 +98,10 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
         RuntimeError: it holds for no values of the variables.
     """
     row = coefficients(expressions) if isinstance(expressions, Expression) else None
+    if row is not None and row.degree == 2 and isinstance(lower, float) and isinstance(upper, float):
+        new = QuadraticConstraint._of(row.hessian(), row.b, lower - row.c, upper - row.c)
+        if new._lower[0] == new._lower[0] and new._upper[0] == new._upper[0]:  # else something is nan
+            return bind(QuadraticConstraint, new, row.vars)
     found = one_row(row, lower, upper)
     if found is not None:
         return found
@@ -139,7 +145,7 @@ def _special(e: Expression, found: Coefficients | None, lower: float, upper: flo
     if found is not None:
         if found.degree != 2:
             return None
-        new = QuadraticConstraint(found.hessian(), found.b, lower - found.c, upper - found.c)
+        new = QuadraticConstraint._of(found.hessian(), found.b, float(lower - found.c), float(upper - found.c))
         return bind(QuadraticConstraint, new, found.vars)
     cone = None
     if np.isneginf(lower) and np.isfinite(upper):

@@ -25,7 +25,7 @@ def cost(e: Expression) -> BindingBase[Cost]:
             if is_norm:
                 return bind(L2NormCost, L2NormCost(A, b), x)
     elif found.degree <= 1:
-        return bind(LinearCost, LinearCost(found.b, found.c), found.vars)
+        return bind(LinearCost, LinearCost._of(found.b, found.c), found.vars)
     elif found.degree == 2:
         return bind(QuadraticCost, QuadraticCost._of(found.hessian(), found.b, found.c, None), found.vars)
     new = ExpressionCost(e) if found is None else PolynomialCost(e)
@@ -41,7 +41,7 @@ def linear_cost(e: Expression) -> BindingBase[LinearCost]:
     found = coefficients(e)
     if found is None or found.degree > 1:
         raise RuntimeError(f"Expression {e} is non-linear.")
-    return bind(LinearCost, LinearCost(found.b, found.c), found.vars)
+    return bind(LinearCost, LinearCost._of(found.b, found.c), found.vars)
 
 
 def quadratic_cost(e: Expression, is_convex: bool | None) -> BindingBase[QuadraticCost]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.solvers._parse.constraints import constraint, equality_constraint, linear_constraint
+from sheldrake.solvers._parse.coefficients import Coefficients
+from sheldrake.solvers._parse.constraints import constraint, equality_constraint, linear_constraint, of_rows, one_row
 from sheldrake.symbolic import Expression, Formula, FormulaKind
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
@@ -98,7 +99,37 @@ def _at_least(f: Formula, a: Expression, b: Expression) -> tuple[Expression, flo
     return _difference(f, a, b), 0.0, np.inf
 
 
+def _row(f: Formula, swap: bool) -> tuple[Coefficients, float, float] | None:
+    """`_sides` as coefficients, if both sides are linear as they are; None also where one of them is infinite."""
+    a, b = f._args
+    kind, low, high = f._kind, 0.0, 0.0
+    if kind is FormulaKind.Leq:
+        low = -math.inf
+    elif kind is FormulaKind.Geq and swap:
+        a, b, low = b, a, -math.inf
+    elif kind is FormulaKind.Geq:
+        high = math.inf
+    row = Coefficients.of_difference(a, b)
+    return (row, low, high) if row is not None and row.degree and math.isfinite(row.c) else None
+
+
+def _linear_rows(parts: list[Formula], swap: bool) -> BindingBase[Constraint] | None:
+    """The constraint of formulas whose sides are linear as they are; None for others."""
+    rows = []
+    for f in parts:
+        row = _row(f, swap)
+        if row is None:
+            return None
+        rows.append(row)
+    if len(rows) == 1:
+        return one_row(*rows[0])
+    return of_rows([row for row, _, _ in rows], *(np.array([r[i] for r in rows]) for i in (1, 2)))
+
+
 def _parsed(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint]:
+    found = _linear_rows(parts, swap) if parts else None
+    if found is not None:
+        return found
     triples = [_sides(f, swap) for f in parts]
     es: Any
     lower: Any

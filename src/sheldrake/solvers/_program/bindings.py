@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -65,6 +65,8 @@ CONSTRAINTS: dict[type[EvaluatorBase], ProgramAttribute] = {
     LinearComplementarityConstraint: _A.kLinearComplementarityConstraint,
     ExponentialConeConstraint: _A.kExponentialConeConstraint,
 }
+_BINARY = frozenset({_A.kBinaryVariable})
+_FLAT = (QuadraticCost, LinearCost, LinearConstraint, LinearEqualityConstraint, BoundingBoxConstraint)
 ATTRIBUTES: dict[type[EvaluatorBase], ProgramAttribute] = {**COSTS, **CONSTRAINTS, VisualizationCallback: _A.kCallback}
 
 
@@ -78,6 +80,7 @@ class ProgramBindings:
     def __init__(self, variables: ProgramVariables) -> None:
         self._variables = variables
         self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {kind: [] for kind in ATTRIBUTES}
+        self._attributes: frozenset[ProgramAttribute] | None = None  # of the costs and constraints, once known
 
     def copy(self, variables: ProgramVariables) -> ProgramBindings:
         """The same evaluators in lists of their own, bound to a copy of the variables."""
@@ -98,6 +101,7 @@ class ProgramBindings:
         out = as_kind(kind, binding)
         if not isinstance(binding._evaluator, Constraint) or binding._evaluator.num_constraints():
             self._lists[kind].append(out)
+            self._attributes = None
         return cast("BindingBase[Kind]", out)
 
     def of(self, kind: type[Kind]) -> list[BindingBase[Kind]]:
@@ -107,6 +111,30 @@ class ProgramBindings:
     def all(self) -> list[BindingBase]:
         """All costs, constraints and callbacks."""
         return [b for bindings in self._lists.values() for b in bindings]
+
+    def contents(self) -> tuple[list[object], list[object]] | None:
+        """What linear constraints, linear and quadratic costs are made of; None where there is more in the program.
+
+        First what matrices of the program depend on, then bounds, linear costs and constants. As arrays of evaluators
+        never change in place, whatever was made of a program still fits while these are the very same objects.
+        """
+        if any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT]):
+            return None
+        fixed: list[object] = [self._variables.decisions()]
+        moving: list[object] = []
+        for kind in _FLAT:
+            for b in self._lists[kind]:
+                e: Any = b._evaluator
+                if kind is QuadraticCost:
+                    fixed += (b, e._Q)
+                    moving += (e._b, e._c)
+                elif kind is LinearCost:
+                    fixed.append(b)
+                    moving += (e._a, e._b)
+                else:
+                    fixed += (b, e) if kind is BoundingBoxConstraint else (b, e._A)
+                    moving += (e._lower, e._upper)
+        return fixed, moving
 
     def places(self, binding: BindingBase) -> np.ndarray:
         """Places of the variables of a binding among the decision variables, shape (n,)."""
@@ -193,10 +221,13 @@ class ProgramBindings:
 
     def required_capabilities(self) -> set[ProgramAttribute]:
         """Returns what a solver must know how to handle."""
-        found = {ATTRIBUTES[kind] for kind, bindings in self._lists.items() if bindings}
-        if self._variables.has_binaries():
-            found.add(_A.kBinaryVariable)
-        return found
+        return set(self.attributes())
+
+    def attributes(self) -> frozenset[ProgramAttribute]:
+        """The same, found out once for the costs and constraints there are."""
+        if self._attributes is None:
+            self._attributes = frozenset([ATTRIBUTES[kind] for kind, bindings in self._lists.items() if bindings])
+        return self._attributes | _BINARY if self._variables.has_binaries() else self._attributes
 
     def IsThreadSafe(self) -> bool:
         """Tells whether several threads may evaluate it at once; not with Python functions."""
@@ -236,7 +267,7 @@ class ProgramBindings:
         return self._remove(callback)
 
     def _remove(self, binding: BindingBase) -> int:
-        removed = 0
+        removed, self._attributes = 0, None
         for kind, bindings in self._lists.items():
             kept = [b for b in bindings if b != binding]
             removed += len(bindings) - len(kept)

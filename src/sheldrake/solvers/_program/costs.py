@@ -16,7 +16,7 @@ from sheldrake.common._overloads import Ways, overload
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._arrays import Matrix
 from sheldrake.solvers._functions.bindings import Binding, BindingBase, as_kind, bind
-from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
+from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost, symmetric_part
 from sheldrake.solvers._functions.evaluators import Cost, PyFunctionCost
 from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._parse import costs as parse
@@ -135,17 +135,18 @@ def _cost_binding(value: object) -> BindingBase[Cost]:
 
 
 def _linear(a: np.ndarray, b: float, vars: np.ndarray) -> BindingBase[LinearCost]:
-    return bind(LinearCost, LinearCost(a, b), vars)
+    return bind(LinearCost, LinearCost._of(a, b), vars)
 
 
 def _quadratic(
     Q: Matrix, b: np.ndarray, c: float, vars: np.ndarray, is_convex: bool | None
 ) -> BindingBase[QuadraticCost]:
-    return bind(QuadraticCost, QuadraticCost(Q, b, c, is_convex), vars)
+    return bind(QuadraticCost, QuadraticCost._of(symmetric_part(Q), b, c, is_convex), vars)
 
 
 def _error(Q: Matrix, x_desired: np.ndarray, vars: np.ndarray) -> BindingBase[QuadraticCost]:
-    new = QuadraticCost(2.0 * Q, -2.0 * (Q @ x_desired), float(x_desired @ Q @ x_desired))
+    slope = Q @ x_desired
+    new = QuadraticCost._of(symmetric_part(2.0 * Q), -2.0 * slope, float(x_desired @ slope), None)
     return bind(QuadraticCost, new, vars)
 
 

@@ -8,7 +8,9 @@ epigraphs, polynomials       what is said with new variables and the constraints
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import operator
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.cones import ProgramCones
@@ -20,6 +22,15 @@ from sheldrake.solvers._program.variables import ProgramVariables
 
 if TYPE_CHECKING:
     from sheldrake.solvers._program.program import MathematicalProgram
+
+
+Form = TypeVar("Form")
+_NOTHING: list[object] = []
+
+
+def _same(a: list[object], b: list[object]) -> bool:
+    """Whether both are the very same objects."""
+    return len(a) == len(b) and all(map(operator.is_, a, b))
 
 
 class ProgramParts:
@@ -38,6 +49,28 @@ class ProgramParts:
         self.cones = ProgramCones(variables, bindings)
         self.epigraphs = ProgramEpigraphs(variables, self.costs, self.constraints, self.cones)
         self.polynomials = ProgramPolynomials(variables, bindings, self.cones)
+        self._kept: dict[type, tuple[tuple[list[object], list[object]], Any]] = {}
+
+    def form(self, kind: Callable[[MathematicalProgram], Form], program: MathematicalProgram) -> Form:
+        """The program in the form of a solver, kept while the program stays the same.
+
+        Args:
+            kind: Makes the form; its `moved(program)` gives the same for other bounds, linear costs and constants, or
+                None where it must be made anew.
+            program: The program of these parts.
+        """
+        contents = self.bindings.contents()
+        if contents is None:
+            return kind(program)
+        before, found = self._kept.get(kind, ((_NOTHING, _NOTHING), None))
+        if not _same(before[0], contents[0]):
+            found = kind(program)
+        elif not _same(before[1], contents[1]):
+            found = found.moved(program) or kind(program)
+        else:
+            return found
+        self._kept[kind] = contents, found
+        return found
 
     def copy(self) -> ProgramParts:
         """The same variables and evaluators, in lists of their own."""

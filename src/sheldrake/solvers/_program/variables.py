@@ -6,7 +6,7 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from typing import overload as typing_overload
 
 import numpy as np
@@ -17,6 +17,7 @@ from sheldrake.common._overloads import Mismatch, Ways, incompatible, overload, 
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable, Variables
 from sheldrake.symbolic._kinds import VariableType
+from sheldrake.symbolic._variable import named
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -25,6 +26,14 @@ if TYPE_CHECKING:
 
 _TYPE = VariableType
 _type_of = operator.attrgetter("_type")
+
+
+class DecisionVariables(NamedTuple):
+    """Decision variables in order, the place of each by its identity number, and whether one is 0 or 1."""
+
+    variables: list[Variable]
+    places: dict[int, int]
+    has_binaries: bool
 
 
 class ProgramVariables:
@@ -37,6 +46,7 @@ class ProgramVariables:
         self._indeterminates: list[Variable] = []
         self._indeterminate_places: dict[int, int] = {}
         self._scaling: dict[int, float] = {}
+        self._snapshot: DecisionVariables | None = None
 
     def copy(self) -> ProgramVariables:
         """The same variables in lists of their own."""
@@ -51,7 +61,7 @@ class ProgramVariables:
 
     def has_binaries(self) -> bool:
         """Whether a decision variable is 0 or 1."""
-        return _TYPE.BINARY in map(_type_of, self._decisions)
+        return self.decisions().has_binaries
 
     def _append(self, v: Variable) -> None:
         if v._id in self._indeterminate_places:
@@ -62,7 +72,7 @@ class ProgramVariables:
 
     def _append_new(self, vars: list[Variable]) -> None:
         """Adds variables that are in no program yet, of a type that may be."""
-        first = len(self._decisions)
+        first, self._snapshot = len(self._decisions), None
         self._places.update({v._id: i for i, v in enumerate(vars, first)})
         self._decisions.extend(vars)
         self._guess.extend([np.nan] * len(vars))
@@ -152,7 +162,7 @@ class ProgramVariables:
 
     def remove(self, var: Variable) -> int:
         """Takes out a decision variable that nothing is bound to, and returns the place it had."""
-        place = self._places[var.get_id()]
+        place, self._snapshot = self._places[var.get_id()], None
         del self._decisions[place], self._guess[place]
         self._places = {v.get_id(): i for i, v in enumerate(self._decisions)}
         scales = {i: s for i, s in self._scaling.items() if i != place}
@@ -172,6 +182,14 @@ class ProgramVariables:
     def decision_variables(self) -> np.ndarray:
         """Returns the decision variables in order, shape `(num_vars,)`."""
         return _objects(self._decisions)
+
+    def decisions(self) -> DecisionVariables:
+        """The decision variables as they are now: the same object until there are others."""
+        if self._snapshot is None:
+            self._snapshot = DecisionVariables(
+                list(self._decisions), dict(self._places), _TYPE.BINARY in map(_type_of, self._decisions)
+            )
+        return self._snapshot
 
     def decision_variable(self, i: int) -> Variable:
         """Returns one decision variable."""
@@ -365,9 +383,9 @@ def _objects(items: list[Variable]) -> np.ndarray:
 def _filled(shape: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
     """New variables, made column after column."""
     if len(shape) == 1:
-        return _objects([Variable(f"{name}({i})", type) for i in range(shape[0])])
+        return _objects(named([f"{name}({i})" for i in range(shape[0])], type))
     rows, cols = shape
-    made = [Variable(f"{name}({i},{j})", type) for j in range(cols) for i in range(rows)]
+    made = named([f"{name}({i},{j})" for j in range(cols) for i in range(rows)], type)
     return _objects(made).reshape(shape, order="F")
 
 

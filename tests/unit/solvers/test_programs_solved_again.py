@@ -1,0 +1,118 @@
+"""A program keeps the form its solver needs; whatever changes in between, it is solved as a new one would be."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from sheldrake.solvers import ClarabelSolver, MathematicalProgram, Solve, SolverOptions
+
+
+class Numbers:
+    """What a program is made of, and the program made of it."""
+
+    def __init__(self, kind, seed):
+        rng = np.random.default_rng(seed)
+        self.kind, self.n = kind, 4
+        self.A, self.Q = rng.normal(size=(3, 4)), np.eye(4) + np.diag(rng.random(4))
+        self.low, self.high, self.box = np.full(3, -0.4), np.full(3, 0.3), np.ones(4)
+        self.a, self.E, self.e = rng.normal(size=4), rng.normal(size=(2, 4)), rng.normal(size=2) * 0.1
+
+    def program(self):
+        prog = MathematicalProgram()
+        x = prog.NewContinuousVariables(self.n)
+        found = {"equal": prog.AddLinearEqualityConstraint(self.E, self.e, x)}
+        if self.kind != "linear":
+            found["cost"] = prog.AddQuadraticCost(self.Q, self.a, x)
+        else:
+            found["cost"] = prog.AddLinearCost(self.a, 0.0, x)
+        if self.kind != "equations":
+            found["rows"] = prog.AddLinearConstraint(self.A, self.low, self.high, x)
+            found["box"] = prog.AddBoundingBoxConstraint(-self.box, self.box, x)
+        return prog, found
+
+
+def change(numbers, found, step, rng):
+    """Changes one thing in the numbers and in the program that was made of them."""
+    names = ["cost", "equal"] if numbers.kind == "equations" else ["cost", "equal", "rows", "box", "matrix"]
+    name = names[step % len(names)]
+    if name == "cost":
+        numbers.a = rng.normal(size=4)
+        cost = found["cost"].evaluator()
+        cost.UpdateCoefficients(*((numbers.a,) if numbers.kind == "linear" else (numbers.Q.copy(), numbers.a)))
+        numbers.a = numbers.a.copy()
+        numbers.a[1] = 0.25
+        (cost.update_coefficient_entry if numbers.kind == "linear" else cost.update_linear_coefficient_entry)(1, 0.25)
+    elif name == "equal":
+        numbers.e = rng.normal(size=2) * 0.1
+        found["equal"].evaluator().UpdateCoefficients(numbers.E.copy(), numbers.e)
+    elif name == "rows":
+        numbers.low, numbers.high = -rng.random(3) - 0.1, rng.random(3) + 0.1
+        if step % 2:
+            numbers.low[0] = -np.inf
+        found["rows"].evaluator().set_bounds(numbers.low, numbers.high)
+    elif name == "box":
+        numbers.box = rng.random(4) + 0.5
+        found["box"].evaluator().set_bounds(-numbers.box, numbers.box)
+    else:
+        numbers.A = rng.normal(size=(3, 4))
+        found["rows"].evaluator().UpdateCoefficients(numbers.A, numbers.low, numbers.high)
+
+
+@pytest.mark.parametrize("kind", ["linear", "quadratic", "equations"])
+@pytest.mark.parametrize("seed", range(6))
+def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
+    numbers, rng = Numbers(kind, seed), np.random.default_rng(seed)
+    prog, found = numbers.program()
+    solved = {"linear": "Simplex", "quadratic": "Clarabel", "equations": "EqConstrainedQP"}[kind]
+    names = set()
+    for step in range(12):
+        again, same = Solve(prog), Solve(prog)
+        new, parts = numbers.program()
+        anew = Solve(new)
+        names.add(again.get_solver_id().name())
+        assert again.get_solution_result() is anew.get_solution_result()
+        np.testing.assert_array_equal(again.get_x_val(), anew.get_x_val())
+        np.testing.assert_array_equal(same.get_x_val(), anew.get_x_val())
+        change(numbers, found, step, rng)  # duals are of the program that was solved
+        for name in parts if anew.is_success() else ():
+            if name != "cost":
+                dual = again.GetDualSolution(found[name])
+                np.testing.assert_array_equal(dual, anew.GetDualSolution(parts[name]))
+    assert solved in names
+
+
+def test_what_is_added_and_taken_out_counts():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddQuadraticCost(np.eye(2), np.array([-1.0, -1.0]), x)
+    box = prog.AddBoundingBoxConstraint(-0.5, 0.5, x)
+    np.testing.assert_allclose(Solve(prog).get_x_val(), [0.5, 0.5], atol=1e-6)
+    prog.RemoveConstraint(box)
+    np.testing.assert_allclose(Solve(prog).get_x_val(), [1.0, 1.0], atol=1e-6)
+    y = prog.NewContinuousVariables(1)
+    prog.AddLinearConstraint(x[0] + y[0] == 3.0)
+    prog.AddBoundingBoxConstraint(2.5, 2.5, y)
+    np.testing.assert_allclose(Solve(prog).get_x_val(), [0.5, 1.0, 2.5], atol=1e-6)
+    prog.AddLorentzConeConstraint(np.array([0.8 + 0.0 * x[0], x[1]]))
+    np.testing.assert_allclose(Solve(prog).get_x_val(), [0.5, 0.8, 2.5], atol=1e-5)
+
+
+def test_options_count_for_a_program_that_was_solved_before():
+    prog, _ = Numbers("quadratic", 1).program()
+    solver, options = ClarabelSolver(), SolverOptions()
+    options.SetOption(solver.id(), "max_iter", 2)
+    assert solver.Solve(prog).is_success()
+    assert not solver.Solve(prog, None, options).is_success()
+    assert solver.Solve(prog).is_success()
+
+
+def test_results_are_copied_and_pickled_with_their_duals():
+    prog, found = Numbers("quadratic", 2).program()
+    wanted = Solve(prog).GetDualSolution(found["equal"])
+    copied = copy.deepcopy(Solve(prog))
+    np.testing.assert_array_equal(copied.GetDualSolution(found["equal"]), wanted)
+    result = Solve(prog)
+    state = pickle.loads(pickle.dumps(result.__getstate__()["_duals"]))
+    assert any(np.array_equal(dual, wanted) for dual in state.values())
