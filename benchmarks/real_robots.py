@@ -44,8 +44,8 @@ ENGINES = ("sheldrake", "one point", "Drake", "MuJoCo")
 MESH = re.compile(r'filename="([^"]*\.(?:dae|stl|ply|obj))"', re.IGNORECASE)
 
 
-def with_hulls(path: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """A copy of a description in `folder`: no visuals, and meshes are OBJ files of their convex hulls."""
+def with_hulls(path: pathlib.Path, folder: pathlib.Path, visuals: bool = False) -> pathlib.Path:
+    """A copy of a description in `folder`, whose meshes are OBJ files of their convex hulls; visuals if asked for."""
     from sheldrake.geometry import Convex
 
     def hull_of(match: re.Match) -> str:
@@ -62,7 +62,7 @@ def with_hulls(path: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
             out.write_text("\n".join(lines) + "\n")
         return f'filename="{out}"'
 
-    text = re.sub(r"<visual.*?</visual>", "", path.read_text(), flags=re.S)
+    text = path.read_text() if visuals else re.sub(r"<visual.*?</visual>", "", path.read_text(), flags=re.S)
     out = folder / f"{path.parts[-3]}_{path.name}"
     out.write_text(MESH.sub(hull_of, text))
     return out

@@ -101,8 +101,8 @@ class Options:
 
     def __deepcopy__(self, memo: dict) -> Self:
         new = object.__new__(type(self))
-        for name in self._defaults:
-            object.__setattr__(new, name, copied(getattr(self, name)))
+        given = self.__dict__
+        new.__dict__.update({name: copied(given[name]) for name in self._defaults})
         return new
 
 

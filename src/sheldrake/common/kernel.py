@@ -171,8 +171,8 @@ class Kernel:
         """
         from sheldrake.common._native.binding import HERE, arguments
 
-        described, places = arguments(self, args, blocks)
-        words = described.placed()
+        described, places = arguments(self, args, blocks, HERE)
+        words = described.words
         if not jit_enabled():
             given = list(args)
             bound = Bound(lambda: self(*given) or 0)

@@ -69,7 +69,7 @@ class _KinematicsVector:
 
     def Clone(self) -> Self:
         """A copy."""
-        return copy.deepcopy(self)
+        return self.__deepcopy__({})
 
 
 class FramePoseVector(_KinematicsVector):

@@ -6,6 +6,7 @@ A geometry has one set for each of its roles: proximity (contact materials), ill
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sheldrake.common._checked import checked
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 _Properties = TypeVar("_Properties", bound="GeometryProperties")
 _DEFAULT_GROUP = "__default__"
+_NOTHING: Mapping[str, Any] = {}
 _CPP_NAMES = {float: "double", str: "std::string", bool: "bool"}
 
 
@@ -124,6 +126,17 @@ class GeometryProperties:
     def GetPropertyOrDefault(self, group_name: str, name: str, default_value: object) -> Any:
         """The value of a property, or `default_value` if there is none."""
         return self.GetProperty(group_name, name) if self.HasProperty(group_name, name) else default_value
+
+    def _get(self, group_name: str, name: str, default_value: object) -> Any:
+        """The same for who compiles many geometries: nothing is checked, and a colour is not copied."""
+        return self._groups.get(group_name, _NOTHING).get(name, default_value)
+
+    def _with_defaults(self: _Properties, defaults: Mapping[str, Mapping[str, Any]]) -> _Properties:
+        """A copy with values that there are none of yet, by group and name."""
+        new = type(self)(self)
+        for group, values in defaults.items():
+            new._groups[group] = {**values, **new._groups.get(group, _NOTHING)}
+        return new
 
     @checked
     def RemoveProperty(self, group_name: str, name: str) -> bool:

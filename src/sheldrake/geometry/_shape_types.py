@@ -110,6 +110,9 @@ class ShapeType:
 
 def type_of(shape: Shape) -> ShapeType:
     """The row of a shape; a bare one for a class that is not in the table."""
+    found = SHAPE_TYPES.get(type(shape))
+    if found is not None:
+        return found
     for cls in type(shape).__mro__:
         if cls in SHAPE_TYPES:
             return SHAPE_TYPES[cls]

@@ -306,8 +306,8 @@ class _MeshShape(Shape):
         return self._hull
 
     def __copy__(self) -> Self:
-        new = type(self)._make(self._source, self._scale3)
-        new._hull = self._hull
+        new = object.__new__(type(self))
+        new.__dict__.update(self.__dict__)  # nothing of it changes
         return new
 
     @classmethod

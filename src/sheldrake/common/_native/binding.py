@@ -98,13 +98,17 @@ def join(parts: Iterable[Words]) -> tuple[Words, list[int]]:
     return Words(np.concatenate([*words, np.zeros(1, np.int64)]), tuple(relocations)), at
 
 
-def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tuple[Words, list[int]]:
+def join_in_slab(
+    calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None], machine: Machine | None = None
+) -> tuple[Words, list[int]]:
     """The words of many calls in one slab, as `join` has them; a call that is None has none.
 
     Calls of one system are given the same models and the same scratch: what these take is written out once.
 
     Args:
         calls: kernels and their places, see `arguments_in_slab`.
+        machine: where arrays have their places: the words are then complete, and there are no relocations. Whoever asks
+            keeps the arrays.
 
     Raises:
         KeyError, TypeError: as `arguments_in_slab`.
@@ -115,7 +119,7 @@ def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tu
     blocks: dict[tuple, _Block] = {}
     for call in calls:
         if call is not None:
-            writer = _Writer(call[0], blocks)
+            writer = _Writer(call[0], blocks, machine)
             writer.write_all(call[1], in_slab=True)
             begin = len(words)
             words += writer.words
@@ -127,7 +131,7 @@ def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tu
 
 
 def arguments(
-    kernel: Kernel, args: tuple, blocks: dict[tuple, _Block] | None = None
+    kernel: Kernel, args: tuple, blocks: dict[tuple, _Block] | None = None, machine: Machine | None = None
 ) -> tuple[Words, dict[str, tuple[int, str]]]:
     """Words for a direct call on `args`, and where each float or int stands in them.
 
@@ -135,6 +139,7 @@ def arguments(
         kernel: an entry kernel.
         args: what it is called on.
         blocks: what calls on the same NamedTuples keep for each other, {} at first.
+        machine: as in `join_in_slab`.
 
     Raises:
         TypeError: if the number, type, axes or memory order of an argument differ from the kernel's annotations.
@@ -142,7 +147,7 @@ def arguments(
     if len(args) != len(kernel.parameters):
         names = ", ".join(kernel.names)
         raise TypeError(f"{kernel!r} takes {len(kernel.names)} arguments ({names}), not {len(args)}.")
-    writer = _Writer(kernel, blocks)
+    writer = _Writer(kernel, blocks, machine)
     return writer.write(dict(zip(kernel.names, args)), in_slab=False), writer.scalars
 
 
@@ -195,6 +200,11 @@ def _size(parameter: Parameter) -> int:
     return sum(1 + s.ndim for s in parameter.fields) or 1
 
 
+@functools.lru_cache(maxsize=512)
+def _words_before_vectors(kernel: Kernel) -> int:
+    return sum(map(_size, kernel.parameters))
+
+
 class _Block(NamedTuple):
     """What a NamedTuple takes among the words of a call; `relocations` count from its first word."""
 
@@ -209,10 +219,13 @@ class _Writer:
     Args:
         kernel: what is called.
         blocks: NamedTuples that are written already, kept for other calls.
+        machine: where arrays have their places; without one there are relocations.
     """
 
-    def __init__(self, kernel: Kernel, blocks: dict[tuple, _Block] | None = None) -> None:
-        self.kernel = kernel
+    def __init__(
+        self, kernel: Kernel, blocks: dict[tuple, _Block] | None = None, machine: Machine | None = None
+    ) -> None:
+        self.kernel, self.machine = kernel, machine
         self.words: list[int] = []
         self.behind: list[int] = []
         self.relocations: list[tuple[int, np.ndarray, bool]] = []  # each to become a `Relocation`
@@ -247,9 +260,7 @@ class _Writer:
                     continue
                 if not _fits(spec, a):
                     raise self._refusal(f"{parameter.name}.{parameter.cls._fields[k]}", spec, a)
-                block.relocations.append((len(block.words), a, spec.absolute))
-                block.words.append(0)
-                block.words.extend(a.shape)
+                self._place(block.words, block.relocations, 0, spec, a)
         begin = len(self.words)
         self.words += block.words
         if block.relocations:
@@ -266,7 +277,7 @@ class _Writer:
                 check_record(self.kernel, parameter, argument)
             self._array(words, 0, name, parameter.fields[0], argument, in_slab)
         elif kind == "arrays":
-            head = sum(map(_size, self.kernel.parameters))
+            head = _words_before_vectors(self.kernel)
             words += [len(argument), head + len(self.behind)]
             for i, a in enumerate(argument):
                 self._array(self.behind, head, f"{name}[{i}]", parameter.fields[0], a, in_slab)
@@ -277,8 +288,16 @@ class _Writer:
             return
         if not _fits(spec, a):
             raise self._refusal(title, spec, a)
-        self.relocations.append((start + len(words), a, spec.absolute))
-        words.append(0)
+        self._place(words, self.relocations, start, spec, a)
+
+    def _place(self, words: list[int], relocations: list, start: int, spec: ArraySpec, a: np.ndarray) -> None:
+        """Appends where an array is, and its shape."""
+        if self.machine is None:
+            relocations.append((start + len(words), a, spec.absolute))
+            words.append(0)
+        else:
+            where = self.machine.place(a)
+            words.append(where if spec.absolute else where >> 3)
         words.extend(a.shape)
 
     def _refusal(self, title: str, spec: ArraySpec, a: Any) -> TypeError:

@@ -50,20 +50,19 @@ def compile_proximity(
     hulls = Hulls()
     geometry = np.zeros((len(ids), Geometry.SIZE), np.int64)
     size = np.zeros((len(ids), Size.SIZE))
-    material = np.zeros((len(ids), Material.SIZE))
-    X_BG = np.zeros((len(ids), PoseInBody.SIZE))
-    for row, record in enumerate(records):
+    for record in records:
         if record.frame not in body_of_frame:
             frame = state.frames[record.frame].name
             raise RuntimeError(
                 f"Geometry '{record.name}' belongs to frame '{frame}', which is none of the bodies of the plant."
             )
-        geometry[row, Geometry.body] = body_of_frame[record.frame]
-        geometry[row, Geometry.multi_point] = _algorithm(record, state.point_contact_algorithm) == "multi_point"
-        _fill_shape(geometry[row], size[row], record, hulls)
-        material[row] = _material(record)
-        X_BG[row, PoseInBody.R_BG.columns] = record.X_FG.rotation().matrix().ravel()
-        X_BG[row, PoseInBody.p_BG.columns] = record.X_FG.translation()
+    geometry[:, Geometry.body] = [body_of_frame[record.frame] for record in records]
+    algorithms = [_algorithm(record, state.point_contact_algorithm) for record in records]
+    geometry[:, Geometry.multi_point] = [algorithm == "multi_point" for algorithm in algorithms]
+    _fill_shapes(geometry, size, records, hulls)
+    material = np.array([_material(record) for record in records], float).reshape(-1, Material.SIZE)
+    poses = [part for record in records for part in (record.X_FG._R._M.ravel(), record.X_FG._p)]
+    X_BG = np.concatenate([*poses, np.zeros(0)]).reshape(-1, PoseInBody.SIZE)
     kind, body = geometry[:, Geometry.kind], geometry[:, Geometry.body]
     pairs_of_ids = state.filter.excluded(ids)
     excluded = np.array([(rows[a], rows[b]) for a, b in pairs_of_ids if a in rows and b in rows], np.int64)
@@ -134,7 +133,7 @@ def _by_family(pair: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _property(record: GeometryRecord, group: str, name: str, default: object = None) -> Any:
-    return record.roles[Role.kProximity].GetPropertyOrDefault(group, name, default)
+    return record.roles[Role.kProximity]._get(group, name, default)
 
 
 def _algorithm(record: GeometryRecord, default: str) -> str:
@@ -155,30 +154,32 @@ def _material(record: GeometryRecord) -> tuple[float, ...]:
             f"Geometry '{record.name}' has no friction: its proximity properties lack "
             f"('{proximity.MATERIAL}', '{proximity.FRICTION}') and SceneGraphConfig gives no default."
         )
-    numbers = []
-    for name in (proximity.POINT_STIFFNESS, proximity.DISSIPATION, proximity.RELAXATION_TIME):
-        value = float(_property(record, proximity.MATERIAL, name, math.nan))
+    names = proximity.POINT_STIFFNESS, proximity.DISSIPATION, proximity.RELAXATION_TIME
+    numbers = [float(_property(record, proximity.MATERIAL, name, math.nan)) for name in names]
+    for name, value in zip(names, numbers):
         if value < 0.0:
             raise RuntimeError(f"Geometry '{record.name}': property ('material', '{name}') must not be negative.")
-        numbers.append(value)
     return (*numbers, friction.static_friction(), friction.dynamic_friction())
 
 
-def _fill_shape(geometry: np.ndarray, size: np.ndarray, record: GeometryRecord, hulls: Hulls) -> None:
-    """Kind, measures and bounding sphere of one geometry."""
-    shape = record.shape
-    row = type_of(shape)
-    if row.kind is None:
-        raise NotImplementedError(f"Geometry '{record.name}': a {shape.type_name()} can not touch other geometry.")
-    if row.hull is None:
-        half_sizes, bound = row.half_sizes(shape), row.bound(shape)
-    else:
-        mesh = row.hull(shape)
-        centre, extents = mesh.CalcBoundingBox()
-        size[Size.centre_G.columns] = centre
-        half_sizes = tuple(np.asarray(extents) / 2.0)
-        bound = float(np.linalg.norm(mesh._vertices - centre, axis=1).max())
-        hulls.add(geometry, mesh)
-    geometry[Geometry.kind] = row.kind
-    size[Size.half_sizes.columns] = half_sizes
-    size[Size.bound] = bound
+def _fill_shapes(geometry: np.ndarray, size: np.ndarray, records: list[GeometryRecord], hulls: Hulls) -> None:
+    """Kind, measures and bounding sphere of each geometry."""
+    kinds, half_sizes, bounds = [], [], []
+    for row, record in enumerate(records):
+        shape = record.shape
+        shape_type = type_of(shape)
+        if shape_type.kind is None:
+            raise NotImplementedError(f"Geometry '{record.name}': a {shape.type_name()} can not touch other geometry.")
+        kinds.append(shape_type.kind)
+        if shape_type.hull is None:
+            half_sizes.append(shape_type.half_sizes(shape))
+            bounds.append(shape_type.bound(shape))
+        else:
+            mesh = shape_type.hull(shape)
+            centre, extents = mesh.CalcBoundingBox()
+            size[row, Size.centre_G.columns] = centre
+            half_sizes.append(tuple(np.asarray(extents) / 2.0))
+            bounds.append(float(np.linalg.norm(mesh._vertices - centre, axis=1).max()))
+            hulls.add(geometry[row], mesh)
+    if records:
+        geometry[:, Geometry.kind], size[:, Size.half_sizes.columns], size[:, Size.bound] = kinds, half_sizes, bounds

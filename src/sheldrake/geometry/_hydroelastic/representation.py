@@ -60,7 +60,7 @@ def compliance(properties: ProximityProperties | None) -> HydroelasticType:
     """What the properties ask for."""
     if properties is None:
         return HydroelasticType.kUndefined
-    return properties.GetPropertyOrDefault(proximity.HYDRO, proximity.COMPLIANCE_TYPE, HydroelasticType.kUndefined)
+    return properties._get(proximity.HYDRO, proximity.COMPLIANCE_TYPE, HydroelasticType.kUndefined)
 
 
 def check_representation(shape: Shape, properties: ProximityProperties) -> None:

@@ -58,7 +58,7 @@ Pair = tuple[GeometryId, GeometryId]
 
 def ordered_pair(a: GeometryId, b: GeometryId) -> Pair:
     """The two ids, smaller first."""
-    return (a, b) if a < b else (b, a)
+    return (a, b) if a._value < b._value else (b, a)
 
 
 class CollisionFilter:

@@ -95,7 +95,8 @@ class GeometryState:
 
     def _touch(self, roles: Iterable[Role] = ()) -> None:
         self.serial = next_version()
-        self.version = self.version._changed(roles)
+        if roles:
+            self.version = self.version._changed(roles)
 
     def set_point_contact_algorithm(self, name: str) -> None:
         if name not in proximity.POINT_CONTACT_ALGORITHMS:
@@ -200,11 +201,28 @@ class GeometryState:
         for role in roles:
             self._check_unique_name(frame_id, role, instance.name())
         record = GeometryRecord(instance.name(), source_id, frame_id, instance.pose(), instance.shape(), roles)
-        self.renderers.register(geometry_id, record)
-        self.geometries[geometry_id] = record
-        self._of_frame[frame_id] = (*self._of_frame.get(frame_id, ()), geometry_id)
+        self._add(geometry_id, record)
         self._touch(roles)
         return geometry_id
+
+    def _add(self, geometry_id: GeometryId, record: GeometryRecord) -> None:
+        self.renderers.register(geometry_id, record)
+        self.geometries[geometry_id] = record
+        self._of_frame[record.frame] = (*self._of_frame.get(record.frame, ()), geometry_id)
+
+    def register_again(self, records: Iterable[GeometryRecord]) -> list[GeometryId]:
+        """Registers geometries that are known to fit, as they were registered with another frame; nothing is checked.
+
+        Args:
+            records: Their properties are not copied.
+        """
+        ids, roles = [], set()
+        for record in records:
+            ids.append(GeometryId.get_new_id())
+            self._add(ids[-1], record)
+            roles.update(record.roles)
+        self._touch(roles)
+        return ids
 
     def _check_unique_name(self, frame_id: FrameId, role: Role, name: str, but: GeometryId | None = None) -> None:
         for known_id in self._of_frame.get(frame_id, ()):
@@ -331,6 +349,11 @@ class GeometryState:
         self._touch([Role.kProximity])
         return self.filter, self.resolve_proximity
 
+    def exclude(self, pairs: set[Pair]) -> None:
+        """Lets pairs of geometries with the proximity role never touch, smaller id first."""
+        self._touch([Role.kProximity])
+        self.filter.exclude(pairs)
+
     def ids_with_role(self, role: Role) -> list[GeometryId]:
         return sorted(i for i, g in self.geometries.items() if g.has(role))
 
@@ -378,17 +401,14 @@ class GeometryState:
             old = record.roles.get(Role.kProximity)
             if old is None:
                 continue
-            new = ProximityProperties(old)
-            for group, name, value in fill:
-                if not new.HasProperty(group, name):
-                    new.AddProperty(group, name, value)
+            new = old._with_defaults(fill)
             check_representation(record.shape, new)
             self.geometries[geometry_id] = record._replace(roles={**record.roles, Role.kProximity: new})
         self.serial = next_version()
 
 
-def _default_values(d: DefaultProximityProperties) -> list[tuple[str, str, Any]]:
-    """(group, name, value) of every default that has a value."""
+def _default_values(d: DefaultProximityProperties) -> dict[str, dict[str, Any]]:
+    """Every default that has a value, by group and name."""
     types = {"undefined": "kUndefined", "rigid": "kRigid", "compliant": "kCompliant"}
     if d.compliance_type not in types:
         raise RuntimeError(f"Unknown hydroelastic_type: '{d.compliance_type}'; expected {choices(types)}.")
@@ -406,4 +426,8 @@ def _default_values(d: DefaultProximityProperties) -> list[tuple[str, str, Any]]
         (proximity.MATERIAL, proximity.RELAXATION_TIME, d.relaxation_time),
         (proximity.MATERIAL, proximity.POINT_STIFFNESS, d.point_stiffness),
     ]
-    return [(group, name, value) for group, name, value in values if value is not None]
+    found: dict[str, dict[str, Any]] = {}
+    for group, name, value in values:
+        if value is not None:
+            found.setdefault(group, {})[name] = value
+    return found

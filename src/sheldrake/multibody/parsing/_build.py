@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.plant._parts import parts_of
+
 from ._collision_filter_groups import FilterGroupCollector
 from ._files.diagnostics import DiagnosticPolicy, ParseError
 from ._model.description import (
@@ -38,6 +40,7 @@ class ModelBuilder:
         self._scope: tuple[str, ...] = ()
         self._instance = None
         self._joints: dict[str, Any] = {}
+        self._geometry = parts_of(plant).geometry
         self._has_geometry = plant.geometry_source_is_registered()
 
     def add(self, model: ModelDescription, prefix: str = "") -> list:
@@ -153,6 +156,14 @@ class ModelBuilder:
             self._add_geometry(description, body)
 
     def _add_geometry(self, description: BodyDescription, body) -> None:
+        if description.shapes is not None:
+            self._geometry.register_again(body, description.shapes)
+            return
+        self._add_new_geometry(description, body)
+        if not description.is_world and all(_own(v.perception) is v.perception for v in description.visuals):
+            description.shapes = tuple(_shapes(description))
+
+    def _add_new_geometry(self, description: BodyDescription, body) -> None:
         from sheldrake.geometry import GeometryInstance
 
         for visual in description.visuals:
@@ -204,22 +215,15 @@ class ModelBuilder:
         if X is None:
             return frame
         instance = self._frame(joint.child).model_instance()
-        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, copy.copy(X), instance))
+        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, X.__copy__(), instance))
 
     def _add_joint(self, description: JointDescription) -> None:
         frame_F = self._joint_frame(description, description.parent, description.X_PF, "parent")
         frame_M = self._joint_frame(description, description.child, description.X_CM, "child")
-        joint = self._plant.AddJoint(_make_joint(description, frame_F, frame_M))
+        if description.model is None:
+            description.model = _make_joint(description, frame_F, frame_M)._model()
+        joint = self._plant.AddJoint(description.model._between(frame_F, frame_M))
         self._joints[description.name] = joint
-        limits, one = description.limits, np.ones(joint.num_velocities())
-        if joint._type.limited:
-            joint.set_position_limits(limits.lower * one, limits.upper * one)
-            joint.set_velocity_limits(-limits.velocity * one, limits.velocity * one)
-            joint.set_acceleration_limits(-limits.acceleration * one, limits.acceleration * one)
-        if description.friction > 0.0:
-            joint.set_dry_friction(description.friction)
-        if description.default_position is not None:
-            joint.set_default_positions(np.atleast_1d(description.default_position))
         if description.spring is not None:
             stiffness, rest = description.spring
             self._plant.AddForceElement(_make_spring(joint, rest, stiffness))
@@ -334,9 +338,24 @@ _ADDERS: dict[type, Callable] = {
 }
 
 
+def _shapes(description: BodyDescription):
+    """The shapes of a body, with the roles that registering them gives them."""
+    from sheldrake.geometry import IllustrationProperties, PerceptionProperties, Role
+    from sheldrake.multibody.plant._building.geometry import BodyShape
+
+    for visual in description.visuals:
+        roles = {Role.kIllustration: visual.illustration, Role.kPerception: visual.perception}
+        roles = {role: properties for role, properties in roles.items() if properties is not None}
+        if not roles:
+            roles = {Role.kIllustration: IllustrationProperties(), Role.kPerception: PerceptionProperties()}
+        yield BodyShape(visual.name, copy.copy(visual.X_BG), visual.shape, roles)
+    for shape in description.collisions:
+        yield BodyShape(shape.name, copy.copy(shape.X_BG), shape.shape, {Role.kProximity: shape.proximity})
+
+
 def _own(properties):
     """Properties for one plant alone: others may be built of the same description."""
-    if not properties.HasProperty("renderer", "accepting"):
+    if properties is None or not properties.HasProperty("renderer", "accepting"):
         return properties  # copied by who is given them
     own = copy.copy(properties)
     own.UpdateProperty("renderer", "accepting", set(properties.GetProperty("renderer", "accepting")))
@@ -356,12 +375,21 @@ def _solver_takes_constraints(plant) -> bool:
 
 
 def _make_joint(description: JointDescription, frame_F, frame_M):
-    """The plant's joint object of a description."""
-
+    """The joint object of a description, of no plant yet."""
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.tree import Joint
 
     given = {name: copy.copy(getattr(description, name)) for name in description.type.takes}
     if "X_FM" in given and given["X_FM"] is None:
         given["X_FM"] = RigidTransform()
-    return Joint._classes[description.kind](description.name, frame_F, frame_M, **given)
+    joint = Joint._classes[description.kind](description.name, frame_F, frame_M, **given)
+    limits, one = description.limits, np.ones(joint.num_velocities())
+    if joint._type.limited:
+        joint.set_position_limits(limits.lower * one, limits.upper * one)
+        joint.set_velocity_limits(-limits.velocity * one, limits.velocity * one)
+        joint.set_acceleration_limits(-limits.acceleration * one, limits.acceleration * one)
+    if description.friction > 0.0:
+        joint.set_dry_friction(description.friction)
+    if description.default_position is not None:
+        joint.set_default_positions(np.atleast_1d(description.default_position))
+    return joint

@@ -509,11 +509,7 @@ class MultibodyPlant(LeafSystem):
         return self._parts.failures.explain(status, context)
 
     def _input_port(self, i: int) -> InputPort:
-        if i == self._parts.inputs.spatial_force and ("in", i) not in self._ports:
-            port: InputPort = SpatialForcePort._make(self, i)
-            self._ports["in", i] = port
-            return port
-        return super()._input_port(i)
+        return self._port(("in", i), SpatialForcePort if i == self._parts.inputs.spatial_force else InputPort)
 
     def _parameter_names(self) -> dict[int, tuple[str, list[str]]]:
         return self._parts.elements.model("GetParameters").parameter_names()

@@ -80,7 +80,8 @@ class OutputPorts:
         self._coordinates, self._models = coordinates, models
         self._reports, self._reactions, self._accelerations = reports, reactions, accelerations
         self._speeds = speeds
-        self._numbers: dict[tuple[str, int | None], int] = {}
+        self.numbers: dict[tuple[str, int | None], int] = {}
+        """Of the ports that `declare` declares, by what they show and of which model instance."""
         self._frames: tuple[tuple[FrameId, ...], np.ndarray] | None = None  # and their bodies' rows in X_WB
 
     def number(self, what: str, model_instance: ModelInstanceIndex | None = None) -> int:
@@ -93,12 +94,16 @@ class OutputPorts:
         self._elements.require_finalized(call)
         if model_instance is not None:
             self._elements.require_instance(call, model_instance)
-        return self._numbers[what, None if model_instance is None else int(model_instance)]
+        return self.numbers[what, None if model_instance is None else int(model_instance)]
 
     # --- declaring
 
     def declare_of_geometry(self, plant: LeafSystem) -> None:
         """Declares the ports that exist before Finalize(), so that a SceneGraph can be connected."""
+        key = "plant's geometry", self._settings.is_discrete()
+        plant._declare_alike(key, lambda: self._declare_new_of_geometry(plant))
+
+    def _declare_new_of_geometry(self, plant: LeafSystem) -> None:
         plant.DeclareAbstractInputPort("geometry_query", Value[QueryObject]())
         plant.DeclareAbstractOutputPort(
             "geometry_pose",
@@ -133,7 +138,7 @@ class OutputPorts:
             """A port of objects; methods make and compute them, so that copies on other scalars have their own."""
             allocate, compute = types.MethodType(make, plant), types.MethodType(calc, plant)
             port = plant.DeclareAbstractOutputPort(what, allocate, compute, tickets)
-            self._numbers[what, None] = int(port.get_index())
+            self.numbers[what, None] = int(port.get_index())
 
         self._declare_state(plant, None, "state", np.arange(model.nq + model.nv), state_index, kinematic)
         objects("body_poses", _list_of(RigidTransform_, one_a_body), _calc_body_poses, kinematic)
@@ -168,7 +173,7 @@ class OutputPorts:
             vector.SetFromVector(plant._parts.output_ports.values(what, context)[at])
 
         port = plant.DeclareVectorOutputPort(name, size, types.MethodType(fill, plant), tickets)
-        self._numbers[what, None if instance is None else int(instance)] = int(port.get_index())
+        self.numbers[what, None if instance is None else int(instance)] = int(port.get_index())
 
     def values(self, what: str, context: Context) -> np.ndarray:
         """What a port shows of the whole plant."""
@@ -211,7 +216,7 @@ class OutputPorts:
             kernel = select_discrete_state if self._settings.is_discrete() else select_continuous_state
             port = plant.DeclareVectorOutputPort(name, len(at), kernel, tickets)
             plant._output_models[int(port.get_index())] = {"select_model": at}
-        self._numbers["state", None if instance is None else int(instance)] = int(port.get_index())
+        self.numbers["state", None if instance is None else int(instance)] = int(port.get_index())
 
     # --- names
 
@@ -229,7 +234,7 @@ class OutputPorts:
 
     def shown_by(self, j: int) -> tuple[str, ModelInstanceIndex | None]:
         """What port number j shows, and of which model instance; "" for the ports of geometry."""
-        for (what, i), number in self._numbers.items():
+        for (what, i), number in self.numbers.items():
             if number == j:
                 return what, None if i is None else ModelInstanceIndex(i)
         return "", None

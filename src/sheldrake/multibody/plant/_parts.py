@@ -42,7 +42,7 @@ from sheldrake.multibody.plant._step.reactions import Reactions
 from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import JointActuator
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import ContinuousStateIndex, DiscreteStateIndex, LeafSystem
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
@@ -100,11 +100,27 @@ class PlantParts:
         self.elements.finalize(freeze(self.elements, self.free_bodies.base_joint))
         state_index = self.contexts.declare()
         self.geometry.filter_collisions(self.topology.welded_groups(), self.loops.whole_of)
-        self.inputs.declare(self.plant, self.elements)
+        self._declare_ports(state_index)
         self.kernel_models.compile()
-        self.output_ports.declare(self.plant, state_index)
         self.advance.declare(self.plant)
         self.surface_speeds.declare(self.plant)
+
+    def _declare_ports(self, state_index: DiscreteStateIndex | ContinuousStateIndex) -> None:
+        """Declares the ports; plants that have the same share their declarations."""
+        elements, settings, state = self.elements, self.settings, self.contexts.num_misc_states()
+        joints = tuple((int(j._instance), j._q_start, j.kTypeName) for j in elements.joints)
+        actuators = tuple((int(a._instance), a.num_inputs()) for a in elements.actuators)
+        names = tuple(instance.name() for instance in elements.instances)
+        key = settings.is_discrete(), settings.sampled, state, len(elements.bodies), names, joints, actuators
+
+        def declare() -> tuple[InputPorts, dict]:
+            self.inputs.declare(self.plant, elements)
+            self.output_ports.declare(self.plant, state_index)
+            return self.inputs.copy(), dict(self.output_ports.numbers)
+
+        inputs, numbers = self.plant._declare_alike(("plant", *key), declare)
+        self.inputs.take(inputs)
+        self.output_ports.numbers = dict(numbers)
 
     def gravity_changed(self) -> None:
         """Gravity has another vector: after Finalize() it is among the model's arrays."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -43,18 +43,23 @@ def all_or_nothing(plant: MultibodyPlant, *others: object) -> Iterator[None]:
         raise
 
 
-def _containers(owner: object) -> Iterable[Any]:
+def _containers(owner: object) -> list[Any]:
     """The lists, dictionaries and sets that an object and its registries consist of."""
+    found: list[Any] = []
     for value in vars(owner).values():
-        if isinstance(value, Numbered):
-            yield from _containers(value)
-        elif isinstance(value, (dict, list, set)):
-            yield value
+        if type(value) in _CONTAINERS:
+            found.append(value)
+        elif isinstance(value, Numbered):
+            found += _containers(value)
+    return found
+
+
+_CONTAINERS = {dict, list, set}
 
 
 def _copy(container: Any) -> Any:
-    if isinstance(container, dict):
-        return {key: v.copy() if isinstance(v, (list, set)) else v for key, v in container.items()}
+    if type(container) is dict:
+        return {key: v.copy() if type(v) in _CONTAINERS else v for key, v in container.items()}
     return container.copy()
 
 

@@ -63,12 +63,9 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         ValueError: if a body comes before its inboard body, or the bodies of a tree are not contiguous.
     """
     nb = len(description.mobilizers) + 1
-    body = np.zeros((nb, m.Body.SIZE), np.int64)
-    for field_of_world in (m.Body.parent, m.Body.tree, m.Body.frame_F, m.Body.frame_M, m.Body.tip):
-        body[0, field_of_world] = -1
-    body[0, m.Body.gravity], body[0, m.Body.friction] = -1, description.friction_of_world
-    joint = np.zeros((nb, m.JointPose.SIZE))
-    gravity = np.zeros((nb, 3))
+    bodies = [_body_row(parent=-1, tree=-1, frame_F=-1, frame_M=-1, tip=-1, gravity=-1,
+                        friction=description.friction_of_world)]  # fmt: skip
+    constants: list[tuple[float, ...]] = [()]
     pieces: list[tuple[float, ...]] = []
     dofs: list[tuple[int, ...]] = []
     trees: list[list[int]] = []
@@ -82,7 +79,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         if kind == m.QUATERNION and parent == 0 and mobilizer.frame_F < 0 and mobilizer.frame_M < 0:
             kind = m.FREE
         nq, nv = len(joint_type.positions), len(joint_type.velocities)
-        root, tree = body[parent, m.Body.root], body[parent, m.Body.tree]
+        root, tree = bodies[parent][_ROOT], bodies[parent][_TREE]
         if root == 0 and nv > 0:
             root, tree = row, len(trees)
             trees.append([row, 0, len(dofs), 0])
@@ -91,44 +88,58 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
                 raise ValueError(f"compile_tree(): body row {row} is apart from the other bodies of its tree.")
             trees[tree][m.Tree.num_bodies] += 1
             trees[tree][m.Tree.num_dofs] += nv
-        body[row, : m.Body.tip.at] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
-                              mobilizer.inertia)  # fmt: skip
-        joint[row, : len(mobilizer.constants)] = mobilizer.constants
-        body[row, m.Body.path], body[row, m.Body.path_end] = nb + len(pieces), nb + len(pieces) + len(mobilizer.path)
+        first_dof, first_piece = len(dofs), nb + len(pieces)
         pieces += mobilizer.path
-        body[row, m.Body.along] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
-        if kind == m.WELD:
-            body[row, m.Body.along] = np.array_equal(mobilizer.constants, (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
-        body[row, m.Body.direct] = all(
-            f < 0 or description.frames[f][m.OffsetFrame.parent] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
-        )
-        gravity[row] = mobilizer.gravity
-        body[row, m.Body.gravity], body[row, m.Body.friction] = mobilizer.added_gravity, mobilizer.friction
         above = last_dof[parent]
         for k in range(nv):
-            depth = dofs[above][m.Dof.depth] + 1 if above >= 0 else 0
+            depth = dofs[above][_DEPTH] + 1 if above >= 0 else 0
             position = q + k if joint_type.v_is_qdot else -1
-            run = dofs[above][m.Dof.run] if 0 <= above == len(dofs) - 1 else len(dofs)
-            dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position, run))
+            run = dofs[above][_RUN] if 0 <= above == len(dofs) - 1 else len(dofs)
+            dofs.append((above, row, tree, depth, packed, mobilizer.damping[k], position, run))
             packed += depth + 1
             above = len(dofs) - 1
-        body[row, m.Body.tip] = last_dof[row] = above
+        last_dof[row] = above
+        along = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
+        if kind == m.WELD:
+            along = int(tuple(mobilizer.constants) == (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
+        frames = mobilizer.frame_F, mobilizer.frame_M
+        bodies.append(
+            _body_row(
+                parent=parent, kind=kind, root=root, tree=tree, first_q=q, first_dof=first_dof, num_dofs=nv,
+                frame_F=frames[0], frame_M=frames[1], inertia=mobilizer.inertia, tip=above, along=along,
+                direct=all(f < 0 or description.frames[f][0] < 0 for f in frames),
+                path=first_piece, path_end=nb + len(pieces), gravity=mobilizer.added_gravity,
+                friction=mobilizer.friction,
+            )
+        )  # fmt: skip
+        constants.append(mobilizer.constants)
         q += nq
 
     def table(rows: list, record: type[Record]) -> np.ndarray:
         return np.array(rows, np.int64).reshape(-1, record.SIZE)
 
-    paths = np.zeros((len(pieces), m.JointPose.SIZE))
-    for row, piece in enumerate(pieces):
-        paths[row, : len(piece)] = piece
+    width = m.JointPose.SIZE
+    joint = np.array([(*row, *(0.0,) * (width - len(row))) for row in (*constants, *pieces)], float)
+    gravity = np.array([(0.0, 0.0, 0.0), *(mobilizer.gravity for mobilizer in description.mobilizers)], float)
     return m.TreeModel(
-        body, np.concatenate([joint, paths]), table(dofs, m.Dof), table(description.frames, m.OffsetFrame),
+        table(bodies, m.Body), joint, table(dofs, m.Dof), table(description.frames, m.OffsetFrame),
         table(trees, m.Tree), table(description.actuators, m.Actuator), gravity,
     )  # fmt: skip
 
 
+_BODY = {field.name: 0 for field in m.Body.FIELDS}
+_ROOT, _TREE = (list(_BODY).index(name) for name in ("root", "tree"))
+_DEPTH, _RUN = int(m.Dof.depth), int(m.Dof.run)
+
+
+def _body_row(**numbers: int) -> list[int]:
+    """A row of the table of bodies."""
+    return list((_BODY | numbers).values())
+
+
 def _axis_of_frame(axis: tuple[float, ...]) -> int:
     """1, 2, 3 for x, y, z, negative for their opposites; 0 for another direction."""
-    along = int(np.abs(axis).argmax())
-    sign = int(np.sign(axis[along]))
-    return sign * (along + 1) if np.array_equal(axis, sign * np.eye(3)[along]) else 0
+    return _ALONG.get(tuple(axis), 0)
+
+
+_ALONG = {(1, 0, 0): 1, (0, 1, 0): 2, (0, 0, 1): 3, (-1, 0, 0): -1, (0, -1, 0): -2, (0, 0, -1): -3}

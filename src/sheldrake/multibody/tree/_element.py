@@ -19,6 +19,7 @@ from sheldrake.multibody.tree._scoped_name import ScopedName
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
+    from sheldrake.math import RigidTransform
     from sheldrake.multibody.plant import MultibodyPlant
 
 _FLOAT64 = np.dtype(np.float64)
@@ -172,6 +173,17 @@ def are_finite(values: Any) -> bool:
         if type(value) is not float and type(value) is not np.float64:
             return False
     return math.isfinite(sum(values))
+
+
+def finite_pose(call: str, name: str, X: RigidTransform) -> RigidTransform:
+    """`X`, after making sure that none of its numbers is infinite or nan (symbols pass).
+
+    Raises:
+        RuntimeError: one is.
+    """
+    if not (X._T is float and math.isfinite(X._p.sum() + X._R._M.sum())):
+        finite(call, name, X.GetAsMatrix34())
+    return X
 
 
 def finite(call: str, name: str, value: Any) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar
+from sheldrake.multibody.tree._element import NamedElement, finite_pose, of_scalar
 from sheldrake.multibody.tree._index import FrameIndex
 
 if TYPE_CHECKING:
@@ -220,8 +220,7 @@ class FixedOffsetFrame(Frame):
             )
         parent = P if isinstance(P, Frame) else P.body_frame()
         super().__init__(name, parent.body(), parent.model_instance() if model_instance is None else model_instance)
-        finite("FixedOffsetFrame", "X_PF", X_PF.GetAsMatrix34())
-        self._parent, self._X_PF = parent, X_PF
+        self._parent, self._X_PF = parent, finite_pose("FixedOffsetFrame", "X_PF", X_PF)
 
     def _fixed_X_BF(self) -> RigidTransform:
         return self._parent._fixed_X_BF() @ self._X_PF
@@ -243,4 +242,4 @@ class FixedOffsetFrame(Frame):
 
 def pose_numbers(X: RigidTransform) -> np.ndarray:
     """The twelve parameters of a pose: R row by row, then p."""
-    return np.concatenate([np.asarray(X.rotation().matrix()).ravel(), np.asarray(X.translation()).ravel()])
+    return np.concatenate([X._R._M.ravel(), X._p])

@@ -79,6 +79,22 @@ class Joint(NamedElement):
         self._random_q: Any = None
         self._q_start = self._v_start = -1
 
+    def _model(self) -> Self:
+        """A joint of no plant that joins nothing, to be copied; this one is given up."""
+        for values in (self._axis, self._damping, self._dry_friction, *sum(self._limits.values(), ())):
+            if values is not None:
+                values.setflags(write=False)  # copies share them
+        self._F = self._M = self._instance = None  # type: ignore[assignment]
+        return self
+
+    def _between(self, F: Frame, M: Frame) -> Self:
+        """A copy of a model, joining two frames."""
+        new = object.__new__(type(self))
+        new.__dict__.update(self.__dict__)
+        new._F, new._M, new._instance = F, M, M._instance
+        new._limits, new._default_q = dict(self._limits), self._default_q.copy()
+        return new
+
     # --- what it is
 
     def type_name(self) -> str:

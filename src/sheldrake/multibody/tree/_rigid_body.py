@@ -270,4 +270,4 @@ def unit_inertia_numbers(G: UnitInertia) -> list[Any]:
 
 def inertia_numbers(M: SpatialInertia) -> list[Any]:
     """The ten parameters of a body: mass, centre of mass, unit inertia about Bo."""
-    return [M.get_mass(), *M.get_com(), *unit_inertia_numbers(M.get_unit_inertia())]
+    return [M._mass, *M._p, *unit_inertia_numbers(M._G)]

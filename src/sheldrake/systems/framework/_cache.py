@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -214,9 +215,10 @@ class CacheEntry:
 
     def disable_caching_by_default(self) -> None:
         """Computes it whenever it is asked for, in contexts made from now on."""
-        self._declaration.enabled = False
-        if self._declaration.output >= 0:
-            self._system._outputs[self._declaration.output].cached = False
+        system, declaration = self._system, self._declaration  # which other systems may share
+        system._cache_entries[self._number] = dataclasses.replace(declaration, enabled=False)
+        if (j := declaration.output) >= 0:
+            system._outputs[j] = dataclasses.replace(system._outputs[j], cached=False)
 
     def is_disabled_by_default(self) -> bool:
         """Whether new contexts compute it whenever it is asked for."""

@@ -185,32 +185,21 @@ class DiagramBuilder:
         self._wires[input.get_system(), input._index] = output.get_system(), output._index
 
     def _same_kind(self, output: OutputPort, input: InputPort) -> None:
-        from_to = (
-            f"output port '{output.get_name()}' of {output.get_system()._describe()}",
-            f"input port '{input.get_name()}' of {input.get_system()._describe()}",
-        )
         if output.get_data_type() is not input.get_data_type():
-            kind = [
-                "vector-valued" if p.get_data_type() is PortDataType.kVectorValued else "abstract"
+            kinds = [
+                f"is {'vector-valued' if p.get_data_type() is PortDataType.kVectorValued else 'abstract'}"
                 for p in (output, input)
             ]
-            raise RuntimeError(
-                f"DiagramBuilder::Connect: Cannot mix vector-valued and abstract-valued ports while connecting "
-                f"{from_to[0]}, which is {kind[0]}, to {from_to[1]}, which is {kind[1]}."
-            )
+            raise _mismatch("Cannot mix vector-valued and abstract-valued ports", output, input, *kinds)
         if output.get_data_type() is PortDataType.kVectorValued:
             if output.size() != input.size():
-                raise RuntimeError(
-                    f"DiagramBuilder::Connect: Mismatched vector sizes while connecting {from_to[0]}, which has size "
-                    f"{output.size()}, to {from_to[1]}, which has size {input.size()}."
-                )
+                sizes = [f"has size {p.size()}" for p in (output, input)]
+                raise _mismatch("Mismatched vector sizes", output, input, *sizes)
             return
-        given, taken = output.Allocate(), input.Allocate()
+        given, taken = output.Allocate(), input._model()
         if type(given) is not type(taken) and object not in (taken._type, given._type):
-            raise RuntimeError(
-                f"DiagramBuilder::Connect: Mismatched value types while connecting {from_to[0]}, which gives "
-                f"Value[{given._type}], to {from_to[1]}, which takes Value[{taken._type}]."
-            )
+            types = f"gives Value[{given._type}]", f"takes Value[{taken._type}]"
+            raise _mismatch("Mismatched value types", output, input, *types)
 
     def Cascade(self, src: System, dest: System) -> None:
         """Connects the only output port of `src` to the only input port of `dest`."""
@@ -390,3 +379,12 @@ def _has_circle(wires: dict[tuple[int, int], tuple[int, int]], count: int) -> bo
             if not waits[reader]:
                 order.append(reader)
     return len(order) < count
+
+
+def _mismatch(what: str, output: OutputPort, input: InputPort, output_is: str, input_is: str) -> RuntimeError:
+    """The error for ports that do not fit each other."""
+    return RuntimeError(
+        f"DiagramBuilder::Connect: {what} while connecting output port '{output.get_name()}' of "
+        f"{output.get_system()._describe()}, which {output_is}, to input port '{input.get_name()}' of "
+        f"{input.get_system()._describe()}, which {input_is}."
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 from typing import overload as typing_overload
 
@@ -17,6 +17,7 @@ from sheldrake.systems.framework._declarations import (
     CacheDeclaration,
     Callback,
     EventDeclaration,
+    InputDeclaration,
     OutputDeclaration,
     Stages,
     vector_model,
@@ -50,6 +51,21 @@ _VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
 
 
 _NO_STATE = BasicVector([])
+
+
+class _Declared(NamedTuple):
+    """What one system declared and others with the same key share."""
+
+    inputs: list[InputDeclaration]
+    outputs: list[OutputDeclaration]
+    cache_entries: list[CacheDeclaration]
+    tickets: dict[int, tuple]
+    output_models: dict[int, dict]
+    result: Any
+
+
+_DECLARED: dict[tuple, _Declared] = {}
+_MOST_DECLARED = 256  # a program that makes other plants for ever must not fill memory
 
 
 class LeafSystem(LeafEvents):
@@ -207,6 +223,34 @@ class LeafSystem(LeafEvents):
                 f"not {value!r}."
             )
         return value
+
+    def _declare_alike(self, key: tuple[Hashable, ...], declare: Callable[[], Any]) -> Any:
+        """Declares ports as another system did that had the same key, or else by a call.
+
+        Args:
+            key: All that ports and what computes them depend on.
+            declare: Declares ports and tickets, nothing else, with functions that are bound to this system or to none;
+                what it gives, others are given too.
+        """
+        first = len(self._inputs), len(self._outputs), len(self._cache_entries), self._next_ticket
+        known = _DECLARED.get((*key, *first))
+        if known is None:
+            result = declare()
+            ports = self._inputs[first[0] :], self._outputs[first[1] :], self._cache_entries[first[2] :]
+            tickets = {ticket: what for ticket, what in self._tickets.items() if ticket >= first[3]}
+            models = {j: model for j, model in self._output_models.items() if j >= first[1]}
+            if len(_DECLARED) >= _MOST_DECLARED:
+                _DECLARED.clear()
+            _DECLARED[(*key, *first)] = _Declared(*ports, tickets, models, result)
+            return result
+        self._inputs += known.inputs
+        self._outputs += known.outputs
+        self._cache_entries += known.cache_entries
+        self._tickets.update(known.tickets)
+        self._next_ticket += len(known.tickets)
+        self._output_models.update(known.output_models)
+        self._changed()
+        return known.result
 
     # State and parameters.
 

@@ -6,6 +6,7 @@ reads what it is connected to, or a value fixed in the context.
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -252,10 +253,14 @@ class InputPort(_Port):
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it takes."""
-        model, scalar = self._declaration.model, self._system._scalar
+        model = self._declaration.model
         if isinstance(model, BasicVector):
-            return Value[BasicVector](model._on_scalar(scalar))
-        return _on_scalar(model, scalar).Clone()
+            return Value[BasicVector](model._on_scalar(self._system._scalar))
+        return self._model().Clone()
+
+    def _model(self) -> AbstractValue:
+        """What an abstract port was declared with, on the scalar of its system; not to be changed."""
+        return _on_scalar(self._declaration.model, self._system._scalar)
 
     def FixValue(self, context: Context, value: Any) -> FixedInputPortValue:
         """Gives it this value in this context, over any connection.
@@ -399,7 +404,7 @@ class LeafOutputPort(OutputPort):
 
     def disable_caching_by_default(self) -> None:
         """Computes its value anew whenever it is asked for, in contexts made from now on."""
-        self._declaration.cached = False
+        self._system._outputs[self._index] = dataclasses.replace(self._declaration, cached=False)
 
 
 __all__ = ["SAMPLED", "FixedInputPortValue", "InputPort", "LeafOutputPort", "OutputPort", "abstract_at", "value_at"]

@@ -86,7 +86,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         self._tickets: dict[int, tuple] = {}
         self._state_tickets: dict[tuple, int] = {}
         self._next_ticket = Ticket.FIRST_INDEXED
-        self._ports: weakref.WeakValueDictionary[tuple, Any] = weakref.WeakValueDictionary()
+        self._ports: dict[tuple[str, int], weakref.ref[Any]] = {}  # those that somebody holds, and some that died
         self._version = self._defaults_version = 0
         self._layouts: dict = {}
         self._tree_below: list[Any] | None = None  # all systems below this one, once asked for
@@ -147,16 +147,18 @@ class SystemBase(Graphviz, metaclass=SystemType):
         return len(self._outputs)
 
     def _input_port(self, i: int) -> InputPort:
-        port = self._ports.get(("in", i))
-        if port is None:
-            port = self._ports["in", i] = InputPort._make(self, i)
-        return port
+        return self._port(("in", i), InputPort)
 
     def _output_port(self, j: int) -> OutputPort:
-        port = self._ports.get(("out", j))
+        return self._port(("out", j), LeafOutputPort if self._subsystems() is None else OutputPort)
+
+    def _port(self, key: tuple[str, int], kind: type) -> Any:
+        """A port; the same object as long as somebody holds it."""
+        known = self._ports.get(key)
+        port = None if known is None else known()
         if port is None:
-            kind = LeafOutputPort if self._subsystems() is None else OutputPort
-            port = self._ports["out", j] = kind._make(self, j)
+            port = kind._make(self, key[1])
+            self._ports[key] = weakref.ref(port)
         return port
 
     def _allocate_output(self, j: int) -> AbstractValue:

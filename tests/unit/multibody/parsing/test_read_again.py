@@ -9,7 +9,7 @@ import types
 import numpy as np
 import pytest
 
-from sheldrake.geometry import Rgba
+from sheldrake.geometry import Rgba, Role
 from sheldrake.multibody.parsing import ParseError, Parser
 from sheldrake.multibody.parsing._reading import remembered
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
@@ -171,9 +171,8 @@ def test_plants_share_nothing_that_can_be_changed():
     colours = {id(thing._rgba) for thing in shared if isinstance(thing, Rgba)}  # exchanged, never written
     arrays = [a for a in shared if isinstance(a, np.ndarray) and a.flags.writeable and a.base is None and a.size]
     assert not [a for a in arrays if id(a) not in colours]
-    assert not [
-        p for p in shared if type(p).__name__.endswith(("Properties", "RigidTransform", "SpatialInertia", "set"))
-    ]
+    changeable = ("Properties", "RigidTransform", "SpatialInertia")
+    assert not [p for p in shared if type(p) is set or type(p).__name__.endswith(changeable)]
 
 
 def test_what_is_done_to_a_plant_reaches_no_other(readings):
@@ -231,3 +230,111 @@ def test_threads_may_read_at_once(monkeypatch):
 
     with concurrent.futures.ThreadPoolExecutor(4) as threads:
         assert list(threads.map(masses, range(4))) == [[1.0 + k, 2.0, 3.0, 1.0 + k] for k in range(4)]
+
+
+def told(plant, scene_graph):
+    """All that a model says of its geometry and joints, in words and numbers; ids are those of the process."""
+    inspector, found, model = scene_graph.model_inspector(), [], plant.GetModelInstanceByName("r")
+    for body in map(plant.get_body, plant.GetBodyIndices(model)):
+        frame = plant.GetBodyFrameIdOrThrow(body.index())
+        found.append((body.name(), inspector.GetName(frame), inspector.GetFrameGroup(frame) - int(model)))
+        shown, touched = plant.GetVisualGeometriesForBody(body), plant.GetCollisionGeometriesForBody(body)
+        for geometry in [*shown, *touched]:
+            properties = [inspector.GetProperties(geometry, role) for role in list(Role)[1:]]
+            found.append((inspector.GetName(geometry), inspector.GetShape(geometry).to_string()))
+            found.append(inspector.GetPoseInFrame(geometry).GetAsMatrix34().tolist())
+            found.append([None if p is None else str(p) for p in properties])
+            label = properties[2] and properties[2].GetProperty("label", "id")
+            found.append((geometry in touched, None if label is None else int(label) - int(body.index())))
+    for joint in map(plant.get_joint, plant.GetJointIndices(model)):
+        found.append((joint.name(), joint.type_name(), joint.position_lower_limits().tolist()))
+        found.append((joint.default_damping_vector().tolist(), joint.default_positions().tolist()))
+    return found
+
+
+def test_models_built_again_say_the_same():
+    text = robot(more="").replace('<drake:accepting_renderer name="eye"/>', "")
+    first, second = ((scene := _built(text))[0], scene[1]), _built(text, before=robot(mass=3.0).replace('"r"', '"q"'))
+    assert told(*first) == told(*second)
+    assert first[0].num_bodies() < second[0].num_bodies()  # so that numbers are others
+
+
+def _built(text, before=None):
+    plant, scene_graph = scene()
+    parser = Parser(plant)
+    if before is not None:
+        parser.AddModelsFromString(before, "urdf")
+    parser.AddModelsFromString(text, "urdf")
+    plant.Finalize()
+    return plant, scene_graph
+
+
+def test_geometry_of_bodies_built_again_touches_and_is_filtered_as_at_first():
+    text = robot().replace('<drake:accepting_renderer name="eye"/>', "")
+    pairs = []
+    for _ in range(2):
+        plant, scene_graph = _built(text)
+        inspector = scene_graph.model_inspector()
+        a, b = (plant.GetCollisionGeometriesForBody(plant.GetBodyByName(name))[0] for name in "ab")
+        pairs.append((inspector.CollisionFiltered(a, b), len(inspector.GetCollisionCandidates())))
+    assert pairs == [(True, 0), (True, 0)]
+
+
+def test_defaults_of_one_joint_are_not_those_of_the_next():
+    slides = "<drake:parent>world</drake:parent><drake:child>a</drake:child><drake:damping>0 0 0</drake:damping>"
+    text = (
+        '<sdf version="1.7"><model name="r" xmlns:drake="http://drake.mit.edu"><link name="a"/>'
+        f'<drake:joint name="j" type="planar">{slides}</drake:joint></model></sdf>'
+    )
+    found = []
+    for x in (0.5, None):
+        plant = MultibodyPlant(0.0)
+        Parser(plant).AddModelsFromString(text, "sdf")
+        joint = plant.GetJointByName("j")
+        if x is not None:
+            joint.set_default_translation([x, 0.0])
+        found.append(joint.default_positions()[0])
+    assert found == [0.5, 0.0]
+
+
+def test_a_mesh_that_was_changed_is_seen(tmp_path):
+    mesh = tmp_path / "m.obj"
+    shape = '<collision><geometry><mesh filename="m.obj"/></geometry></collision>'
+    link = LINK.format(name="a", mass=1.0, more=shape)
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">{link}</robot>')
+    heights = []
+    for height in (1.0, 2.0):
+        corners = "".join(f"v {x}\n" for x in ("0 0 0", "1 0 0", "0 1 0", f"0 0 {height}"))
+        mesh.write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+        plant, scene_graph = scene()
+        Parser(plant).AddModels(str(tmp_path / "r.urdf"))
+        inspector = scene_graph.model_inspector()
+        hull = inspector.GetConvexHull(inspector.GetAllGeometryIds()[0])
+        heights.append(max(hull.vertex(k)[2] for k in range(hull.num_vertices())))
+    assert heights == [1.0, 2.0]
+
+
+def test_what_is_declared_alike_is_changed_for_one_plant_alone():
+    first, second = MultibodyPlant(0.0), MultibodyPlant(0.0)
+    for plant in (first, second):
+        Parser(plant).AddModelsFromString(robot(), "urdf")
+        plant.Finalize()
+    assert first._outputs[3] is second._outputs[3]  # so it is shared
+    first.get_body_poses_output_port().disable_caching_by_default()
+    entries = [plant.get_body_poses_output_port().cache_entry() for plant in (first, second)]
+    disabled = [e.is_cache_entry_disabled(p.CreateDefaultContext()) for e, p in zip(entries, (first, second))]
+    assert disabled == [True, False]
+    second.get_net_actuation_output_port().cache_entry().disable_caching_by_default()
+    assert not first.get_net_actuation_output_port().cache_entry().is_disabled_by_default()
+
+
+def test_plants_with_other_model_instances_have_other_ports():
+    names = []
+    for model in ("r", "other"):
+        plant = MultibodyPlant(0.001)
+        Parser(plant).AddModelsFromString(robot().replace('name="r"', f'name="{model}"'), "urdf")
+        plant.Finalize()
+        names.append({plant.get_output_port(i).get_name() for i in range(plant.num_output_ports())})
+        assert plant.GetOutputPort(f"{model}_state").size() == plant.num_multibody_states()
+        assert plant.GetInputPort(f"{model}_actuation").size() == 1
+    assert "r_state" in names[0] - names[1]

@@ -1,4 +1,4 @@
-"""What a model file says, before any plant hears of it.
+"""What a model file says, before any plant hears of it; and what was made of it for one plant and serves others.
 
 URDF, SDFormat and MJCF are read into the same description; one builder (`_build`) turns it into a plant. Reading first
 and building second means that a file with a mistake leaves the plant as it was. Poses are `RigidTransform`s, shapes
@@ -19,6 +19,8 @@ from .._files.diagnostics import Location
 if TYPE_CHECKING:
     from sheldrake.geometry import Shape
     from sheldrake.math import RigidTransform
+    from sheldrake.multibody.plant._building.geometry import BodyShape
+    from sheldrake.multibody.tree import Joint
     from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory
 
 INFINITY = float("inf")
@@ -48,6 +50,7 @@ class BodyDescription:
     visuals: list[GeometryDescription] = field(default_factory=list)
     collisions: list[GeometryDescription] = field(default_factory=list)
     default_pose: RigidTransform | None = None  # X_WB in case the body turns out to be free
+    shapes: tuple[BodyShape, ...] | None = None  # once a plant took them all without complaint
     surface_velocity_axis: Any = None  # around which its surface runs, None if it does not
 
 
@@ -108,6 +111,7 @@ class JointDescription:
     curvilinear_path: PiecewiseConstantCurvatureTrajectory | None = None
     spring: tuple[float, float] | None = None  # stiffness [N m/rad or N/m], rest position [rad or m]
     friction: float = 0.0  # dry friction [N m or N]
+    model: Joint | None = None  # to be copied, once one was made
 
     @property
     def type(self) -> JointType:

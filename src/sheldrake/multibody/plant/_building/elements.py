@@ -232,9 +232,10 @@ class Elements:
         return self._add_body(RigidBody(name, instance, inertia))
 
     def _add_body(self, body: RigidBody) -> RigidBody:
-        self.bodies.check_free(body.name(), body.model_instance())
-        body._adopt(self._owner, self.bodies.add(body))
         frame = body.body_frame()
+        for registry in (self.bodies, self.frames):
+            registry.check_free(body._name, body._instance)
+        body._adopt(self._owner, self.bodies.add(body))
         frame._adopt(self._owner, self.frames.add(frame))
         return body
 
@@ -375,7 +376,7 @@ class Elements:
         Raises:
             RuntimeError: its name is taken.
         """
-        self.joints.check_free(joint.name(), joint.model_instance())
+        self.joints.check_free(joint._name, joint._instance)
         joint._adopt(self._owner, len(self.joints.slots))
         self.joints.add(joint)
         self.joint_between[frozenset((joint.parent_body(), joint.child_body()))] = joint

@@ -168,37 +168,37 @@ def _describe(
 ) -> TreeDescription:
     """The tree in words that its compiler takes."""
 
-    def start_of(element: Any) -> int:
-        return parameters.starts[element._group]
+    starts = parameters.starts
 
     def frame_row(frame: Frame) -> int:
-        return frame_rows.get(int(frame.index()), -1)
+        return frame_rows.get(int(frame._index), -1)
 
-    first_gravity, first_friction = (parameters.starts[tuning[what]] for what in ("gravity", "friction"))
+    first_gravity, first_friction = (starts[tuning[what]] for what in ("gravity", "friction"))
     description = TreeDescription(
-        frames=[(frame_row(f._parent), start_of(f)) for f in offset_frames], friction_of_world=first_friction
+        frames=[(frame_row(f._parent), starts[f._group]) for f in offset_frames], friction_of_world=first_friction
     )
+    gravity, row_of = tuple(elements.gravity.gravity_vector().tolist()), rows.tolist()
     for step in steps:
         joint, backwards = step.joint, step.reversed
-        F, M = joint.frame_on_parent(), joint.frame_on_child()
-        start = start_of(joint)
+        F, M = (joint._M, joint._F) if backwards else (joint._F, joint._M)
+        start, falls = starts[joint._group], elements.gravity.is_enabled(step.body._instance)
         description.mobilizers.append(
             Mobilizer(
-                parent=int(rows[int(step.parent.index())]),
+                parent=row_of[int(step.parent._index)],
                 type_name=joint.type_name(),
-                inertia=start_of(step.body),
-                frame_F=frame_row(M if backwards else F),
-                frame_M=frame_row(F if backwards else M),
+                inertia=starts[step.body._group],
+                frame_F=frame_row(F),
+                frame_M=frame_row(M),
                 constants=joint._reversed_constants() if backwards else joint._constants(),
                 path=joint._path_pieces(),
                 damping=tuple(range(start, start + joint.num_velocities())),
-                gravity=tuple(elements.gravity_on(step.body)),
-                added_gravity=first_gravity if elements.gravity.is_enabled(step.body.model_instance()) else -1,
-                friction=first_friction + int(step.body.index()),
+                gravity=gravity if falls else (0.0, 0.0, 0.0),
+                added_gravity=first_gravity if falls else -1,
+                friction=first_friction + int(step.body._index),
             )
         )
     for actuator in elements.actuators:
-        start = start_of(actuator)
+        start = starts[actuator._group]
         description.actuators.append((actuator.joint()._v_start, start, start + 1))
     return description
 

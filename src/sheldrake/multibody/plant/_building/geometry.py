@@ -2,33 +2,49 @@
 
 from __future__ import annotations
 
-from typing import Any
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import (
-    CollisionFilterDeclaration,
     FrameId,
     GeometryFrame,
     GeometryId,
     GeometryInstance,
+    GeometryProperties,
     GeometrySet,
     IllustrationProperties,
     MakePhongIllustrationProperties,
     PerceptionProperties,
     ProximityProperties,
     RenderLabel,
+    Role,
     SceneGraph,
     Shape,
     SourceId,
 )
+from sheldrake.geometry._shapes import _MeshShape
+from sheldrake.geometry._state.collision_filter import Pair, ordered_pair
+from sheldrake.geometry._state.instance import canonical_name
+from sheldrake.geometry._state.records import WORLD_FRAME_ID, GeometryRecord
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.tree import BodyIndex, RigidBody
-from sheldrake.multibody.tree._element import finite
+from sheldrake.multibody.tree._element import finite_pose
+
+
+class BodyShape(NamedTuple):
+    """A shape of a body B, to be touched (with the proximity role) or to be seen; never changed."""
+
+    name: str
+    X_BG: RigidTransform
+    shape: Shape
+    roles: Mapping[Role, GeometryProperties]
 
 
 class PlantGeometry:
@@ -76,14 +92,14 @@ class PlantGeometry:
         index = int(body.index())
         if self.scene_graph is None or index in self.frame_of_body:
             return
-        frame = GeometryFrame(self._full_name(body, body.name()), int(body.model_instance()))
-        self.frame_of_body[index] = self.scene_graph.RegisterFrame(self.source_id, frame)
-        self.body_of_frame[self.frame_of_body[index]] = body
+        assert self.source_id is not None
+        frame = GeometryFrame(self._full_name(body, body._name), int(body._instance))
+        frame_id = self.scene_graph._model.register_frame(self.source_id, WORLD_FRAME_ID, frame)
+        self.frame_of_body[index], self.body_of_frame[frame_id] = frame_id, body
 
     def _full_name(self, body: RigidBody, name: str) -> str:
-        if int(body.model_instance()) < 2:
-            return name
-        return f"{self._elements.GetModelInstanceName(body.model_instance())}::{name}"
+        instance = int(body._instance)
+        return name if instance < 2 else f"{self._elements.instances.slots[instance]._name}::{name}"
 
     def geometry_source_is_registered(self) -> bool:
         """Whether it is a source of a SceneGraph."""
@@ -155,7 +171,7 @@ class PlantGeometry:
 
     def _instance(self, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str, call: str) -> GeometryInstance:
         X_BG = X_BG if isinstance(X_BG, RigidTransform) else RigidTransform(X_BG)
-        finite(call, "X_BG", X_BG.GetAsMatrix34())
+        finite_pose(call, "X_BG", X_BG)
         return GeometryInstance(X_BG, shape, self._full_name(body, name))
 
     @checked
@@ -203,6 +219,30 @@ class PlantGeometry:
         geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_of_body[int(body.index())], instance)
         self.visual_ids.setdefault(int(body.index()), []).append(geometry_id)
         return geometry_id
+
+    def register_again(self, body: RigidBody, shapes: Sequence[BodyShape]) -> None:
+        """Gives a new body shapes that another one was given, by the calls above and without complaint.
+
+        Args:
+            body: The body, which has none yet.
+            shapes: In the order of their registration.
+        """
+        if self.scene_graph is None or not shapes:
+            return
+        index, prefix = int(body.index()), self._full_name(body, "")
+        frame, label = self.frame_of_body[index], RenderLabel(index)
+        records, kept = [], []
+        for shape in shapes:
+            roles = {role: properties.__copy__() for role, properties in shape.roles.items()}
+            perception = roles.get(Role.kPerception)
+            if perception is not None and not perception.HasProperty("label", "id"):
+                perception.AddProperty("label", "id", label)
+            name = canonical_name(prefix + shape.name)
+            own = shape.shape.Clone() if isinstance(shape.shape, _MeshShape) else shape.shape  # a file may change
+            records.append(GeometryRecord(name, self.source_id, frame, shape.X_BG.__copy__(), own, roles))
+            kept.append(self.collision_ids if Role.kProximity in roles else self.visual_ids)
+        for ids, geometry_id in zip(kept, self.scene_graph._model.register_again(records)):
+            ids.setdefault(index, []).append(geometry_id)
 
     # --- looking up
 
@@ -271,16 +311,14 @@ class PlantGeometry:
         if self.scene_graph is None:
             return
 
-        def geometries(*bodies: RigidBody) -> list[GeometryId]:
-            return [g for b in bodies for g in self.collision_ids.get(int(b.index()), [])]
-
-        declaration = CollisionFilterDeclaration()
+        of_body = {number: ids for number, ids in self.collision_ids.items() if ids}
+        pairs: set[Pair] = set()
         for group in welded:
-            if len(of_group := geometries(*group)) > 1:
-                declaration.ExcludeWithin(GeometrySet(of_group))
+            within = [g for body in group for g in of_body.get(int(body._index), ())]
+            pairs.update(itertools.starmap(ordered_pair, itertools.combinations(within, 2)))
         for joint in self._elements.joints if self.adjacent_filters else ():
-            parent, child = (whole_of.get(b, b) for b in (joint.parent_body(), joint.child_body()))
-            if parent.index() != 0 and child.index() != 0 and joint.type_name() != "quaternion_floating":
-                if (of_parent := geometries(parent)) and (of_child := geometries(child)):
-                    declaration.ExcludeBetween(GeometrySet(of_parent), GeometrySet(of_child))
-        self.scene_graph.collision_filter_manager().Apply(declaration)
+            parent, child = (whole_of.get(body, body) for body in (joint.parent_body(), joint.child_body()))
+            a, b = int(parent._index), int(child._index)
+            if a in of_body and b in of_body and a and b and joint.type_name() != "quaternion_floating":
+                pairs.update(itertools.starmap(ordered_pair, itertools.product(of_body[a], of_body[b])))
+        self.scene_graph._model.exclude(pairs)

@@ -81,15 +81,10 @@ class Registry(Numbered[Named]):
         self._instances = instances
 
     def add(self, element: Named) -> int:
-        """Appends an element; its number.
-
-        Raises:
-            RuntimeError: the name is taken in its model instance.
-        """
-        name = element.name()
-        self.check_free(name, element.model_instance())
+        """Appends an element whose name is free; its number."""
+        name = element._name
         self._by_name.setdefault(name, []).append(element)
-        self._taken.add((name, element.model_instance()))
+        self._taken.add((name, element._instance))
         return self.append(element)
 
     def check_free(self, name: str, instance: ModelInstanceIndex) -> None:

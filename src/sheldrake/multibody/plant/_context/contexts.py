@@ -204,7 +204,11 @@ class Contexts:
 
     def any_locked(self, context: Context) -> bool:
         """Whether any joint is locked."""
-        return any(map(plain, self.numbers(context, self._model.lock_group).tolist()))
+        model = self._model
+        if getattr(context, "_system", None) is not self._plant:
+            return any(map(plain, self.numbers(context, model.lock_group).tolist()))
+        p = context._store.S[slice(*context._place.p)]  # without a view, which a context may never need
+        return any(map(plain, p[model.parameters.of(model.lock_group)].tolist()))
 
     def set_locked(self, context: Context, joint: Joint, locked: bool) -> None:
         """Locks or unlocks a joint."""

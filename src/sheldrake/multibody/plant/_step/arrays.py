@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from sheldrake.geometry._compiled.hydroelastic import face_capacity
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
-from sheldrake.geometry._kernels.model import ContactTable, empty_geometry_model
+from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, contact_table, empty_geometry_model
 from sheldrake.geometry._kernels.spatial_hash import Cells, make_cells
 from sheldrake.multibody.contact_solvers._arrays import make_solver_work
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
@@ -31,6 +32,7 @@ from sheldrake.multibody.plant._kernels.model import (
     TendonJoint,
 )
 from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
+from sheldrake.systems.framework._engine.scratch import arrays_of, size_of
 
 CONSTRAINT_KINDS = {
     "coupler": (COUPLER, 1),
@@ -138,6 +140,38 @@ def make_step_work(
     step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(actuators), numbers(nv), numbers(belts), turns)
     tables = ContactTable(*(convert(a) for a in table)), HydroTable(*(convert(a) for a in surfaces))
     return StepWork(tree, tables[0], *solver, step, tables[1], Cells(*(convert(a) for a in cells)))
+
+
+def step_work_of(
+    tree_model: TreeModel,
+    solver_model: SolverModel,
+    plant_model: PlantModel,
+    geometry_model: GeometryModel,
+    hydro_model: HydroModel,
+) -> StepWork:
+    """The scratch of a step with some geometry, to be copied; plants that need the same share its arrays."""
+    key = (
+        *(tree_model.body.tobytes(), tree_model.dof.tobytes(), solver_model.sides),
+        *(*map(len, plant_model), plant_model.constraint.tobytes()),
+        *(len(geometry_model.geometry), len(geometry_model.pair), len(geometry_model.cell)),
+        *(geometry_model.family.tobytes(), len(hydro_model.geometry)),
+    )
+    work = _MADE.get(key)
+    if work is None:
+        table, cells = contact_table(geometry_model), make_cells(geometry_model)
+        work = make_step_work(tree_model, solver_model, plant_model, table, float, hydro_model, cells)
+        if len(hydro_model.geometry) or size_of(work) > _LARGE:
+            return work
+        for array in arrays_of(work):
+            array.flags.writeable = False
+        if len(_MADE) >= _MOST_MADE:
+            _MADE.clear()
+        _MADE[key] = work
+    return StepWork(*work)  # who compares it with another finds out whether it is of the same geometry
+
+
+_MADE: dict[tuple[Any, ...], StepWork] = {}
+_MOST_MADE, _LARGE = 32, 1 << 18  # works, numbers
 
 
 def widest_tendon(plant_model: PlantModel) -> int:

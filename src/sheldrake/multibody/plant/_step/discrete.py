@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.geometry._kernels.model import Material, contact_table
-from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.geometry._kernels.model import Material
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
@@ -16,7 +15,7 @@ from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
-from sheldrake.multibody.plant._step.arrays import make_step_work
+from sheldrake.multibody.plant._step.arrays import step_work_of
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.results import (
     StepContacts,
@@ -85,14 +84,9 @@ class DiscreteUpdate:
 
     def make_work(self, geometry: CompiledGeometry) -> StepWork:
         """The scratch of a step."""
-        return make_step_work(
-            self._elements.model("MultibodyPlant").tree,
-            self._models.solver_model(geometry.model),
-            self._models.plant_model,
-            contact_table(geometry.model),
-            hydro_model=geometry.hydro,
-            cells=make_cells(geometry.model),
-        )
+        tree = self._elements.model("MultibodyPlant").tree
+        models = tree, self._models.solver_model(geometry.model), self._models.plant_model
+        return step_work_of(*models, geometry.model, geometry.hydro)
 
     def scratch_fault(self, scratch: StepWork) -> str:
         """Counts must be those of rows that are there, and no number may be larger than the scratch itself."""

@@ -37,6 +37,15 @@ class InputPorts:
     actuation_of: list[int] = dataclasses.field(default_factory=list)
     desired_state_of: list[int] = dataclasses.field(default_factory=list)
 
+    def copy(self) -> InputPorts:
+        """The same numbers."""
+        lists = list(self.actuation_of), list(self.desired_state_of)
+        return InputPorts(self.actuation, self.generalized_force, self.spatial_force, self.surface_speeds, *lists)
+
+    def take(self, other: InputPorts) -> None:
+        """Takes the numbers of another plant, whose ports are the same."""
+        vars(self).update(vars(other.copy()))
+
     def of_forces(self) -> list[int]:
         """Ports that bring forces as vectors."""
         return [self.actuation, *self.actuation_of, self.generalized_force]

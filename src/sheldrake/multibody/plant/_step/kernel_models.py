@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -142,8 +143,8 @@ class KernelModels:
 
     def rows_of_frames(self) -> dict[FrameId, int]:
         """Rows of the bodies of the SceneGraph's frames."""
-        rows = self._elements.model("MultibodyPlant").rows
-        return {frame: int(rows[i]) for i, frame in self._geometry.frame_of_body.items()}
+        rows = self._elements.model("MultibodyPlant").row_list
+        return {frame: rows[i] for i, frame in self._geometry.frame_of_body.items()}
 
     def misses_geometry(self, connected: bool) -> bool:
         """Whether there is collision geometry, but nothing answers queries about it."""
@@ -151,8 +152,8 @@ class KernelModels:
 
     def _fallback_stiffness(self) -> tuple[float, float]:
         """Point stiffness [N/m] and dissipation [s/m] of geometry that says none, from the penetration allowance."""
-        masses = [b.default_mass() for b in self._elements.bodies if b.index() != 0]
-        heaviest = max([m for m in masses if np.isfinite(m)], default=0.0)
+        masses = [body._M_BBo_B._mass for body in self._elements.bodies if body is not self._elements.world]
+        heaviest = max(filter(math.isfinite, masses), default=0.0)
         g, delta = self._elements.gravity_strength(), self._settings.penetration_allowance
         return 2.0 * heaviest * g / delta, 1.0 / (g * delta) ** 0.5
 
@@ -174,13 +175,14 @@ class KernelModels:
         """Makes the plant's own model, at Finalize()."""
         model = self._elements.model("Finalize")
         limited = [j for j in model.joints if self._settings.is_discrete() and is_limited(j)]
+        scalar_rows = bool(limited) and self._settings.kind.scalar_rows
         first_lock = model.parameters.starts[model.lock_group]
         locks = np.zeros(model.nv, np.int64)
         for joint in model.joints:
             locks[joint._v_start : joint._v_start + joint.num_velocities()] = first_lock + int(joint.index())
         self._plant_model = make_plant_model(
             [self._actuator_row(a) | {"gains": model.gains_at(a)} for a in model.actuators],
-            [self._limit_row(j) for j in limited],
+            [self._limit_row(j, scalar_rows) for j in limited],
             [self._inputs.generalized_force],
             self._constraints.rows(),
             locks,
@@ -207,10 +209,10 @@ class KernelModels:
             row["desired_v"] = element + len(of_instance)
         return row
 
-    def _limit_row(self, joint: Joint) -> dict[str, Any]:
+    def _limit_row(self, joint: Joint, scalar_rows: bool) -> dict[str, Any]:
         lower, upper = joint._limits["position"]
         stiffness = damping = 0.0  # as in Drake, kTamsi, which has no rows for limits, ignores those of other joints
-        if not self._settings.kind.scalar_rows and joint._type.limited:
+        if not scalar_rows and joint._type.limited:
             stiffness, damping = tamsi_limit_penalty(_limit_inertia(joint), self._settings.time_step)
         return dict(
             dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping

@@ -105,6 +105,7 @@ class Layout(Memory):
         return len(self.rows) - 1
 
     def _add_rows(self) -> None:
+        chosen: dict[tuple[int, int], Any] = {}
         for n, j in self.ports:
             self._add(Row(n, OUTPUT, self.systems[n]._outputs[j].calc, self.places[n].outputs[j].span, output=j))
         for n in self.leaves:
@@ -115,13 +116,13 @@ class Layout(Memory):
                 stages = calc.choose(system, RootView(self, n)) if isinstance(calc, Stages) else [calc]
                 place.derivatives = self._add_stages([_stage_row(stage, n, DERIVATIVES, out) for stage in stages])
             for event in system._all_events():
-                place.events.append(self._event_row(n, place, event))
+                place.events.append(self._event_row(n, place, event, chosen))
         for row in self.rows:
             if row.native:
                 row.free = self._required(row)
                 row.models = self._needed_models(row)
 
-    def _event_row(self, n: int, place: Place, event: EventDeclaration) -> int:
+    def _event_row(self, n: int, place: Place, event: EventDeclaration, chosen: dict[tuple[int, int], Any]) -> int:
         if event.handler is None:
             return NO_ROW
         if event.handler == LOG:
@@ -131,8 +132,10 @@ class Layout(Memory):
             return -1 - self.log_of[n]
         out = self._shift(place.xd, self.plus) if event.kind != PUBLISH else (0, 0)
         if isinstance(event.handler, Stages):
-            stages = event.handler.choose(self.systems[n], RootView(self, n))
-            return self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in stages])
+            key = n, id(event.handler)  # of the update that a clock asks for and the one that people do
+            if key not in chosen:
+                chosen[key] = event.handler.choose(self.systems[n], RootView(self, n))
+            return self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in chosen[key]])
         return self._add(Row(n, event.kind, event.handler, out, event=event))
 
     def _add_stages(self, rows: list[Row]) -> int:
@@ -191,21 +194,16 @@ class Layout(Memory):
     # The program.
 
     @cached_property
-    def _joined(self) -> tuple[Words, np.ndarray]:
-        """The words of all rows, and where each row's begin."""
-        arguments, at = join_in_slab(self._calls)
-        del self._calls
-        return arguments, _ints(at + at[-1:] * (len(self.rows) - len(at) + _program.NUM_SPECIAL + 1))
-
-    @cached_property
     def arguments(self) -> Words:
-        """The words of all rows."""
-        return self._joined[0]
+        """The words of all rows, for another process."""
+        return join_in_slab(self._calls)[0]
 
     @cached_property
     def program(self) -> _program.Program:
         """What the event loop works on; contexts that are only asked for what plants compute need none."""
-        return _program.Program(words=self.arguments.placed(), at=self._joined[1], **self._tables)
+        joined, begins = join_in_slab(self._calls, HERE)
+        at = _ints(begins + begins[-1:] * (len(self.rows) - len(begins) + _program.NUM_SPECIAL + 1))
+        return _program.Program(words=joined.words, at=at, **self._tables)
 
     @cached_property
     def words_of(self) -> list[int]:
