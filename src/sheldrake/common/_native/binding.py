@@ -289,10 +289,8 @@ class _Writer:
         found = f"{a.dtype} array of shape {a.shape}" if isinstance(a, np.ndarray) else repr(type(a).__name__)
         wrong_kind = not isinstance(a, np.ndarray) or a.dtype != spec.dtype or a.ndim != spec.ndim
         found += "" if wrong_kind or a.flags.aligned else " at an odd address"
-        wide = "" if spec.width is None else f", the last of {spec.width}"
-        return TypeError(
-            f"{self.kernel!r}: {title} must be a C-contiguous {spec.dtype} array of {spec.ndim} axes{wide}, not {found}."
-        )
+        axes = f"{spec.ndim} axes" + ("" if spec.width is None else f", the last of {spec.width}")
+        return TypeError(f"{self.kernel!r}: {title} must be a C-contiguous {spec.dtype} array of {axes}, not {found}.")
 
 
 _DTYPES = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64)}

@@ -130,7 +130,7 @@ def test_rows_that_are_longer_than_their_records_are_refused():
     """How long they are is a number in the machine code; the row of a record with an open end may be of any length."""
     a, one = made()
     all_of_it.bind(a._replace(law=np.zeros((2, 25))), one)
-    with pytest.raises(TypeError, match="things.tree must be .* of 2 axes, the last of 3, not int64 array of shape"):
+    with pytest.raises(TypeError, match=r"things\.tree must be .* of 2 axes, the last of 3, not int64 array of shape"):
         all_of_it.bind(a._replace(tree=np.zeros((2, 4), np.int64)), one)
     places = [(0, *x.shape) for x in a]
     places[3] = (0, 2, 4)
