@@ -29,7 +29,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common.record import Record, view_of
+from sheldrake.common.record import Record, view_of, width_of
 
 Vector = Annotated[np.ndarray, "float64", 1]
 Matrix = Annotated[np.ndarray, "float64", 2]
@@ -47,11 +47,15 @@ MISFIT = INDEX_ERROR + 1
 
 
 class ArraySpec(NamedTuple):
-    """One array argument: its element type, number of axes, and whether `words` hold an absolute address."""
+    """One array argument: its element type, number of axes, and whether `words` hold an absolute address.
+
+    width: How long the rows of a matrix are, where records say so; None elsewhere.
+    """
 
     dtype: str
     ndim: int
     absolute: bool
+    width: int | None
 
 
 class Parameter(NamedTuple):
@@ -275,13 +279,13 @@ def _parameter(owner: Kernel, name: str, hint: object) -> Parameter:
     if hint is int:
         return Parameter(name, "int", (), None)
     if hint == Vectors:
-        return Parameter(name, "arrays", (ArraySpec("float64", 1, absolute),), None)
+        return Parameter(name, "arrays", (ArraySpec("float64", 1, absolute, None),), None)
     if (spec := _array(hint, absolute)) is not None:
         return Parameter(name, "array", (spec,), None)
     if _is_record(hint):
         view = view_of(hint)
         (part,) = view.PARTS
-        return Parameter(name, "record", (ArraySpec(part.dtype, 1, absolute),), view)
+        return Parameter(name, "record", (ArraySpec(part.dtype, 1, absolute, None),), view)
     if isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields"):
         hints = typing.get_type_hints(hint, include_extras=True)
         fields = tuple(_array(hints[f], absolute) for f in hint._fields)
@@ -301,7 +305,7 @@ def _array(hint: Any, absolute: bool) -> ArraySpec | None:
     meta = getattr(hint, "__metadata__", None)
     if meta is None or getattr(hint, "__origin__", None) is not np.ndarray:
         return None
-    return ArraySpec(meta[0], meta[1], absolute)
+    return ArraySpec(meta[0], meta[1], absolute, width_of(meta[1], meta[2:]))
 
 
 def kernel(

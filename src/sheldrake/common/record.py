@@ -243,6 +243,14 @@ def _is_record(what: object) -> bool:
     return isinstance(what, type) and issubclass(what, Record)
 
 
+def width_of(ndim: int, seen: Iterable[Any]) -> int | None:
+    """How long the rows of a matrix are, by what is in them: as the longest record; None if records do not say."""
+    records = [getattr(what, "record", what) for what in seen] if ndim == 2 else []
+    if not records or not all(_is_record(r) and all(f.kind != "rest" for f in r.FIELDS) for r in records):
+        return None
+    return max(r.SIZE for r in records)
+
+
 def parts_of(cls: type) -> tuple[Part, ...]:
     """How a table sees its arrays."""
     hints = typing.get_type_hints(cls, include_extras=True)

@@ -15,7 +15,18 @@ from sheldrake.geometry import (
 from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels import separation
 from sheldrake.geometry._kernels.convex import face_along, slot_at
-from sheldrake.geometry._kernels.model import BodyPoses, Found, Margins, Remembered, Slot, contact_table, is_watched
+from sheldrake.geometry._kernels.memory import SEPARATED
+from sheldrake.geometry._kernels.model import (
+    SLOT_FACES,
+    SLOT_VERTICES,
+    BodyPoses,
+    Found,
+    Margins,
+    Remembered,
+    Slot,
+    contact_table,
+    is_watched,
+)
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.separation import search as search_pair
 from sheldrake.geometry._kernels.support import best_face
@@ -104,6 +115,67 @@ def test_a_pair_that_was_apart_is_found_when_it_meets():
         assert table.num_contacts == 0
         search(scene.model, X_WB[1], table)
         assert table.num_contacts > 0
+
+
+def test_a_pair_that_is_apart_is_not_measured_before_it_may_have_come_near():
+    """A gap that is remembered wrongly hides a contact until the second shape has moved by as much."""
+    scene = Scene([Cylinder(0.1, 0.2), Cylinder(0.1, 0.2)])
+
+    def contacts_at(d):
+        poses = [RigidTransform(), RigidTransform(), RigidTransform([d, d, 0.0])]
+        assert find_contacts(scene.model, np.array([row_of(X) for X in poses]), scene.table) == 0
+        return scene.table.num_contacts
+
+    kept = scene.table.separators[0]
+    assert contacts_at(0.16) == 0  # boxes overlap
+    assert scene.table.memories[0].how == SEPARATED
+    assert contacts_at(0.16) == 0
+    gap = kept.gap
+    assert gap == pytest.approx(0.16 * np.sqrt(2.0) - 0.2)
+    assert contacts_at(0.155) == 0
+    assert kept.gap == gap  # not measured
+    kept.gap = 0.05
+    assert contacts_at(0.14) == 0
+    kept.gap = 0.02
+    assert contacts_at(0.14) > 0
+
+
+def distance_to_triangle(corners):
+    """Of the origin from a triangle: from its plane if it is above it, else from an edge."""
+    ends = np.roll(corners, -1, axis=0) - corners
+    n = np.cross(ends[0], ends[1])
+    inside = np.einsum("ki,ki->k", np.cross(n, ends), -corners) >= 0.0
+    if inside.all() and n @ n > 1e-20:
+        return abs(n @ corners[0]) / np.linalg.norm(n)
+    t = np.clip(-np.einsum("ki,ki->k", corners, ends) / np.einsum("ki,ki->k", ends, ends), 0.0, 1.0)
+    return np.linalg.norm(corners + t[:, None] * ends, axis=1).min()
+
+
+@pytest.mark.parametrize("speed", [0.3, 3.0])
+def test_faces_of_polytopes_are_never_nearer_than_remembered(speed):
+    """Level less path is less than how far a triangle is, however long ago that was measured."""
+    rng = np.random.default_rng(8)
+    scene = Scene(bodies(rng))
+    at, table = motion(rng, 9, speed), scene.table
+    seen = 0
+    for step in range(150):
+        search(scene.model, at(1e-3 * step), table)
+        for s, slot in enumerate(table.slot if step % 10 == 9 else ()):
+            memory, tracked = Slot.view(slot), table.tracks[s]
+            if memory.owner == 0 or memory.num_vertices == 0:
+                continue
+            pair = scene.model.pairs[scene.model.convex_pairs + memory.owner - 1]
+            b = max(pair.a, pair.b, key=lambda g: (scene.model[g].kind, g))
+            R = np.reshape(tracked.R_AB, (3, 3))
+            p = np.array(tracked.p_AB) - R @ scene.model[b].centre_G
+            points = table.kept_point[s * SLOT_VERTICES :][: memory.num_vertices]
+            D = points[:, :3] - p - points[:, 3:] @ R.T
+            corners = table.kept_link[s * SLOT_FACES :][: memory.num_faces, :3]
+            levels = np.array(tracked.level[: memory.num_faces])
+            distances = np.array([distance_to_triangle(D[c]) for c in corners])
+            assert ((levels >= 1e299) | (levels - tracked.path <= distances + 1e-9)).all()
+            seen += tracked.path > 0.0
+    assert seen > 50  # polytopes that had moved
 
 
 def test_python_source_remembers_as_machine_code_does():

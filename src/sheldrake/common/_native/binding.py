@@ -255,7 +255,7 @@ class _Writer:
             block = self.blocks[key] = _Block(argument, [], [])
             places = in_slab and not absolute
             for k, (spec, a) in enumerate(zip(parameter.fields, argument)):
-                if places and not isinstance(a, np.ndarray):
+                if places and not isinstance(a, np.ndarray) and spec.width in (None, a[-1]):
                     block.words.extend(a)
                     continue
                 if not _fits(spec, a):
@@ -309,9 +309,8 @@ class _Writer:
         found = f"{a.dtype} array of shape {a.shape}" if isinstance(a, np.ndarray) else repr(type(a).__name__)
         wrong_kind = not isinstance(a, np.ndarray) or a.dtype != spec.dtype or a.ndim != spec.ndim
         found += "" if wrong_kind or a.flags.aligned else " at an odd address"
-        return TypeError(
-            f"{self.kernel!r}: {title} must be a C-contiguous {spec.dtype} array of {spec.ndim} axes, not {found}."
-        )
+        axes = f"{spec.ndim} axes" + ("" if spec.width is None else f", the last of {spec.width}")
+        return TypeError(f"{self.kernel!r}: {title} must be a C-contiguous {spec.dtype} array of {axes}, not {found}.")
 
 
 _DTYPES = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64)}
@@ -321,5 +320,7 @@ _DTYPES = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64)}
 def _fits(spec: ArraySpec, a: Any) -> bool:
     """Whether an array is what the kernel's annotations say."""
     if not isinstance(a, np.ndarray) or a.ndim != spec.ndim or a.dtype != _DTYPES.get(spec.dtype, spec.dtype):
+        return False
+    if spec.width is not None and spec.width != a.shape[-1]:
         return False
     return a.flags.carray or (a.flags.c_contiguous and a.flags.aligned)

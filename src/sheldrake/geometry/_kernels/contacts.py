@@ -8,7 +8,7 @@ from sheldrake.common.kernel import kernel
 from .box_box import box_box_contacts
 from .convex import convex_contacts
 from .half_space import half_space_contacts
-from .memory import overlapped
+from .memory import remembers
 from .model import CAPSULE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
 from .near import pairs_of, spheres_within, widest_margin
 from .sphere import sphere_contacts
@@ -30,9 +30,21 @@ def half_extents(model, g):
     return h
 
 
+@kernel
+def apart_along(model, table, a, b, axis):
+    """True if the boxes around a and b are apart along an axis of the first (0 to 2) or of the second (3 to 5)."""
+    g, h = half_extents(model, a), half_extents(model, b)
+    margin = widest_margin(model)
+    g = (g[0] + margin, g[1] + margin, g[2] + margin)
+    n = column(table.poses[a if axis < 3 else b].R_WG, axis % 3)
+    t = dot3(n, sub3(table.poses[b].centre_W, table.poses[a].centre_W))
+    reach_a = reach_along(g, rotate_back(table.poses[a].R_WG, n))
+    return absolute(t) > reach_a + reach_along(h, rotate_back(table.poses[b].R_WG, n))
+
+
 @kernel(outline=True)
-def boxes_apart(model, table, a, b):
-    """True if a plane parallel to two axes of the boxes around a and b is between them (Gottschalk et al. 1996)."""
+def axis_between(model, table, a, b):
+    """An axis along which the boxes around a and b are apart, or -1 (Gottschalk et al. 1996)."""
     R_WA = table.poses[a].R_WG
     R = compose(transpose(R_WA), table.poses[b].R_WG)
     t = rotate_back(R_WA, sub3(table.poses[b].centre_W, table.poses[a].centre_W))
@@ -43,11 +55,11 @@ def boxes_apart(model, table, a, b):
     for k in range(3):
         row = (R[3 * k], R[3 * k + 1], R[3 * k + 2])
         if absolute(t[k]) > g[k] + reach_along(h, row):
-            return True
+            return k
         axis = column(R, k)
         if absolute(dot3(t, axis)) > reach_along(g, axis) + h[k]:
-            return True
-    return False
+            return 3 + k
+    return -1
 
 
 @kernel
@@ -101,8 +113,24 @@ def box_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
 @kernel
 def convex_contacts_if_near(model, table, i, j):
     """Contacts of shapes whose bounding spheres meet: of those whose boxes meet as well. Nothing is remembered."""
-    if not boxes_apart(model, table, i, j):
+    if axis_between(model, table, i, j) < 0:
         convex_contacts(model, table, i, j, -1)
+
+
+@kernel
+def boxes_apart(model, table, i, j, k):
+    """Whether the boxes around the shapes of pair k are apart; of a pair of which more is remembered nobody asks."""
+    if not remembers(table, k):
+        return axis_between(model, table, i, j) >= 0
+    memory = table.memories[k]
+    if memory.how != 0:
+        return False
+    if apart_along(model, table, i, j, memory.axis):
+        return True
+    axis = axis_between(model, table, i, j)
+    if axis >= 0:
+        memory.axis = axis
+    return axis >= 0
 
 
 @kernel(top=True)
@@ -112,7 +140,5 @@ def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     first = model.convex_pairs
     for k in pairs_of(table, first, model.end_of_pairs, table.near_convex, table.end_of_near):
         i, j = ordered(model, model.pairs[k].a, model.pairs[k].b)
-        if spheres_apart(model, table, i, j):
-            continue
-        if overlapped(table, k - first) or not boxes_apart(model, table, i, j):
+        if not (spheres_apart(model, table, i, j) or boxes_apart(model, table, i, j, k - first)):
             convex_contacts(model, table, i, j, k - first)

@@ -1,11 +1,11 @@
 """What a search for contacts remembers of each pair of convex shapes for the next one.
 
-Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of one that nearly
-touched, what would have met (see `tracking`), or the direction along which it is nearest: there is only one, so what
-`polish` finds from there is the answer. Of a pair that overlapped, what met, and the polytope that EPA grew in the
-difference, by points of the shapes: placed anew, it mostly says at once where the pair overlaps least. All is checked
-before it is believed and says no more than the search without it would find: a polytope only which feature is nearest
-by far, whose answer `feature` then gives.
+Of a pair whose boxes were apart, along which axis. Of one that was apart, a direction that separates it, and by how
+much: while it does, nothing else is looked at. Of one that nearly touched, what would have met (see `tracking`), or the
+direction along which it is nearest: there is only one, so what `polish` finds from there is the answer. Of a pair that
+overlapped, what met, and the polytope that EPA grew in the difference, by points of the shapes: placed anew, it mostly
+says at once where the pair overlaps least. All is checked before it is believed and says no more than the search
+without it would find: a polytope only which feature is nearest by far, whose answer `feature` then gives.
 """
 
 from __future__ import annotations
@@ -20,12 +20,22 @@ from .gjk import add_vertex
 from .model import ELLIPSOID, FACE, NO_FEATURE, SIMPLEX, SLOT_FACES, SLOT_VERTICES
 from .polish import nearby
 from .support import is_curved, support, vertex_in_frame
-from .tracking import ALIKE, PARALLEL, has_vertex, still_meets, track
+from .tracking import (
+    ALIKE,
+    PARALLEL,
+    centre_from,
+    has_vertex,
+    moved_by,
+    relative_pose,
+    still_meets,
+    track,
+)
 
 _CERTAIN = 1e-9  # relative to the size: shapes that seem so far apart are apart, depths that differ by so much differ
 _EPA_GAP = 1e-13  # relative to the size: EPA stops when the depth of polytopes is known this well
 _EPA_GAP_SMOOTH = 1e-6  # and that of curved shapes, whose answer is then refined
 _NO_SHIFT = (0.0, 0.0, 0.0)
+_UNKNOWN = -1e300  # [m] a gap that has not been measured
 _FEW_STEPS = 4  # of EPA from what is remembered: one that takes more grows a polytope larger than a new one
 SEPARATED = -1
 TOUCHING = -2
@@ -35,12 +45,6 @@ TOUCHING = -2
 def remembers(table, k):
     """Whether there is room for a memory of pair k."""
     return k >= 0 and k < len(table.memories)
-
-
-@kernel
-def overlapped(table, k):
-    """Whether it is remembered that pair k overlapped: then it mostly does."""
-    return remembers(table, k) and table.memories[k].how > 0
 
 
 @kernel
@@ -81,6 +85,7 @@ def remember_along(table, i, k, nhat_ji, how):
     forget(table, k)
     table.memories[k].how = how
     table.separators[k].axis_G = rotate_back(table.poses[i].R_WG, nhat_ji)
+    table.separators[k].gap = _UNKNOWN
 
 
 @kernel
@@ -97,12 +102,21 @@ def remember_touch(table, i, k, nhat_ji):
 
 @kernel(outline=True)
 def still_apart(model, table, i, j, size, reach, k):
-    """Whether the cores of pair k are more than `reach` apart along the direction that is remembered."""
+    """Whether the cores of pair k are more than `reach` apart along the direction that is remembered.
+
+    They are not measured while they can not have come so near: no point of the second has moved by as much.
+    """
     if table.memories[k].how != SEPARATED:
         return False
-    nhat_ji = rotate(table.poses[i].R_WG, table.separators[k].axis_G)
-    gap = dot3(nhat_ji, add_vertex(model, table, i, j, scale3(nhat_ji, -1.0), SIMPLEX, _NO_SHIFT))
-    return gap > reach + _CERTAIN * size
+    kept = table.separators[k]
+    R, p = relative_pose(model, table, i, j)
+    least = reach + _CERTAIN * size
+    if kept.gap - moved_by(model, kept, R, p, j) > least:
+        return True
+    nhat_ji = rotate(table.poses[i].R_WG, kept.axis_G)
+    kept.gap = dot3(nhat_ji, add_vertex(model, table, i, j, scale3(nhat_ji, -1.0), SIMPLEX, _NO_SHIFT))
+    kept.R_AB, kept.p_AB = R, centre_from(model, j, R, p)
+    return kept.gap > least
 
 
 @kernel

@@ -291,12 +291,16 @@ class Remembered(Record):
     """What is remembered of a pair of convex shapes, see `memory`."""
 
     how = integer("0: nothing; -1: a direction that separates it; -2: that along which it is nearest; n: slot n - 1")
+    axis = integer("along which the boxes around the shapes were apart: of the first (0 to 2) or second (3 to 5)")
 
 
 class Separating(Record):
-    """The direction that is remembered."""
+    """The direction that is remembered, and where a pair was when it was last measured along it."""
 
     axis_G = numbers(3, "unit vector out of the second shape into the first, in the frame of the first")
+    gap = number("how far apart the cores were along it", "m")
+    R_AB = numbers(9, "rotation of the second shape in the frame of the first")
+    p_AB = numbers(3, "centre of its bounding sphere in that frame", "m")
 
 
 class NearPairs(Record):
@@ -320,7 +324,8 @@ class Seen(Record):
 # shapes the direction alone is known
 NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES, FACE_ON_MORE, MORE_ON_FACE, BY_DIRECTION = range(7)
 
-NEAR_FACES = 24  # of a polytope, that are looked at each time
+SLOT_VERTICES = 32  # of a polytope that is worth remembering
+SLOT_FACES = 2 * SLOT_VERTICES - 4
 
 
 class Slot(Record):
@@ -332,20 +337,19 @@ class Slot(Record):
     feature = integer("FACE_AND_VERTEX of first and second shape, ..., see above")
     face = integer("number of the face, if there is one")
     who = integers(4, "numbers of vertices: of the vertex; or of the edges, the lower one first")
-    num_near = integer("faces of the polytope that are looked at each time")
-    near = array(NEAR_FACES, "they", dtype=int)
 
 
 class Tracked(Record):
-    """Where a pair was when it was found what meets, and what else was near; see `tracking`."""
+    """Where a pair was when its polytope was last looked at, and what of that was near; see `tracking`."""
 
     R_AB = numbers(9, "rotation of the second shape in the frame of the first")
     p_AB = numbers(3, "centre of its bounding sphere in that frame", "m")
     out_A = numbers(3, "direction out of first - second that met")
     turn_A = numbers(3, "how it changed in the last step; 0 where what meets tells it")
-    depth = number("along it", "m")
-    beyond = number("distance of the faces that are not near, at least", "m")
-    near_offset = array(NEAR_FACES, "distances of those that are", "m")
+    least = number("distance of every face, at least", "m")
+    path = number("how far a point of the second may have gone since EPA left the polytope, step by step", "m")
+    beyond = number("distance of faces that do not look along `out`, at least, where they are not remembered", "m")
+    level = array(SLOT_FACES, "path plus distance of each face, when it was last measured", "m")
 
 
 class KeptVertex(Record):
@@ -362,10 +366,9 @@ class KeptPoint(Record):
     p_BP = numbers(3, "of the second", "m")
 
 
+MOST_NUMBERED = 2097152  # geometries and contacts: three numbers below it are one integer, see `order`
 MANY_PAIRS = 48  # from so many on, near ones are listed
 SLOTS = 64  # polytopes that are remembered, at most
-SLOT_VERTICES = 32  # of one that is worth remembering
-SLOT_FACES = 2 * SLOT_VERTICES - 4
 
 
 @table
@@ -429,12 +432,20 @@ def contact_table(model: GeometryModel, capacity: int | None = None, slots: int 
         capacity: most contacts it can hold; by default enough for every pair to touch, at most 65536 or 16 a
             geometry.
         slots: most polytopes that it can remember.
+
+    Raises:
+        ValueError: if there are more than MOST_NUMBERED geometries or contacts.
     """
     if capacity is None:
         n = len(model.geometry)
         pairs = len(model.pair) + (n * (n - 1) // 2 if len(model.cell) else 0)
         capacity = min(MAX_POINTS * pairs, max(65536, 16 * n))
     convex = int(model.family[Families.end_of_pairs] - model.family[Families.convex_pairs])
+    if max(len(model.geometry), capacity) > MOST_NUMBERED:
+        raise ValueError(
+            f"contact_table(): there is room for {MOST_NUMBERED} geometries and contacts, "
+            f"not for {len(model.geometry)} and {capacity}."
+        )
     slots = min(convex, slots)
     watched = _num_between_solids(model) if is_watched(model) else 0
     return ContactTable(

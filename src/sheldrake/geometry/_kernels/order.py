@@ -1,32 +1,30 @@
 """Contacts in the order of their pairs, whatever families found them: the solver's sums must not depend on families.
 
-Each family finds its contacts in order already, so a natural merge sort is done after a merge or two.
+Each family finds its contacts in order already, so a natural merge sort is done after a merge or two. What is sorted
+are single integers: of a contact its two geometries, and behind them its place.
 """
 
 from __future__ import annotations
 
 from sheldrake.common.kernel import kernel
 
-from .model import ContactTable
+from .model import MOST_NUMBERED, ContactTable
 
 OTHER = 1  # order has two columns: 0 and 1
 
 
 @kernel
-def follows(table, m, n):
-    """Whether contact m belongs behind contact n: a later pair, or a later point of the same."""
-    if table[m].geometry_A != table[n].geometry_A:
-        return table[m].geometry_A > table[n].geometry_A
-    if table[m].geometry_B != table[n].geometry_B:
-        return table[m].geometry_B > table[n].geometry_B
-    return m > n
+def key_of(table, k):
+    """What contact k is sorted by."""
+    contact = table[k]
+    return (contact.geometry_A * MOST_NUMBERED + contact.geometry_B) * MOST_NUMBERED + k
 
 
 @kernel
 def end_of_run(table, source, begin, end):
     """Where the contacts, in the order of this column, cease to be sorted."""
     k = min(begin + 1, end)
-    while k < end and not follows(table, table.order[k - 1, source], table.order[k, source]):
+    while k < end and table.order[k - 1, source] < table.order[k, source]:
         k += 1
     return k
 
@@ -38,7 +36,7 @@ def merge(table, source, begin, middle, end):
     i = begin
     j = middle
     for k in range(begin, end):
-        if j >= end or (i < middle and follows(table, table.order[j, source], table.order[i, source])):
+        if j >= end or (i < middle and table.order[i, source] < table.order[j, source]):
             table.order[k, target] = table.order[i, source]
             i += 1
         else:
@@ -48,14 +46,19 @@ def merge(table, source, begin, middle, end):
 
 @kernel
 def move_contacts(table, source, count):
-    """Puts the contact that this column names k-th at place k; one that has gone elsewhere is followed there."""
+    """Puts the contact that this column names k-th at place k, one ring of changed places after the other."""
     for k in range(count):
-        m = table.order[k, source]
-        while m < k:
-            m = table.order[m, source]
+        m = table.order[k, source] % MOST_NUMBERED
         if m != k:
-            table[m].who, table[k].who = table[k].who, table[m].who
-            table[m].where, table[k].where = table[k].where, table[m].where
+            who, where = table[k].who, table[k].where
+            free = k
+            while m != k:
+                table[free].who, table[free].where = table[m].who, table[m].where
+                table.order[free, source] = free
+                free = m
+                m = table.order[free, source] % MOST_NUMBERED
+            table[free].who, table[free].where = who, where
+            table.order[free, source] = free
 
 
 @kernel(top=True)
@@ -63,7 +66,7 @@ def sort_contacts(table: ContactTable) -> None:
     """Orders contacts by pair; those of one pair stay as they were found."""
     count = table.num_contacts
     for k in range(count):
-        table.order[k, 0] = k
+        table.order[k, 0] = key_of(table, k)
     source = 0
     sorted_to = end_of_run(table, source, 0, count)
     while sorted_to < count:

@@ -2,8 +2,9 @@
 
 EPA has left a closed surface around the origin, whose corners are points of the difference D of the shapes, seen from
 the first. When no corner has moved by more than delta, each of its triangles is at least as far as it was less delta;
-the few that were nearest are placed anew, and their planes tell how far they are. If no triangle is nearer than what
-met is deep, then the ball of that depth is in D: what met still is where the shapes overlap least.
+where that does not say enough, a triangle is placed anew, and its plane tells how far it is. If no triangle is nearer
+than what met is deep, then the ball of that depth is in D: what met still is where the shapes overlap least. Motions
+are added up from step to step: a triangle that was placed anew is left alone until they have used up its distance.
 
 Shallow overlaps, which change with every step, need no such surface: what met is a facet of D, and if the pyramid from
 it to the farthest point behind holds the ball, D does. Of shapes that are apart the two points tell: they are as far
@@ -35,8 +36,9 @@ from .model import (
     FACE_ON_MORE,
     HULL,
     MORE_ON_FACE,
-    NEAR_FACES,
+    NO_FEATURE,
     POLYGON_A,
+    SIMPLEX,
     SLOT_FACES,
     SLOT_VERTICES,
     TWO_EDGES,
@@ -71,6 +73,11 @@ def centre_from(model, j, R, p):
 
 
 @kernel
+def equal4(a, b):
+    return a[0] == b[0] and a[1] == b[1] and a[2] == b[2] and a[3] == b[3]
+
+
+@kernel
 def distance_of(face):
     """Of a face of the polytope; 0 of one without area, which may be wherever its neighbours are."""
     return face.offset if face.offset < _FLAT else 0.0
@@ -88,32 +95,34 @@ def least_besides(table, faces, out):
 
 
 @kernel(outline=True)
-def sort_out_near(table, s, faces):
-    """The nearest faces of the polytope, as it is kept, into slot s, in order; the least distance of the others [m]."""
-    slot, tracked = table.slots[s], table.tracks[s]
-    beyond = 1e300
-    count = number = 0
+def is_of_feature(table, s, f, out, lowest):
+    """Whether face f of the polytope is a part of what slot s says meets, wherever the shapes are: as deep as that.
+
+    Corners of a face of a shape, less one vertex of the other, are all in its plane; two edges span a parallelogram.
+    """
+    slot = table.slots[s]
+    what, who = kind_of_feature(table, table.links[f].corners)
+    if what == NO_FEATURE or what != slot.feature or not equal4(who, slot.who):
+        return False
+    for k in range(3):
+        if dot3(out, table.vertices[SIMPLEX + table.links[f].corner[k]].w) < lowest:
+            return False
+    return True
+
+
+@kernel(outline=True)
+def measure_faces(table, s, faces, out, lowest):
+    """Levels of the faces of the polytope, as it is kept, in slot s; those of what meets are as far as can be.
+
+    Corners that reach as far as `lowest` along `out` are in the plane of what meets.
+    """
+    number = 0
     for f in range(faces):
         face = table.polytope[FACE + f]
-        if face.exists > 0.0:
+        if face.exists > 0.0 and number < SLOT_FACES:
+            found = is_of_feature(table, s, f, out, lowest)
+            table.tracks[s].level[number] = _FLAT if found else distance_of(face)
             number += 1
-            offset = distance_of(face)
-            at = count
-            if count < NEAR_FACES:
-                count += 1
-            else:
-                at = NEAR_FACES - 1
-                beyond = min(beyond, max(offset, tracked.near_offset[at]))
-                if offset >= tracked.near_offset[at]:
-                    continue
-            while at > 0 and tracked.near_offset[at - 1] > offset:
-                tracked.near_offset[at] = tracked.near_offset[at - 1]
-                slot.near[at] = slot.near[at - 1]
-                at -= 1
-            tracked.near_offset[at] = offset
-            slot.near[at] = number - 1
-    slot.num_near = count
-    return beyond
 
 
 @kernel
@@ -149,11 +158,10 @@ def track(model, table, i, j, s, faces, what, corners, out, depth):
     turn = sub3(out_A, tracked.out_A)
     tracked.turn_A = turn if known and dot3(turn, turn) < _TURN * _TURN else (0.0, 0.0, 0.0)
     tracked.out_A = out_A
-    tracked.depth = depth
+    tracked.least, tracked.path = depth, 0.0
     if slot.num_vertices > 0:
-        tracked.beyond = sort_out_near(table, s, faces)
+        measure_faces(table, s, faces, out, depth - _PLANE * (model[i].bound + model[j].bound))
     else:
-        slot.num_near = 0
         tracked.beyond = least_besides(table, faces, out)
 
 
@@ -164,16 +172,16 @@ def has_vertex(model, g, number):
 
 
 @kernel
-def moved_by(model, tracked, R, p, j):
+def moved_by(model, then, R, p, j):
     """How far a point of the second shape has moved in the frame of the first, at most [m].
 
     The difference of two rotations has two singular values that are equal, and none else.
     """
     turn2 = 0.0
     for k in range(9):
-        turn = R[k] - tracked.R_AB[k]
+        turn = R[k] - then.R_AB[k]
         turn2 += turn * turn
-    step = sub3(centre_from(model, j, R, p), tracked.p_AB)
+    step = sub3(centre_from(model, j, R, p), then.p_AB)
     return sqrt(0.5 * turn2) * model[j].bound + sqrt(dot3(step, step))
 
 
@@ -190,38 +198,43 @@ def kept_corner(table, s, v, R, p):
     return sub3(points.p_AP, add3(p, rotate(R, points.p_BP)))
 
 
-@kernel
-def face_is_beyond(table, s, f, R, p, out_A, depth, slack, alike, sagitta):
-    """Whether face f of the polytope in slot s is farther than `depth` by more than `slack`, or looks along `out`.
+@kernel(outline=True)
+def distance_now(table, s, f, R, p, out_A, least, alike):
+    """Distance of face f of the polytope in slot s, where the shapes are now; -1.0 if it is none.
 
-    The latter if 1 - cosine is no more than `alike`, and it is nearer by no more than `sagitta`.
+    One that may be of what meets, as it looks along `out` (1 - cosine is no more than `alike`) and is no nearer than
+    `least`, is as far as can be, as is one without area.
     """
-    if f < 0 or f >= SLOT_FACES:
-        return False
     x, y, z = table.kept_links[s * SLOT_FACES + f].corners
     if not (is_there(x) and is_there(y) and is_there(z)):
-        return False
+        return -1.0
     u = kept_corner(table, s, x, R, p)
     v = sub3(kept_corner(table, s, y, R, p), u)
     w = sub3(kept_corner(table, s, z, R, p), u)
     n = cross3(v, w)
     area = sqrt(dot3(n, n))
     if area <= NO_AREA * (dot3(v, v) + dot3(w, w)):
-        return True
-    if dot3(n, u) > (depth + slack) * area:
-        return True
-    return dot3(n, out_A) >= (1.0 - alike) * area and dot3(n, u) >= (depth - sagitta) * area
+        return _FLAT
+    height = dot3(n, u)
+    if height >= least * area and dot3(n, out_A) >= (1.0 - alike) * area:
+        return _FLAT
+    return height / area
 
 
 @kernel(outline=True)
-def others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta):
-    """`face_is_beyond` of all near faces that may have come as near as `depth` since they were."""
-    slot, tracked = table.slots[s], table.tracks[s]
-    for m in range(min(slot.num_near, NEAR_FACES)):
-        if tracked.near_offset[m] - moved > depth:
-            return True
-        if not face_is_beyond(table, s, slot.near[m], R, p, out_A, depth, slack, alike, sagitta):
-            return False
+def others_are_beyond(table, s, path, R, p, out_A, depth, slack, alike, sagitta):
+    """Whether all faces of the polytope are farther than `depth` by more than `slack`, or of what meets.
+
+    Each is placed anew if the path since that was done last may have brought it so near.
+    """
+    tracked = table.tracks[s]
+    for f in range(min(table.slots[s].num_faces, SLOT_FACES)):
+        if tracked.level[f] - path <= depth + slack:
+            distance = distance_now(table, s, f, R, p, out_A, depth - sagitta, alike)
+            if distance <= depth + slack:
+                return False
+            if distance < _FLAT:
+                tracked.level[f] = path + distance
     return True
 
 
@@ -314,12 +327,18 @@ def surface_is_beyond(model, table, i, j, size, s, out, depth):
     slack = _CERTAIN * size
     R, p = relative_pose(model, table, i, j)
     moved = moved_by(model, tracked, R, p, j) + slack
-    if not (tracked.beyond - moved > depth and moved < tracked.depth):
+    if moved >= tracked.least:
         return False
+    if table.slots[s].num_vertices == 0:
+        return tracked.beyond - moved > depth
+    path = tracked.path + moved
     curved = table.slots[s].feature == BY_DIRECTION
     alike, sagitta = (ALIKE, _SAGITTA * size) if curved else (PARALLEL, slack)
     out_A = rotate_back(table.poses[i].R_WG, out)
-    return others_are_beyond(table, s, moved, R, p, out_A, depth, slack, alike, sagitta)
+    beyond = others_are_beyond(table, s, path, R, p, out_A, depth, slack, alike, sagitta)
+    tracked.R_AB, tracked.p_AB, tracked.path = R, centre_from(model, j, R, p), path
+    tracked.least = depth - sagitta if beyond else tracked.least - moved
+    return beyond
 
 
 @kernel(outline=True)

@@ -9,6 +9,7 @@ import pytest
 from tests.unit.common.compiler.sources import module_of, run
 from tools.fuzz_kernels import bounds_checks
 
+from sheldrake.common._native.binding import arguments_in_slab
 from sheldrake.common._native.store import can_compile
 from sheldrake.common.kernel import INDEX_ERROR, IntMatrix, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
@@ -123,6 +124,18 @@ def test_on_complex_numbers_to_first_order():
     for w, low, high in zip((*z, one_z), (*a, one_a), (*h, one_h)):
         np.testing.assert_allclose(w.real, (low + high) / 2.0, rtol=1e-10, atol=1e-10)
         np.testing.assert_allclose(np.imag(w) * 1e30, (high - low) / (2.0 * step), rtol=1e-8, atol=1e-8)
+
+
+def test_rows_that_are_longer_than_their_records_are_refused():
+    """How long they are is a number in the machine code; the row of a record with an open end may be of any length."""
+    a, one = made()
+    all_of_it.bind(a._replace(law=np.zeros((2, 25))), one)
+    with pytest.raises(TypeError, match=r"things\.tree must be .* of 2 axes, the last of 3, not int64 array of shape"):
+        all_of_it.bind(a._replace(tree=np.zeros((2, 4), np.int64)), one)
+    places = [(0, *x.shape) for x in a]
+    places[3] = (0, 2, 4)
+    with pytest.raises(TypeError, match="the last of 3"):
+        arguments_in_slab(all_of_it, {"things": places, "one": one})
 
 
 HEAD = "@kernel(top=True)\ndef entry(things: Things, one: Options, x: Vector, n: IntVector, k: int) -> int:\n"

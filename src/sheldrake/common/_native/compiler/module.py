@@ -170,7 +170,10 @@ class _Reader:
         b, where = self.b, self.word()
         shift = memory.shift_of(DTYPES[spec.dtype])
         address = where if spec.absolute else b.op(f"add i64 {self.slab}, {b.op(f'shl i64 {where}, {shift}')}")
-        return [b.op(f"inttoptr i64 {address} to ptr"), *(self.word() for _ in range(spec.ndim))]
+        shape = [self.word() for _ in range(spec.ndim)]
+        if spec.width is not None:  # a number in the code: no products for addresses, no register for it
+            shape[-1] = str(spec.width)
+        return [b.op(f"inttoptr i64 {address} to ptr"), *shape]
 
     def argument(self, p: Parameter) -> list[str]:
         """The leaves of an argument of the entry."""
