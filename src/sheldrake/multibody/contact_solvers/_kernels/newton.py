@@ -13,6 +13,7 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     along_direction,
     constraint_cost,
     constraint_slope,
+    contacts_slope,
     drop_slopes,
     evaluate,
     evaluate_v,
@@ -76,10 +77,12 @@ COST_RELATIVE = 1e-15
 
 
 @kernel(outline=True)
-def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, momentum_cost, cost0):
+def line_search(model, problem, contacts, rows, slope_at, slope0, slope_A, curvature_A, momentum_cost, cost0):
     """Step length in (0, 1.5].
 
     Args:
+        slope_at: kernel for the first and second derivative of the cost that is no momentum's: `constraint_slope`, or
+            `contacts_slope` where momentum and rows are one.
         slope0: derivative of the whole cost at alpha = 0 [J].
         slope_A: derivative of the momentum cost at alpha = 0 [J].
         curvature_A: dv^T A dv [J].
@@ -90,7 +93,7 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
         (alpha, found); found is 0 when the root was not bracketed to tolerance within the evaluations allowed.
     """
     high = ALPHA_MAX + 0.0 * slope0
-    slope, curvature = constraint_slope(model, problem, contacts, rows, high)
+    slope, curvature = slope_at(model, problem, contacts, rows, high)
     f_high = slope + slope_A + high * curvature_A
     if f_high <= 0.0:
         return high, 1
@@ -112,7 +115,7 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
     step = low - high
     step_before = step
     for _ in range(EVALUATIONS):
-        slope, curvature = constraint_slope(model, problem, contacts, rows, x)
+        slope, curvature = slope_at(model, problem, contacts, rows, x)
         f = (slope + slope_A + x * curvature_A) / scale
         df = (curvature + curvature_A) / scale
         if f < 0.0:
@@ -235,10 +238,10 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
 
 @kernel(outline=True)
-def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
-    """Step length, and whether one was found, from an iterate whose cost is not known."""
+def search(model, problem, contacts, rows, slope_at, slope, slope_A, curvature_A):
+    """Step length, and whether one was found, from an iterate whose cost is not known; see `line_search`."""
     momentum, cost = whole_cost(model, problem, contacts, rows)
-    return line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+    return line_search(model, problem, contacts, rows, slope_at, slope, slope_A, curvature_A, momentum, cost)
 
 
 @kernel(outline=True)
@@ -255,7 +258,9 @@ def iterate(model, problem, contacts, rows, factor):
         if status != SOLVED:
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
-        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+        alpha, found = line_search(
+            model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A, momentum, cost
+        )
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
@@ -272,17 +277,6 @@ def iterate(model, problem, contacts, rows, factor):
 
 
 ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at again for v
-
-
-@kernel(outline=True)
-def search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A):
-    """`search` along a step of impulses, whose slopes have those of the rows."""
-    momentum, cost = whole_cost(model, problem, contacts, rows)
-    end = problem.rows_end
-    problem.rows_end = problem.rows_begin
-    alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
-    problem.rows_end = end
-    return alpha, found
 
 
 @kernel(outline=True)
@@ -305,7 +299,7 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
         if part == 0.0:
             if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
                 move_impulses(problem, contacts, factor, n, -alpha)
-                alpha, found = search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
+                alpha, found = search(model, problem, contacts, rows, contacts_slope, slope, slope_A, curvature_A)
                 if found == 0:
                     return LINE_SEARCH_FAILED, excess
                 move_impulses(problem, contacts, factor, n, alpha)
@@ -357,7 +351,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         slope_there, _, _ = along_direction(model, problem)
         if not (excess <= 1.0 or slope_there <= -FULL_STEP * slope):
             advance(model, problem, contacts, rows, -alpha)
-            alpha, found = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
+            alpha, found = search(model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A)
             if found == 0:
                 return LINE_SEARCH_FAILED
             advance(model, problem, contacts, rows, alpha)
