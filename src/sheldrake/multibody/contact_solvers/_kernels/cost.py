@@ -412,7 +412,7 @@ def put_momentum(model, problem, factor):
 @kernel
 def add_square(L, B, J, rows, columns, G):
     """The block at B, 6 by 6, += J_rows^T G J_columns of a contact, each from its first column on."""
-    x, y, z = load_three_sixes(J, rows)
+    x, y, z = load_three_sixes(J, 0, rows)
     for j in range(SIX):
         gx, gy, gz = times_G(G, column3(J, 0, columns + j))
         to = load_six(L, B + SIX * j)

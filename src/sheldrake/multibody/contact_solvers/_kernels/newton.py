@@ -27,6 +27,7 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
 from sheldrake.multibody.contact_solvers._kernels.delassus import (
     along_impulses,
     evaluate_impulses,
+    factorise_impulses,
     few_contacts,
     move_impulses,
     put_velocities,
@@ -277,6 +278,7 @@ def iterate(model, problem, contacts, rows, factor):
 
 
 ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at again for v
+WORSE = 100.0  # (what a second step with a factor leaves over what the first one left)^2 is not more than this greater
 
 
 @kernel(outline=True)
@@ -284,11 +286,14 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
     """The iterations of `iterate_to_rest`, with the impulses of n contacts as unknowns: a status, and the excess.
 
     `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess. The first step is
-    a guess: it is taken whatever it gains.
+    a guess: it is taken whatever it gains. Where one more step with the last factor will do, it has that.
     """
     scale = excess / start_impulses(model, problem, contacts, factor, n)
     part = 1.0
+    fresh = 1
     for _ in range(model.max_iterations if n > 0 else 0):
+        if fresh == 1:
+            factorise_impulses(problem, contacts, factor, n)
         step_of_impulses(problem, contacts, factor, n, part)
         slope, slope_A, curvature_A = along_impulses(problem, contacts, factor, n)
         problem.iterations += 1
@@ -308,10 +313,12 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
                 break
         if excess <= ENOUGH:
             break
-        if soft:
+        ratio = excess / before
+        fresh = 0 if part == 0.0 and WORSE * ratio * excess <= ENOUGH else 1
+        if fresh == 1 and soft:
             update_duals(model, problem, contacts, alpha)
         part = 0.0
-    put_velocities(model, problem, factor, n)
+    put_velocities(model, problem, contacts, factor, n)
     excess, _, _ = evaluate_v(model, problem, contacts, rows)
     return SOLVED, excess
 
