@@ -343,9 +343,14 @@ def load_six_of(A, row, k):
 
 
 @kernel
-def load_three_sixes(J, k):
-    """Columns k .. k + 5 of the three rows of a contact's J."""
-    return (load_six_of(J, 0, k), load_six_of(J, 1, k), load_six_of(J, 2, k))
+def store_six_of(A, row, k, x):
+    A[row, k], A[row, k + 1], A[row, k + 2], A[row, k + 3], A[row, k + 4], A[row, k + 5] = x
+
+
+@kernel
+def load_three_sixes(A, row, k):
+    """Columns k .. k + 5 of three rows of a matrix, such as those of a contact's J."""
+    return (load_six_of(A, row, k), load_six_of(A, row + 1, k), load_six_of(A, row + 2, k))
 
 
 @kernel
@@ -421,9 +426,16 @@ def mul_packed_six(A, at, x):
 
 
 @kernel
+def packed_diagonal_six(A, at):
+    """The diagonal of the matrix whose lower triangle is at A[at]."""
+    return (A[at], A[at + 2], A[at + 5], A[at + 9], A[at + 14], A[at + 20])
+
+
+@kernel
 def inverse_packed_diagonal_six(A, at):
     """1 / the diagonal of the matrix whose lower triangle is at A[at]."""
-    return (1.0 / A[at], 1.0 / A[at + 2], 1.0 / A[at + 5], 1.0 / A[at + 9], 1.0 / A[at + 14], 1.0 / A[at + 20])
+    a, b, c, d, e, f = packed_diagonal_six(A, at)
+    return (1.0 / a, 1.0 / b, 1.0 / c, 1.0 / d, 1.0 / e, 1.0 / f)
 
 
 @kernel

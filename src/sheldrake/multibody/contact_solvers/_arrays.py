@@ -173,7 +173,7 @@ def make_solver_work(
             numbers(size),
             numbers(nv),
             integers(nv, records.Path.SIZE),
-            numbers(few * nv, 3),
+            numbers(3 * few, nv),
             numbers(9 * few * (few + 1) // 2),
             numbers(6 * few),
             numbers(9 * few * (few + 1) // 2),

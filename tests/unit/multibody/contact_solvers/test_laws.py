@@ -8,6 +8,11 @@ import numpy as np
 import pytest
 
 from sheldrake.multibody.contact_solvers._kernels.laws import (
+    LAGGED,
+    SAP,
+    SIMILAR,
+    contact_impulse,
+    contact_slope,
     lagged_cost,
     lagged_impulse,
     row_cost,
@@ -74,6 +79,21 @@ def test_impulse_is_the_slope_of_the_cost(law, mu):
             slope = -central(lambda v: impulse(mu, v)[0], vc, h)
             np.testing.assert_allclose(matrix(G), slope, rtol=0, atol=1e-3 * np.abs(slope).max() + 1e-7)
     assert smooth > 60
+
+
+@pytest.mark.parametrize("back", [0.0, -0.3 * FE0, -1.5 * FE0])
+@pytest.mark.parametrize("law", [LAGGED, SIMILAR, SAP])
+def test_slopes_along_a_line_are_those_of_impulse_and_G(law, back):
+    """A few digits are lost where curvature along the slip is a difference: |u|² less what is along it."""
+    cone = {"R_t": 0.05, "R_n": 0.4, "vhat_n": 0.02}
+    model, at = SimpleNamespace(law=law, dt=DT), contact(0.7, back=back, **cone)
+    for vc, u in zip(velocities(3), velocities(4)):
+        gamma, G = contact_impulse(model, at, vc)
+        slope, curvature = contact_slope(model, at, vc, u)
+        size = np.linalg.norm(u)
+        np.testing.assert_allclose(slope, -u @ gamma, rtol=1e-12, atol=1e-14 * size * np.linalg.norm(gamma))
+        scale = size**2 * np.abs(matrix(G)).max()
+        np.testing.assert_allclose(curvature, u @ matrix(G) @ u, rtol=1e-12, atol=1e-13 * scale)
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -32,7 +32,13 @@ from sheldrake.multibody.contact_solvers._kernels.factor import (
     solve_blocks,
     solve_branches,
 )
-from sheldrake.multibody.contact_solvers._kernels.laws import contact_cost, contact_impulse, row_cost, row_impulse
+from sheldrake.multibody.contact_solvers._kernels.laws import (
+    contact_cost,
+    contact_impulse,
+    contact_slope,
+    row_cost,
+    row_impulse,
+)
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     FIRST,
     VC,
@@ -67,22 +73,26 @@ def constraint_cost(model, problem, contacts, rows, alpha):
 
 
 @kernel(outline=True)
-def constraint_slope(model, problem, contacts, rows, alpha):
-    """First and second derivative of `constraint_cost` with respect to alpha."""
+def contacts_slope(model, problem, contacts, rows, alpha):
+    """First and second derivative, with respect to alpha, of what contacts have in `constraint_cost` [J]."""
     slope = 0.0
     curvature = 0.0
     for contact in contacts_of_island(problem, contacts):
         dvc = contact.dvc
-        vc = add3(contact.vc, scale3(dvc, alpha))
-        gamma, G = contact_impulse(model, contact, vc)
-        slope -= dot3(dvc, gamma)
-        curvature += dot3(dvc, times_G(G, dvc))
+        first, second = contact_slope(model, contact, add3(contact.vc, scale3(dvc, alpha)), dvc)
+        slope += first
+        curvature += second
+    return slope, curvature
+
+
+@kernel
+def constraint_slope(model, problem, contacts, rows, alpha):
+    """First and second derivative of `constraint_cost` with respect to alpha [J]."""
+    slope, curvature = contacts_slope(model, problem, contacts, rows, alpha)
     for row in rows_of_island(problem, rows):
-        dvc_r = row.dvc
-        vc_r = row.vc + alpha * dvc_r
-        gamma_r, G_r = row_impulse(row, vc_r)
-        slope -= dvc_r * gamma_r
-        curvature += dvc_r * G_r * dvc_r
+        gamma, G = row_impulse(row, row.vc + alpha * row.dvc)
+        slope -= row.dvc * gamma
+        curvature += row.dvc * G * row.dvc
     return slope, curvature
 
 
@@ -402,7 +412,7 @@ def put_momentum(model, problem, factor):
 @kernel
 def add_square(L, B, J, rows, columns, G):
     """The block at B, 6 by 6, += J_rows^T G J_columns of a contact, each from its first column on."""
-    x, y, z = load_three_sixes(J, rows)
+    x, y, z = load_three_sixes(J, 0, rows)
     for j in range(SIX):
         gx, gy, gz = times_G(G, column3(J, 0, columns + j))
         to = load_six(L, B + SIX * j)

@@ -22,28 +22,32 @@ from sheldrake.common._kernels.vec import (
     column3,
     compose,
     dot3,
-    load3,
+    dot_six,
     load_six,
+    load_three_sixes,
     of_axes,
+    packed_diagonal_six,
     read3,
     read9,
     rotate,
     rotate_back,
     scale3,
-    store3,
     store_six,
+    store_six_of,
     sub3,
+    subtract_scaled_six,
+    times_six,
     transpose,
     write3,
     write9,
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import times_G
-from sheldrake.multibody.contact_solvers._kernels.factor import dofs_of, substitute_branches
+from sheldrake.multibody.contact_solvers._kernels.factor import dofs_of, is_one_path, substitute_branches
 from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
-    dofs_above,
+    dofs_above_from,
     has_base_of_six,
     is_chain_of_six,
     velocity_of_any,
@@ -83,23 +87,75 @@ def contact_at(problem, contacts, c):
 
 
 @kernel
-def vanishes(u):
-    return u[0] == 0.0 and u[1] == 0.0 and u[2] == 0.0
+def end_of_base(model, first, end):
+    """The dof after the first six, if all others hang on these, else the first dof."""
+    return first + SIX if has_base_of_six(model, first, end) else first
+
+
+@kernel
+def put_column3(A, r, k, u):
+    """Column k of the three rows r, r + 1, r + 2."""
+    A[r, k], A[r + 1, k], A[r + 2, k] = u
+
+
+@kernel
+def eliminate_six(L, at, x):
+    """x L^-1 of the triangle of ones and the numbers below them at L[at], row after row."""
+    a, b, c, d, e, f = x
+    a, b, c, d, e = a - L[at + 15] * f, b - L[at + 16] * f, c - L[at + 17] * f, d - L[at + 18] * f, e - L[at + 19] * f
+    a, b, c, d = a - L[at + 10] * e, b - L[at + 11] * e, c - L[at + 12] * e, d - L[at + 13] * e
+    a, b, c = a - L[at + 6] * d, b - L[at + 7] * d, c - L[at + 8] * d
+    a, b = a - L[at + 3] * c, b - L[at + 4] * c
+    return (a - L[at + 1] * b, b, c, d, e, f)
+
+
+@kernel
+def limb(model, contact, begin, end):
+    """The first dof, from `begin` on, that the impulse of a contact pushes, and the one after the last."""
+    if contact.dofs[contact.width - 1] < begin:
+        return begin, begin
+    if not is_one_path(model, contact):
+        return begin, end
+    first = contact.dofs[contact.width - 1]
+    last = first
+    while model.dofs[first].parent >= begin:
+        first = model.dofs[first].parent
+    return first, last + 1
+
+
+@kernel
+def eliminate_base(model, problem, factor, r, first, low, high):
+    """The columns of the six dofs that all others hang on, those of the limb being eliminated."""
+    Y, L = factor.spread, problem.L
+    x, y, z = load_three_sixes(Y, r, first)
+    for k in range(high - 1, low - 1, -1):
+        row = load_six(L, model.dofs[k].row_start)
+        x = subtract_scaled_six(x, Y[r, k], row)
+        y = subtract_scaled_six(y, Y[r + 1, k], row)
+        z = subtract_scaled_six(z, Y[r + 2, k], row)
+    at = model.dofs[first].row_start
+    store_six_of(Y, r, first, eliminate_six(L, at, x))
+    store_six_of(Y, r + 1, first, eliminate_six(L, at, y))
+    store_six_of(Y, r + 2, first, eliminate_six(L, at, z))
 
 
 @kernel(outline=True)
-def eliminate_contact(model, problem, factor, contact, at, first, end):
-    """L^-T J^T of a contact, three numbers a dof, into rows `at` + dof."""
+def eliminate_contact(model, problem, factor, contact, r, first, begin, end):
+    """J L^-1 of a contact, into rows r to r + 2: columns of the base, `first` to `begin` - 1, and of its limb."""
     Y, L = factor.spread, problem.L
-    for k in range(first, end):
-        store3(Y, at + k, (0.0, 0.0, 0.0))
+    low, high = limb(model, contact, begin, end)
+    for k in range(first, begin):
+        put_column3(Y, r, k, (0.0, 0.0, 0.0))
+    for k in range(low, high):
+        put_column3(Y, r, k, (0.0, 0.0, 0.0))
     for a in range(contact.width):
-        store3(Y, at + contact.dofs[a], column3(contact.J, 0, a))
-    for k in range(end - 1, first, -1):
-        y = load3(Y, at + k)
-        if not vanishes(y):
-            for i, entry in dofs_above(model, k):
-                store3(Y, at + i, sub3(load3(Y, at + i), scale3(y, L[entry])))
+        put_column3(Y, r, contact.dofs[a], column3(contact.J, 0, a))
+    for k in range(high - 1, low - 1, -1):
+        y = column3(Y, r, k)
+        for i, at in dofs_above_from(model, k, begin):
+            put_column3(Y, r, i, sub3(column3(Y, r, i), scale3(y, L[at])))
+    if begin > first:
+        eliminate_base(model, problem, factor, r, first, low, high)
 
 
 @kernel
@@ -124,16 +180,34 @@ def block_at(factor, c, e):
     return 9 * (c * (c + 1) // 2 + e)
 
 
+@kernel
+def delassus_of_base(model, problem, factor, c, e, first):
+    """The part of the six dofs that all others hang on in W of contacts c and e."""
+    Y, at = factor.spread, model.dofs[first].row_start
+    m = packed_diagonal_six(problem.L, at)
+    x, y, z = load_three_sixes(Y, 3 * c, first)
+    x, y, z = times_six(m, x), times_six(m, y), times_six(m, z)
+    u, v, w = load_three_sixes(Y, 3 * e, first)
+    return (
+        dot_six(x, u), dot_six(x, v), dot_six(x, w),
+        dot_six(y, u), dot_six(y, v), dot_six(y, w),
+        dot_six(z, u), dot_six(z, v), dot_six(z, w),
+    )  # fmt: skip
+
+
 @kernel(outline=True)
-def delassus_block(model, problem, factor, c, e, first, end):
-    """W of contacts c and e."""
-    Y, L, n = factor.spread, problem.L, end - first
-    W = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for k in range(first, end):
-        y_c = load3(Y, c * n + k - first)
-        if not vanishes(y_c):
-            W = add_dyad(W, scale3(y_c, L[diagonal(model, k)]), load3(Y, e * n + k - first))
-    write9(factor.delassus, block_at(factor, c, e), W)
+def delassus_row(model, problem, contacts, factor, c, first, begin, end):
+    """W of contact c and all up to it: what both push is the base, and a limb if they are on the same one."""
+    Y, L = factor.spread, problem.L
+    low, high = limb(model, contact_at(problem, contacts, c), begin, end)
+    for e in range(c + 1):
+        W = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        if begin > first:
+            W = delassus_of_base(model, problem, factor, c, e, first)
+        low_e, high_e = limb(model, contact_at(problem, contacts, e), begin, end)
+        for k in range(max(low, low_e), min(high, high_e)):
+            W = add_dyad(W, scale3(column3(Y, 3 * c, k), L[diagonal(model, k)]), column3(Y, 3 * e, k))
+        write9(factor.delassus, block_at(factor, c, e), W)
 
 
 @kernel
@@ -236,21 +310,33 @@ def sub9(A, B):
     )
 
 
-@kernel
-def solve_small(factor, t, n):
-    """t <- S^-1 t of the positive definite matrix of n by n blocks, which is lost."""
+@kernel(outline=True)
+def factorise_impulses(problem, contacts, factor, n):
+    """The roots of all G, and the factor of D^-1 + L^T W L: inverses of its pivots, and what goes below them."""
+    for c in range(n):
+        put_root(factor, c, contact_at(problem, contacts, c).G)
+    put_blocks(factor, n)
     S = factor.small
     for j in range(n):
         D = inverse_block(read9(S, block_at(factor, j, j)))
         write9(S, block_at(factor, j, j), D)
-        t_j = read3(t, 3 * j)
         for i in range(n - 1, j, -1):
             F = compose(read9(S, block_at(factor, i, j)), D)
             for k in range(j + 1, i + 1):
                 at = block_at(factor, i, k)
                 write9(S, at, sub9(read9(S, at), compose(F, transpose(read9(S, block_at(factor, k, j))))))
             write9(S, block_at(factor, i, j), F)
-            write3(t, 3 * i, sub3(read3(t, 3 * i), rotate(F, t_j)))
+
+
+@kernel
+def substitute_impulses(factor, t, n):
+    """t <- S^-1 t of the matrix that `factorise_impulses` has factorised."""
+    S = factor.small
+    for i in range(1, n):
+        x = read3(t, 3 * i)
+        for j in range(i):
+            x = sub3(x, rotate(read9(S, block_at(factor, i, j)), read3(t, 3 * j)))
+        write3(t, 3 * i, x)
     for j in range(n - 1, -1, -1):
         x = rotate(read9(S, block_at(factor, j, j)), read3(t, 3 * j))
         for i in range(j + 1, n):
@@ -260,14 +346,11 @@ def solve_small(factor, t, n):
 
 @kernel(outline=True)
 def step_of_impulses(problem, contacts, factor, n, part):
-    """dlambda, and dvc of the contacts, of Newton's step; `part` of the drift is left."""
+    """dlambda, and dvc of the contacts, of Newton's step with the last factor; `part` of the drift is left."""
     t = factor.rhs
     for c in range(n):
-        put_root(factor, c, contact_at(problem, contacts, c).G)
-    put_blocks(factor, n)
-    for c in range(n):
         write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), read3(factor.pushed, 3 * c)))
-    solve_small(factor, t, n)
+    substitute_impulses(factor, t, n)
     for c in range(n):
         push = times_root(load_six(factor.root, SIX * c), read3(t, 3 * c))
         write3(factor.change, 3 * c, sub3(read3(factor.residual, 3 * c), push))
@@ -331,27 +414,28 @@ def along_impulses(problem, contacts, factor, n):
 def start_impulses(model, problem, contacts, factor, n):
     """W, no impulse as yet, and the residual of the first step; gradient^T diag(1/A) gradient at v0 [J]."""
     first, end = dofs_of(model, problem)
+    begin = end_of_base(model, first, end)
     total = 0.0
     for k in range(first, end):
         total += problem.gradient[k] * problem.gradient[k] * problem.mobility[k]
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        eliminate_contact(model, problem, factor, contact, c * (end - first) - first, first, end)
+        eliminate_contact(model, problem, factor, contact, 3 * c, first, begin, end)
         u = with_drift(contact, velocity_of_any(contact, problem.v_star), True)
         drift = sub3(u, contact.vc)
         write3(factor.drift, 3 * c, drift)
         write3(factor.impulse, 3 * c, (0.0, 0.0, 0.0))
         write3(factor.residual, 3 * c, sub3(contact.gamma, times_G(contact.G, drift)))
-        for e in range(c + 1):
-            delassus_block(model, problem, factor, c, e, first, end)
+        delassus_row(model, problem, contacts, factor, c, first, begin, end)
     push_residual(factor, n)
     return total
 
 
 @kernel(outline=True)
-def put_velocities(model, problem, factor, n):
+def put_velocities(model, problem, contacts, factor, n):
     """v of lambda."""
     first, end = dofs_of(model, problem)
+    begin = end_of_base(model, first, end)
     for k in range(first, end):
         problem.v[k] = problem.v_star[k]
     if n == 0:
@@ -359,11 +443,12 @@ def put_velocities(model, problem, factor, n):
     for k in range(first, end):
         factor.rhs[k] = 0.0
     for c in range(n):
-        at = c * (end - first) - first
         push = read3(factor.impulse, 3 * c)
-        for k in range(first, end):
-            factor.rhs[k] += dot3(load3(factor.spread, at + k), push)
-    begin = first + SIX if has_base_of_six(model, first, end) else first
+        low, high = limb(model, contact_at(problem, contacts, c), begin, end)
+        for k in range(first, begin):
+            factor.rhs[k] += dot3(column3(factor.spread, 3 * c, k), push)
+        for k in range(low, high):
+            factor.rhs[k] += dot3(column3(factor.spread, 3 * c, k), push)
     substitute_branches(model, problem.L, factor.rhs, problem.dv, first, begin, end)
     for k in range(first, end):
         problem.v[k] += problem.dv[k]

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from sheldrake.common._kernels.generic import atan, log, sqrt
+from sheldrake.common._kernels.vec import dot3, mul_symmetric
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
@@ -206,6 +207,17 @@ def lagged_cost(contact, dt, vc):
 
 
 @kernel
+def lagged_slope(contact, dt, vc, u):
+    """First and second derivative of `lagged_cost` along a change u of vc [J]."""
+    soft = inverse_soft_norm(contact, vc[0], vc[1])
+    along = (vc[0] * u[0] + vc[1] * u[1]) * soft  # of the soft norm
+    friction = contact.friction * contact.n0
+    n, slope = normal_impulse(contact, dt, vc[2])
+    curvature = friction * soft * (u[0] * u[0] + u[1] * u[1] - along * along) - slope * u[2] * u[2]
+    return friction * along - n * u[2], curvature
+
+
+@kernel
 def lagged_impulse(contact, dt, vc):
     """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
     vx, vy, vn = vc
@@ -231,6 +243,18 @@ def similar_cost(contact, dt, vc):
     """l(vc) = -N(vn - mu s(vt)) [J]."""
     vx, vy, vn = vc
     return -normal_impulse_integral(contact, dt, vn - contact.friction * soft_slip(contact, vx, vy))
+
+
+@kernel
+def similar_slope(contact, dt, vc, u):
+    """First and second derivative of `similar_cost` along a change u of vc [J]."""
+    mu = contact.friction
+    soft = inverse_soft_norm(contact, vc[0], vc[1])
+    along = (vc[0] * u[0] + vc[1] * u[1]) * soft  # of the soft norm
+    n, slope = normal_impulse(contact, dt, vc[2] - mu * soft_slip(contact, vc[0], vc[1]))
+    change = u[2] - mu * along
+    curvature = mu * n * soft * (u[0] * u[0] + u[1] * u[1] - along * along) - slope * change * change
+    return -n * change, curvature
 
 
 @kernel
@@ -579,6 +603,17 @@ def contact_cost(model, contact, vc):
     if model.law == SIMILAR:
         return similar_cost(contact, model.dt, vc)
     return sap_cone_cost(contact, vc)
+
+
+@kernel
+def contact_slope(model, contact, vc, u):
+    """First and second derivative of `contact_cost` along a change u of vc [J]: -u^T gamma and u^T G u."""
+    if model.law == LAGGED:
+        return lagged_slope(contact, model.dt, vc, u)
+    if model.law == SIMILAR:
+        return similar_slope(contact, model.dt, vc, u)
+    gamma, G = contact_impulse(model, contact, vc)
+    return -dot3(u, gamma), dot3(u, mul_symmetric((G[0], G[2], G[5], G[1], G[3], G[4]), u))
 
 
 @kernel

@@ -13,6 +13,7 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     along_direction,
     constraint_cost,
     constraint_slope,
+    contacts_slope,
     drop_slopes,
     evaluate,
     evaluate_v,
@@ -26,6 +27,7 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
 from sheldrake.multibody.contact_solvers._kernels.delassus import (
     along_impulses,
     evaluate_impulses,
+    factorise_impulses,
     few_contacts,
     move_impulses,
     put_velocities,
@@ -76,10 +78,12 @@ COST_RELATIVE = 1e-15
 
 
 @kernel(outline=True)
-def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, momentum_cost, cost0):
+def line_search(model, problem, contacts, rows, slope_at, slope0, slope_A, curvature_A, momentum_cost, cost0):
     """Step length in (0, 1.5].
 
     Args:
+        slope_at: kernel for the first and second derivative of the cost that is no momentum's: `constraint_slope`, or
+            `contacts_slope` where momentum and rows are one.
         slope0: derivative of the whole cost at alpha = 0 [J].
         slope_A: derivative of the momentum cost at alpha = 0 [J].
         curvature_A: dv^T A dv [J].
@@ -90,7 +94,7 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
         (alpha, found); found is 0 when the root was not bracketed to tolerance within the evaluations allowed.
     """
     high = ALPHA_MAX + 0.0 * slope0
-    slope, curvature = constraint_slope(model, problem, contacts, rows, high)
+    slope, curvature = slope_at(model, problem, contacts, rows, high)
     f_high = slope + slope_A + high * curvature_A
     if f_high <= 0.0:
         return high, 1
@@ -112,7 +116,7 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
     step = low - high
     step_before = step
     for _ in range(EVALUATIONS):
-        slope, curvature = constraint_slope(model, problem, contacts, rows, x)
+        slope, curvature = slope_at(model, problem, contacts, rows, x)
         f = (slope + slope_A + x * curvature_A) / scale
         df = (curvature + curvature_A) / scale
         if f < 0.0:
@@ -235,10 +239,10 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
 
 @kernel(outline=True)
-def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
-    """Step length, and whether one was found, from an iterate whose cost is not known."""
+def search(model, problem, contacts, rows, slope_at, slope, slope_A, curvature_A):
+    """Step length, and whether one was found, from an iterate whose cost is not known; see `line_search`."""
     momentum, cost = whole_cost(model, problem, contacts, rows)
-    return line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+    return line_search(model, problem, contacts, rows, slope_at, slope, slope_A, curvature_A, momentum, cost)
 
 
 @kernel(outline=True)
@@ -255,7 +259,9 @@ def iterate(model, problem, contacts, rows, factor):
         if status != SOLVED:
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
-        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
+        alpha, found = line_search(
+            model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A, momentum, cost
+        )
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
@@ -272,17 +278,7 @@ def iterate(model, problem, contacts, rows, factor):
 
 
 ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at again for v
-
-
-@kernel(outline=True)
-def search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A):
-    """`search` along a step of impulses, whose slopes have those of the rows."""
-    momentum, cost = whole_cost(model, problem, contacts, rows)
-    end = problem.rows_end
-    problem.rows_end = problem.rows_begin
-    alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
-    problem.rows_end = end
-    return alpha, found
+WORSE = 100.0  # (what a second step with a factor leaves over what the first one left)^2 is not more than this greater
 
 
 @kernel(outline=True)
@@ -290,11 +286,14 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
     """The iterations of `iterate_to_rest`, with the impulses of n contacts as unknowns: a status, and the excess.
 
     `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess. The first step is
-    a guess: it is taken whatever it gains.
+    a guess: it is taken whatever it gains. Where one more step with the last factor will do, it has that.
     """
     scale = excess / start_impulses(model, problem, contacts, factor, n)
     part = 1.0
+    fresh = 1
     for _ in range(model.max_iterations if n > 0 else 0):
+        if fresh == 1:
+            factorise_impulses(problem, contacts, factor, n)
         step_of_impulses(problem, contacts, factor, n, part)
         slope, slope_A, curvature_A = along_impulses(problem, contacts, factor, n)
         problem.iterations += 1
@@ -305,7 +304,7 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
         if part == 0.0:
             if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
                 move_impulses(problem, contacts, factor, n, -alpha)
-                alpha, found = search_impulses(model, problem, contacts, rows, slope, slope_A, curvature_A)
+                alpha, found = search(model, problem, contacts, rows, contacts_slope, slope, slope_A, curvature_A)
                 if found == 0:
                     return LINE_SEARCH_FAILED, excess
                 move_impulses(problem, contacts, factor, n, alpha)
@@ -314,10 +313,12 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left,
                 break
         if excess <= ENOUGH:
             break
-        if soft:
+        ratio = excess / before
+        fresh = 0 if part == 0.0 and WORSE * ratio * excess <= ENOUGH else 1
+        if fresh == 1 and soft:
             update_duals(model, problem, contacts, alpha)
         part = 0.0
-    put_velocities(model, problem, factor, n)
+    put_velocities(model, problem, contacts, factor, n)
     excess, _, _ = evaluate_v(model, problem, contacts, rows)
     return SOLVED, excess
 
@@ -357,7 +358,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         slope_there, _, _ = along_direction(model, problem)
         if not (excess <= 1.0 or slope_there <= -FULL_STEP * slope):
             advance(model, problem, contacts, rows, -alpha)
-            alpha, found = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
+            alpha, found = search(model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A)
             if found == 0:
                 return LINE_SEARCH_FAILED
             advance(model, problem, contacts, rows, alpha)

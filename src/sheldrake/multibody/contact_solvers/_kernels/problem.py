@@ -334,8 +334,8 @@ class Factor(NamedTuple):
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
     the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, a bit for
-    each pair of trees. The others are for few contacts with one tree, see `delassus`: L^-T J^T, a row for each contact
-    and dof; W by blocks, and the roots of G; and the matrix of three rows a contact.
+    each pair of trees. The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and
+    a column a dof; W by blocks, and the roots of G; and the factor of the matrix of three rows a contact.
     """
 
     slot: IntVector
@@ -507,7 +507,7 @@ def with_drift(contact, u, drifts):
 @kernel
 def velocity_of_six(contact, at, v):
     """The part of six columns of J, from `at` on, in J v."""
-    x, y, z = load_three_sixes(contact.J, at)
+    x, y, z = load_three_sixes(contact.J, 0, at)
     s = load_six(v, contact.dofs[at])
     return (dot_six(x, s), dot_six(y, s), dot_six(z, s))
 
@@ -548,7 +548,7 @@ def add_generalized_impulse(j_gamma, contact, gamma):
     for side in range(sixes):
         at = SIX * side
         k = contact.dofs[at]
-        x, y, z = load_three_sixes(contact.J, at)
+        x, y, z = load_three_sixes(contact.J, 0, at)
         push = add_scaled_six(load_six(j_gamma, k), gamma[0], x)
         store_six(j_gamma, k, add_scaled_six(add_scaled_six(push, gamma[1], y), gamma[2], z))
     if sixes == 0:
@@ -592,7 +592,7 @@ def largest_delassus(problem, contact):
     sixes = contact.sixes
     for side in range(sixes):
         at = SIX * side
-        x, y, z = load_three_sixes(contact.J, at)
+        x, y, z = load_three_sixes(contact.J, 0, at)
         total += dot_six(load_six(problem.mobility, contact.dofs[at]), norms2_six(x, y, z))
     if sixes == 0:
         for a in range(contact.width):
@@ -605,7 +605,7 @@ def largest_delassus(problem, contact):
 def delassus_of_six(problem, contact, at):
     """The part of six columns of J, from `at` on, in J diag(1/A) J^T: (xx, yy, zz), (xy, xz, yz)."""
     m = load_six(problem.mobility, contact.dofs[at])
-    x, y, z = load_three_sixes(contact.J, at)
+    x, y, z = load_three_sixes(contact.J, 0, at)
     mx, my = times_six(m, x), times_six(m, y)
     diagonal = (dot_six(mx, x), dot_six(my, y), dot_six(times_six(m, z), z))
     return diagonal, (dot_six(mx, y), dot_six(mx, z), dot_six(my, z))
