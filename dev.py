@@ -41,7 +41,12 @@ def say(text: str) -> None:
 
 
 def run(*args: str, **environment: str) -> int:
-    return subprocess.call([str(PYTHON), *args], cwd=ROOT, env={**os.environ, **environment})
+    with subprocess.Popen([str(PYTHON), *args], cwd=ROOT, env={**os.environ, **environment}) as process:
+        while True:
+            try:
+                return process.wait()
+            except KeyboardInterrupt:
+                pass  # Ctrl-C reaches the process, too: it ends as it likes
 
 
 def install(task: str) -> None:
@@ -151,4 +156,7 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

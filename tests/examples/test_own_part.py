@@ -1,5 +1,6 @@
 """The way of a new user: a part from CAD, looked at, dropped, plotted."""
 
+import os
 import pathlib
 
 import numpy as np
@@ -24,6 +25,32 @@ def test_from_stl_to_plot(tmp_path, monkeypatch, capsys):
     assert pathlib.Path("block.png").stat().st_size > 10_000
     assert main(["report", "sheldrake-demo/part.npz"]) == 0
     assert pathlib.Path("part.html").stat().st_size < 1e6
+
+
+def test_a_mesh_is_dropped_as_it_comes(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    pathlib.Path("mm.stl").write_bytes(solids.binary_stl(*solids.box(60.0, 40.0, 25.0)))
+    pathlib.Path("m.stl").write_bytes(solids.binary_stl(*solids.box(0.06, 0.04, 0.025)))
+    assert main(["view", "mm.stl", "--once"]) == 0
+    assert len(os.listdir()) == 2, "looking leaves nothing"
+    for name, seconds in (("mm", "1.5"), ("m", "8")):
+        assert main(["demo", f"{name}.stl", "--headless", "--seconds", seconds]) == 0
+        said = capsys.readouterr()
+        assert "so the part is 60 x 40 x 25 mm" in said.out and f"the {name} is at rest" in said.out
+        assert "Making it ready to fall" in said.err
+    short, long = (pathlib.Path(f"sheldrake-demo/{name}.html").stat().st_size for name in ("mm", "m"))
+    assert long < 1.1 * short, "what rests is not recorded on"
+
+
+def test_a_mesh_that_is_no_solid_or_whose_unit_is_unclear_is_not_dropped(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    sheet = np.array([[0, 0, 0], [50, 0, 0], [0, 50, 0]]), np.array([[0, 1, 2]])
+    pathlib.Path("sheet.stl").write_bytes(solids.binary_stl(*sheet))
+    pathlib.Path("box.stl").write_bytes(solids.binary_stl(*solids.box(5.0, 5.0, 5.0)))
+    assert main(["demo", "sheet.stl", "--headless"]) == 1
+    assert "it is a surface, not a solid" in capsys.readouterr().err
+    assert main(["demo", "box.stl", "--headless"]) == 1
+    assert "`sheldrake mesh2urdf box.stl --units mm` makes a model of it" in capsys.readouterr().err
 
 
 def test_a_part_in_millimetres_says_so_before_and_after(tmp_path, monkeypatch, capsys):

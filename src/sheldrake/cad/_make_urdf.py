@@ -154,6 +154,8 @@ def _check_arguments(
 
 def _settle_units(model: MeshModel, meshes: list[MeshFile], pieces: list, units: str, mass: float | None) -> None:
     for mesh, group in zip(meshes, pieces):
+        if not group:
+            raise ValueError(f"'{mesh.path}' encloses no volume: next to its size, its triangles are points and lines.")
         points = np.concatenate([piece.solid.vertices for piece in group])
         if units != "auto":
             belief = stated_units(units, np.ptp(points, axis=0))

@@ -6,6 +6,7 @@ looks, slowly enough to be seen, and the page keeps the replay until Ctrl-C.
 examples:
   sheldrake demo                   a block with two holes
   sheldrake demo part.urdf         your own part, from a height that fits it
+  sheldrake demo part.stl          the same, as a solid of water's density (`sheldrake mesh2urdf` makes it of others)
   sheldrake demo --headless        no page: as fast as possible
 """
 
@@ -32,12 +33,13 @@ if TYPE_CHECKING:
 _PATIENCE = 20.0  # how long it waits for the first page [s]
 _DRAWING = 60.0  # how long, once somebody has come, for the page to draw the scene [s]
 _FALL, _IMPACT = 1.5, 5.0  # how long a person sees the part fall, and hit the ground, at least [s]
+_AFTER = 1.0  # how long the replay goes on when it rests [s]
 _PUBLISH_PERIOD = 4e-3  # [s]; in slow motion still many pictures a second
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake demo` takes."""
-    parser.add_argument("model", nargs="?", help="a model that floats, or the name of one (default: our block)")
+    parser.add_argument("model", nargs="?", help="a model that floats, its name, or a mesh (default: our block)")
     parser.add_argument("--headless", action="store_true", help="no page: as fast as possible, and end")
     parser.add_argument("--no-browser", action="store_true", help="leave it to you to open the page")
     parser.add_argument("--seconds", type=float, default=15.0, help="simulated time [s] (default: 15)")
@@ -52,12 +54,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace, told: dict[str, Any]) -> int:
+    from sheldrake.cli._mesh2urdf import part_of
     from sheldrake.cli._model_names import find_model
     from sheldrake.cli._warnings import warnings_in_one_line
 
     start = time.perf_counter()
+    print("Making it ready to fall; the first time this may take a minute.", file=sys.stderr)
     try:
-        model = find_model(options.model or "two_hole_block")
+        model = part_of(find_model(options.model or "two_hole_block"), options.out)
         if options.model:
             _consult(model)
         with warnings_in_one_line(model):
@@ -200,7 +204,9 @@ class _Scene:
         self.simulator.Initialize()
         meshcat.StartRecording()
         before = 0.0
-        for end, least in ((impact, _FALL), (rest, _IMPACT), (seconds, 0.0)):
+        for end, least in ((impact, _FALL), (rest, _IMPACT), (rest + _AFTER, 0.0), (seconds, 0.0)):
+            if before >= rest + _AFTER:
+                meshcat.StopRecording()  # a replay of nothing that moves is tedious
             end = min(end, seconds)
             if slowly and end > before:
                 rate = min(1.0, (end - before) / least) if least else 1.0

@@ -11,13 +11,18 @@ geometry. What it writes loads in sheldrake and in Drake.
 from __future__ import annotations
 
 import argparse
+import functools
+import os
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sheldrake.cad._make_urdf import MeshModel
 
 from sheldrake.cli._output import add_json, reporting
+
+_MESHES = (".stl", ".obj", ".ply", ".dae", ".gltf", ".glb", ".3mf")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,23 +48,15 @@ def run(options: argparse.Namespace) -> int:
     """Writes the description and says what was thought and done; returns the exit status."""
     import pathlib
 
-    from sheldrake.cad import UnitsUnsure
-
     if options.output is None:
         options.output = str(pathlib.Path(options.meshes[0]).with_suffix(".urdf"))
     try:
-        model = _make(options)
-    except UnitsUnsure as unsure:
-        units = _ask(unsure)
-        if units is None:
-            return 2
-        options.units = units
-        try:
-            model = _make(options)
-        except (OSError, ValueError) as error:
-            return _fail(error)
+        model = _asking(functools.partial(_make, options), options.units)
     except (OSError, ValueError) as error:
-        return _fail(error)
+        print(f"sheldrake mesh2urdf: {error}", file=sys.stderr)
+        return 1
+    if model is None:
+        return 2
     written = [str(path) for path in (model.path, *model.files, *([options.preview] if options.preview else []))]
     with reporting(options) as told:
         told |= {
@@ -78,14 +75,45 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _make(options: argparse.Namespace) -> MeshModel:
+def part_of(file: str, folder: str | os.PathLike[str]) -> str:
+    """Returns a file as it is; of a mesh file a description, written into a folder, and says what it took it to be.
+
+    Raises:
+        OSError: The mesh cannot be read or the description not written.
+        ValueError: The mesh is no solid, or nobody says which unit it is in.
+    """
+    if not file.lower().endswith(_MESHES) or not os.path.isfile(file):
+        return file
+    from sheldrake.cad import MakeUrdfFromMesh
+
+    os.makedirs(folder, exist_ok=True)
+    output = os.path.join(folder, f"{os.path.splitext(os.path.basename(file))[0]}.urdf")
+    model = _asking(lambda units: MakeUrdfFromMesh(file, units=units, output=output), "auto")
+    if model is None:
+        raise ValueError(f"say in which unit {file} is: `sheldrake mesh2urdf {file} --units mm` makes a model of it.")
+    print("\n".join([*model.notes, *model.warnings]))
+    return output
+
+
+def _asking(make: Callable[[str], MeshModel], units: str) -> MeshModel | None:
+    """What is made with these units, or with those that somebody answers where they are unclear; None without one."""
+    from sheldrake.cad import UnitsUnsure
+
+    try:
+        return make(units)
+    except UnitsUnsure as unsure:
+        answer = _ask(unsure)
+    return None if answer is None else make(answer)
+
+
+def _make(options: argparse.Namespace, units: str) -> MeshModel:
     from sheldrake.cad import MakeUrdfFromMesh
 
     return MakeUrdfFromMesh(
         options.meshes,
         density=options.density,
         mass=options.mass,
-        units=options.units,
+        units=units,
         collision="hull" if options.hull else "decompose" if options.decompose else "mesh",
         output=options.output,
         name=options.name,
@@ -106,8 +134,3 @@ def _ask(unsure: Any) -> str | None:
         return answer
     print(f"'{answer}' is no unit; nothing was written.", file=sys.stderr)
     return None
-
-
-def _fail(error: Exception) -> int:
-    print(f"sheldrake mesh2urdf: {error}", file=sys.stderr)
-    return 1

@@ -32,15 +32,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Shows the models; returns the exit status."""
+    import tempfile
+
     from sheldrake.cli._model_names import find_model
+
+    with tempfile.TemporaryDirectory(prefix="sheldrake-", ignore_cleanup_errors=True) as folder:
+        try:
+            files = [_viewed(find_model(name), folder) for name in options.file]
+        except (ImportError, OSError, ValueError) as error:
+            print(f"sheldrake view: {error}", file=sys.stderr)
+            return 1
+        return _run(files, options)
+
+
+def _viewed(file: str, folder: str) -> str:
+    """A file that the parser reads, or a description of a mesh, in a folder: OBJ is shown as it is, with its looks."""
+    from sheldrake.cli._mesh2urdf import part_of
+
+    return file if file.lower().endswith(".obj") else part_of(file, folder)
+
+
+def _run(files: list[str], options: argparse.Namespace) -> int:
     from sheldrake.cli._warnings import warnings_in_one_line
     from sheldrake.visualization.model_visualizer import _show
 
-    try:
-        files = [find_model(name) for name in options.file]
-    except (ImportError, OSError) as error:
-        print(f"sheldrake view: {error}", file=sys.stderr)
-        return 1
     return _show(
         files,
         options.position,

@@ -16,6 +16,7 @@ from .check_gltf import check_gltf
 from .dae_looks import dae_scene
 from .mesh_files import SUPPORTED, DiskFiles, read_mesh, what_is_wrong
 from .mesh_source import MeshSource
+from .read_obj import first_fault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -183,7 +184,7 @@ def _load(
     """
     import trimesh
 
-    kind, name = source.extension(), source.description()
+    kind, name, data = source.extension(), source.description(), b""
     try:
         data = read()
         if kind == ".dae":  # trimesh needs another library for it
@@ -202,7 +203,10 @@ def _load(
                 read_mesh(source, call)
             except RuntimeError as better:
                 raise RuntimeError(f"{call}: {better}") from None
-        raise RuntimeError(f"{call}: cannot read mesh '{name}': {what_is_wrong(error)}") from None
+        fault = (
+            first_fault(data.decode("utf-8", "replace")) if kind == ".obj" and not isinstance(error, OSError) else ""
+        )
+        raise RuntimeError(f"{call}: cannot read mesh '{name}': {fault or what_is_wrong(error)}") from None
 
 
 def _bytes_of(file: MemoryFile | Path) -> bytes:

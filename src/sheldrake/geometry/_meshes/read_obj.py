@@ -11,6 +11,12 @@ import numpy as np
 _PLACE, _FACE = (re.compile(rf"^[ \t]*{word}[ \t](.*)", re.MULTILINE) for word in "vf")
 _TEXTURE_AND_NORMAL = re.compile(r"/\S*")
 
+_OTHERS = frozenset(
+    "vp l p g o s mg usemtl mtllib usemap maplib cstype deg bmat step curv curv2 surf parm trim hole scrv sp "
+    "end con bevel c_interp d_interp lod shadow_obj trace_obj ctech stech".split()
+)
+"""What lines begin with that no reader needs."""
+
 
 def read_obj(text: str, name: str) -> tuple[np.ndarray, Any]:
     """Vertices, shape (n, 3), and faces of an OBJ file, vertex numbers from 0.
@@ -76,6 +82,22 @@ def _read_line_by_line(text: str, name: str) -> tuple[np.ndarray, list[list[int]
                 found = v + 1 if v >= 0 else f"{-v} before the first"
                 raise RuntimeError(f"{name}: a face names vertex {found}, but the file has {len(vertices)}.")
     return np.array(vertices, dtype=float).reshape(-1, 3), faces
+
+
+def first_fault(text: str) -> str:
+    """The first line that no reader of everything in an OBJ file understands, with its number; "" without one."""
+    for number, line in _logical_lines(text):
+        word, *rest = line.split()
+        try:
+            if word in ("v", "vt", "vn"):
+                [float(x) for x in rest]
+            elif word == "f":
+                [int(n) for n in " ".join(rest).replace("/", " ").split()]
+            elif word not in _OTHERS:
+                raise ValueError(f"'{word}' is no word of OBJ")
+        except ValueError:
+            return f"line {number} is {line[:80]!r}"
+    return ""
 
 
 def _logical_lines(text: str):
