@@ -50,7 +50,7 @@ class LinearRows:
             first += len(b._variables)
         self.num_rows = at
         self.rows, self.values = _arrays.joined(rows, int), _arrays.joined(values, float)
-        variables = _arrays.joined([b._variables for b in bindings], object)
+        variables = np.concatenate([b._variables for b in bindings]) if bindings else np.zeros(0, dtype=object)
         self.cols = parts_of(prog).variables.places(variables)[_arrays.joined(columns, int)]
         self.lower = _arrays.joined([b._evaluator._lower for b in bindings], float)
         self.upper = _arrays.joined([b._evaluator._upper for b in bindings], float)
