@@ -17,6 +17,7 @@ from sheldrake.export._freeze import Freezer
 from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._scene import Scene
 from sheldrake.export._wasm import wasm_module
+from sheldrake.report._page import script_text
 from sheldrake.report._replay import find_meshcat
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import System
@@ -143,7 +144,7 @@ def make_page(frozen: FrozenDiagram, scene: Scene, title: str, sliders: Iterable
     files = resources.files("sheldrake.export")
     read = {name: (files / name).read_text(encoding="utf-8") for name in ("page.css", "machine.js", "page.js")}
     scripts = [
-        f'<script type="application/json" id="{name}">{_script_text(json.dumps(value))}</script>'
+        f'<script type="application/json" id="{name}">{script_text(json.dumps(value))}</script>'
         for name, value in (("diagram", shown), ("page", page), ("scene-page", scene.html))
     ]
     return "\n".join(
@@ -159,11 +160,6 @@ def make_page(frozen: FrozenDiagram, scene: Scene, title: str, sliders: Iterable
             "</body></html>\n",
         ]
     )
-
-
-def _script_text(text: str) -> str:
-    """JSON that no HTML parser takes for the end of its element."""
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def _packed(data: bytes) -> str:

@@ -189,7 +189,6 @@ class Obb(_Bounds):
         _check_half_width("Obb", self._half_width)
 
     def pose(self) -> RigidTransform:
-        """The box's pose X_HB."""
         return copy.copy(self._pose)
 
     def Equal(self, other: Obb) -> bool:

@@ -104,11 +104,9 @@ class FramePoseVector(_KinematicsVector):
         self._known, self._rows, self._is_made = {}, (ids, X_PF), False
 
     def clear(self) -> None:
-        """Forgets everything."""
         self._known, self._rows, self._is_made = {}, None, True
 
     def size(self) -> int:
-        """Number of identifiers with a value."""
         return len(self._known) if self._is_made or self._rows is None else len(self._rows[0])
 
     def set_value(self, id: FrameId, value: RigidTransform) -> None:

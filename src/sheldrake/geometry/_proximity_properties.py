@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 from typing import overload as typing_overload
 
+from sheldrake.common._text import number
 from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType
-from sheldrake.geometry._text import number
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 MATERIAL = "material"

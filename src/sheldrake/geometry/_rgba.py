@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._text import number
 from sheldrake.common.value import _register_value_type
-from sheldrake.geometry._text import number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._text import arguments, number
 from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
-from sheldrake.geometry._text import arguments, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -141,7 +141,6 @@ class DrakeLcm(DrakeLcmInterface):
         return True
 
     def get_lcm_url(self) -> str:
-        """Where messages go."""
         return self._url
 
     def _connect(self) -> Provider:

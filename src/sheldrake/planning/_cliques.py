@@ -53,7 +53,6 @@ class MaxCliqueSolverViaGreedy(MaxCliqueSolverBase):
     """Takes the vertex with the most neighbours among the candidates, and keeps its neighbours as candidates."""
 
     def DoSolveMaxClique(self, adjacency_matrix: ArrayLike) -> np.ndarray:
-        """Returns which vertices are in the clique."""
         A = _matrix("SolveMaxClique", adjacency_matrix)
         np.fill_diagonal(A, False)
         chosen, candidates = np.zeros(len(A), dtype=bool), np.ones(len(A), dtype=bool)

@@ -56,15 +56,15 @@ def make_page(report: Report) -> str:
             f"<style>{(files / 'page.css').read_text(encoding='utf-8')}</style></head><body>",
             f"<header><h1>{html.escape(report.title)}</h1>{_facts(report.facts)}</header>",
             _main(report, bool(plots)),
-            f'<script type="application/json" id="data">{_script_text(json.dumps(data))}</script>',
-            f'<script type="application/json" id="scene-page">{_script_text(scene)}</script>',
+            f'<script type="application/json" id="data">{script_text(json.dumps(data))}</script>',
+            f'<script type="application/json" id="scene-page">{script_text(scene)}</script>',
             f"<script>{(files / 'page.js').read_text(encoding='utf-8')}</script>",
             "</body></html>",
         ]
     )
 
 
-def _script_text(text: str) -> str:
+def script_text(text: str) -> str:
     """JSON that no HTML parser takes for the end of its element."""
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 

@@ -12,11 +12,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-def number_text(x: float) -> str:
-    """The shortest text that reads back as the same number; whole numbers without a point."""
-    return repr(float(x)).removesuffix(".0")
-
-
 def latex_number(x: Expression | Variable | float, precision: int) -> str:
     """LaTeX for an expression or a number, infinity included."""
     if isinstance(x, (Expression, Variable)):

@@ -135,7 +135,6 @@ class BezierCurve(Trajectory):
         return sum(terms[1:], terms[0])
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._points.shape[0]
 
     def do_cols(self) -> int:
@@ -143,11 +142,9 @@ class BezierCurve(Trajectory):
         return 1
 
     def do_start_time(self) -> float:
-        """The first time."""
         return self._times[0]
 
     def do_end_time(self) -> float:
-        """The last time."""
         return self._times[1]
 
     def do_has_derivative(self) -> bool:
@@ -155,7 +152,6 @@ class BezierCurve(Trajectory):
         return True
 
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
-        """The derivative at time t."""
         return self.DoMakeDerivative(derivative_order).value(t)
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:

@@ -207,21 +207,17 @@ class BsplineTrajectory(Trajectory):
         return self.CopyBlock(0, 0, n, 1)
 
     def do_rows(self) -> int:
-        """The number of rows."""
         self._require()
         return self._points[0].shape[0]
 
     def do_cols(self) -> int:
-        """The number of columns."""
         self._require()
         return self._points[0].shape[1]
 
     def do_start_time(self) -> float:
-        """The first time."""
         return self._require().initial_parameter_value()
 
     def do_end_time(self) -> float:
-        """The last time."""
         return self._require().final_parameter_value()
 
     def do_has_derivative(self) -> bool:
@@ -229,7 +225,6 @@ class BsplineTrajectory(Trajectory):
         return True
 
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
-        """The derivative at time t."""
         known = self._derivative
         if known is None or known[0] != derivative_order or known[1] is not self._points:
             known = self._derivative = derivative_order, self._points, self.DoMakeDerivative(derivative_order)

@@ -74,21 +74,17 @@ class StackedTrajectory(Trajectory):
         return self._join([c.value(t) for c in self._children])
 
     def do_rows(self) -> int:
-        """The number of rows."""
         rows = [c.rows() for c in self._children]
         return (sum(rows) if self._rowwise else rows[0]) if rows else 0
 
     def do_cols(self) -> int:
-        """The number of columns."""
         cols = [c.cols() for c in self._children]
         return (cols[0] if self._rowwise else sum(cols)) if cols else 0
 
     def do_start_time(self) -> float:
-        """The first time."""
         return self._children[0].start_time() if self._children else self._scalar("", 0.0)
 
     def do_end_time(self) -> float:
-        """The last time."""
         return self._children[0].end_time() if self._children else self._scalar("", 0.0)
 
     def do_has_derivative(self) -> bool:
@@ -165,11 +161,9 @@ class PathParameterizedTrajectory(Trajectory):
         return self._path.value(self._scaling.value(self._clamped(t))[0, 0])
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._path.rows()
 
     def do_cols(self) -> int:
-        """The number of columns."""
         return self._path.cols()
 
     def do_start_time(self) -> float:
@@ -197,7 +191,6 @@ class PathParameterizedTrajectory(Trajectory):
         return out
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
-        """The derivative as a trajectory."""
         return self._sibling(DerivativeTrajectory._template)(self, derivative_order)
 
 
@@ -296,11 +289,9 @@ class CompositeTrajectory(PiecewiseTrajectory):
         return self._part(t).value(self._clamped(t))
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._first("rows").rows()
 
     def do_cols(self) -> int:
-        """The number of columns."""
         return self._first("columns").cols()
 
     def _first(self, what: str) -> Trajectory:

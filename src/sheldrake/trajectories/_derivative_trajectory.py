@@ -80,11 +80,9 @@ class DerivativeTrajectory(_OneOther):
         return True
 
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
-        """The derivative at time t."""
         return self._nominal.EvalDerivative(t, self._order + derivative_order)
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
-        """The derivative as a trajectory."""
         return type(self)(self._nominal, self._order + derivative_order)
 
 

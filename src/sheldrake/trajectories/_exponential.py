@@ -52,7 +52,6 @@ class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
         return self._K @ expm(self._A * (t - self._breaks[j])) @ self._alpha[:, j : j + 1] + self._p.value(t)
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._p.rows()
 
     def do_cols(self) -> int:

@@ -62,19 +62,15 @@ class FunctionHandleTrajectory(Trajectory):
         return matrix
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._shape[0]
 
     def do_cols(self) -> int:
-        """The number of columns."""
         return self._shape[1]
 
     def do_start_time(self) -> float:
-        """The first time."""
         return self._times[0]
 
     def do_end_time(self) -> float:
-        """The last time."""
         return self._times[1]
 
     def do_has_derivative(self) -> bool:
@@ -88,7 +84,6 @@ class FunctionHandleTrajectory(Trajectory):
         return self._checked("derivative callback", self._derivative(t, derivative_order))
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
-        """The derivative as a trajectory."""
         return self._sibling(DerivativeTrajectory._template)(self, derivative_order)
 
 
@@ -149,19 +144,15 @@ class DiscreteTimeTrajectory(Trajectory):
         )
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._values[0].shape[0] if self._values else 0
 
     def do_cols(self) -> int:
-        """The number of columns."""
         return self._values[0].shape[1] if self._values else 0
 
     def do_start_time(self) -> float:
-        """The first time."""
         return self._times[0]
 
     def do_end_time(self) -> float:
-        """The last time."""
         return self._times[-1]
 
     def do_has_derivative(self) -> bool:

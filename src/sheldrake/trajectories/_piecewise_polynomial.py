@@ -107,7 +107,6 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return query(polynomials, breaks, c.reshape(-1, n), 0.0, out=np.empty((rows, cols)))
 
     def do_value(self, t: Scalar) -> np.ndarray:
-        """The matrix at time t."""
         if self._T is not float or not self._c:
             return self._at(t, 0)
         breaks = self._breaks
@@ -157,11 +156,9 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return out
 
     def do_rows(self) -> int:
-        """The number of rows."""
         return self._shape("rows")[0]
 
     def do_cols(self) -> int:
-        """The number of columns."""
         return self._shape("columns")[1]
 
     def _shape(self, what: str) -> tuple[int, ...]:
@@ -174,7 +171,6 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return True
 
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
-        """The derivative at time t."""
         return self._at(t, derivative_order)
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:

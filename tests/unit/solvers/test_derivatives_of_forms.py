@@ -13,7 +13,7 @@ from sheldrake.planning._gcs_subgraphs import (
 from sheldrake.solvers import MathematicalProgram
 from sheldrake.solvers._engines.interior_point import Factors
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
-from sheldrake.solvers._engines.terms import AlikeTerms, QuasiNewtonTerms
+from sheldrake.solvers._engines.terms import AlikeTerms, LearnedTerms
 from sheldrake.solvers._kernels import barrier
 from sheldrake.symbolic import cos, log, pow, sin, sqrt
 
@@ -98,7 +98,7 @@ def test_functions_of_python_learn_their_curvature():
     x = prog.NewContinuousVariables(2, "x")
     prog.AddConstraint(lambda z: [z[0] * z[1] + 2.0 * z[0] ** 2], [0.0], [0.0], x)
     form = NonlinearForm(prog)
-    assert [type(t) for t in form._constraints] == [QuasiNewtonTerms]
+    assert [type(t) for t in form._constraints] == [LearnedTerms]
     for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
         entries = form.hessian(np.array(point), 0.0, np.ones(1))
     found = np.zeros((2, 2))

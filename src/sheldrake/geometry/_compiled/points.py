@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._text import choices
 from sheldrake.geometry import _proximity_properties as proximity
 from sheldrake.geometry._compiled.hulls import Hulls
 from sheldrake.geometry._ids import FrameId, GeometryId
@@ -21,7 +22,6 @@ from sheldrake.geometry._roles import Role
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._state.records import GeometryRecord
 from sheldrake.geometry._state.state import GeometryState
-from sheldrake.geometry._text import choices
 
 CELLS_FROM = 100
 """Number of geometries from which on close pairs are sought in cells rather than among all pairs."""

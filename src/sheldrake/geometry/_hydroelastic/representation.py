@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._text import number
 from sheldrake.geometry import _proximity_properties as proximity
 from sheldrake.geometry._hydroelastic import meshes
 from sheldrake.geometry._hydroelastic.meshes import PressureMesh
@@ -19,7 +20,6 @@ from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType, Role
 from sheldrake.geometry._shape_types import ShapeType, type_of
 from sheldrake.geometry._shapes import Convex, HalfSpace, Mesh, Shape, Sphere
-from sheldrake.geometry._text import number
 
 
 class Representation(NamedTuple):

@@ -10,8 +10,8 @@ from typing import overload as typing_overload
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import Mismatch, Overload, kind, overload, overloaded
 from sheldrake.common._scalars import scalar
+from sheldrake.common._text import number
 from sheldrake.geometry._camera_info import CameraInfo
-from sheldrake.geometry._text import number
 from sheldrake.math import RigidTransform
 
 if TYPE_CHECKING:

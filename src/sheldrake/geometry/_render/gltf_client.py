@@ -40,7 +40,6 @@ class GltfClientEngine(RasterEngine):
     """
 
     def DoClone(self) -> RenderEngine:
-        """An engine that shares what does not change."""
         return self._copy_to(GltfClientEngine(self._options))
 
     def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:

@@ -108,14 +108,12 @@ class RasterEngine(RenderEngine):
         return True
 
     def DoUpdateVisualPose(self, id: GeometryId, X_WG: RigidTransform) -> None:
-        """Moves a geometry."""
         self._X_WG[id] = _matrix(X_WG)
 
     def _update_poses(self, ids: list[GeometryId], X_WG: np.ndarray) -> None:
         self._X_WG.update(zip(ids, X_WG))
 
     def DoRemoveGeometry(self, id: GeometryId) -> bool:
-        """Forgets a geometry."""
         self._arrays = None
         del self._items[id], self._X_WG[id]
         return True
@@ -131,7 +129,6 @@ class RasterEngine(RenderEngine):
     # ---- pictures
 
     def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:
-        """Draws colours."""
         r, g, b, _ = np.floor(self._options.background.rgba * 255.0 + 0.5).astype(int)
         opacity = [item.surface.opacity() for item in self._items.values()]
         opaque = [k for k, a in enumerate(opacity) if a >= 1.0]
@@ -141,13 +138,11 @@ class RasterEngine(RenderEngine):
         color_image_out.mutable_data.view(np.uint32)[..., 0] = seen
 
     def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image) -> None:
-        """Draws depths."""
         depths = camera.depth_range().min_depth(), camera.depth_range().max_depth()
         screen = self._draw(DEPTHS, camera.core(), range(len(self._items)), depths=depths)
         depth_image_out.mutable_data[..., 0] = screen.nearness
 
     def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image) -> None:
-        """Draws labels."""
         drawn = [k for k, item in enumerate(self._items.values()) if item.label != RenderLabel.kDoNotRender]
         screen = self._draw(LABELS, camera.core(), drawn, empty=int(RenderLabel.kEmpty))
         label_image_out.mutable_data[..., 0] = screen.seen

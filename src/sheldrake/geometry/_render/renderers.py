@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._text import choices
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
-from sheldrake.geometry._text import choices
 
 from .engine import RenderEngine
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sheldrake.common._options import Options
-from sheldrake.geometry._text import number
+from sheldrake.common._text import number
 
 
 class DefaultProximityProperties(Options):

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import expect
+from sheldrake.common._text import choices
 from sheldrake.geometry import _proximity_properties as proximity
 from sheldrake.geometry._hydroelastic.representation import check_representation
 from sheldrake.geometry._ids import FrameId, GeometryId, SourceId, number_of
@@ -32,7 +33,6 @@ from sheldrake.geometry._state.records import (
     SourceRecord,
     next_version,
 )
-from sheldrake.geometry._text import choices
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 if TYPE_CHECKING:

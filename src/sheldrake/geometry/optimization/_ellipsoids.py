@@ -319,9 +319,6 @@ class Hyperellipsoid(ConvexSet):
     def _bounded(self) -> bool:
         return bool(np.linalg.matrix_rank(self._A) == self._A.shape[1])
 
-    def _point(self) -> None:
-        return None
-
     def _some_point(self) -> np.ndarray:
         return self._center.copy()
 

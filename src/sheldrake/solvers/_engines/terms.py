@@ -154,7 +154,7 @@ class AlikeTerms(Terms):
 _LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
 
 
-class QuasiNewtonTerms(Terms):
+class LearnedTerms(Terms):
     """Evaluators of equal shape of which no more than first derivatives are known.
 
     The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
@@ -256,5 +256,5 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool
         out.append(AlikeTerms(members[0][0]._many(), columns, rows))
     for members in rest.values():
         columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
-        out.append(QuasiNewtonTerms([e for e, *_ in members], columns, rows, are_costs))
+        out.append(LearnedTerms([e for e, *_ in members], columns, rows, are_costs))
     return out

@@ -9,11 +9,12 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import quadratic_symbols, range_of_eigenvalues, symmetric
 from sheldrake.solvers._functions.evaluators import Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
-from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
+from sheldrake.solvers._text import latex_bounds, latex_matrix
 from sheldrake.symbolic import Formula, logical_and
 
 if TYPE_CHECKING:
@@ -182,7 +183,7 @@ class LinearEqualityConstraint(LinearConstraint):
     def _display(self, vars: np.ndarray) -> str:
         named = f" described as '{self._description}'" if self._description else ""
         y = self._eval_symbols(_arrays.symbols(vars))
-        rows = [f"{type(self).__name__}{named}", *(f"{e} == {number_text(b)}" for e, b in zip(y, self._lower))]
+        rows = [f"{type(self).__name__}{named}", *(f"{e} == {number(b)}" for e, b in zip(y, self._lower))]
         return "\n".join(rows) + "\n"
 
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._checked import checked
+from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
+from sheldrake.solvers._text import latex_bounds, latex_matrix
 from sheldrake.symbolic import Expression, Formula, logical_and
 
 if TYPE_CHECKING:
@@ -224,7 +225,7 @@ class Constraint(EvaluatorBase):
         named = f" described as '{self._description}'" if self._description else ""
         rows = [f"{type(self).__name__}{named}"]
         for y, lower, upper in zip(self._eval_symbols(_arrays.symbols(vars)), self._lower, self._upper):
-            rows.append(f"{number_text(lower)} <= {y} <= {number_text(upper)}")
+            rows.append(f"{number(lower)} <= {y} <= {number(upper)}")
         return "\n".join(rows) + "\n"
 
     def _latex(self, vars: np.ndarray, precision: int) -> str:

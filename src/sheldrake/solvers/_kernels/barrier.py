@@ -395,15 +395,8 @@ def accept_trial_point(it, progress):
             it.zU[i] = max(mu / high / FAR, min(it.zU[i] + share * it.step_U[i], mu / high * FAR))
 
 
-(
-    OPTIMALITY_ERROR,
-    NEWTON_STEP,
-    SET_TRIAL_POINT,
-    EVALUATE_TRIAL_POINT,
-    SECOND_ORDER_CORRECTION,
-    ACCEPT_TRIAL_POINT,
-    LEAST_MULTIPLIERS,
-) = range(7)
+OPTIMALITY_ERROR, NEWTON_STEP, SET_TRIAL_POINT, EVALUATE_TRIAL_POINT = range(4)
+SECOND_ORDER_CORRECTION, ACCEPT_TRIAL_POINT, LEAST_MULTIPLIERS = range(4, 7)
 
 
 @kernel(top=True)

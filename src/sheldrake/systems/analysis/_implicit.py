@@ -54,7 +54,6 @@ class ImplicitIntegrator(PythonIntegrator):
     _first_step = 1.0
 
     def Initialize(self) -> None:
-        """Gets ready to step."""
         super().Initialize()
         self._forget()
 
@@ -79,7 +78,6 @@ class ImplicitIntegrator(PythonIntegrator):
             newton.inverse = inverse
 
     def ResetStatistics(self) -> None:
-        """Begins counting anew."""
         super().ResetStatistics()
         self._counts = np.zeros((2, len(COUNTED)), np.int64)
         self._purpose = RESULT

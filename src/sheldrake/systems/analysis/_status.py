@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._text import number
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import System
@@ -70,7 +71,7 @@ class SimulatorStatus:
     def FormatMessage(self) -> str:
         """All of it as a sentence."""
         if self.succeeded():
-            return f"Simulator successfully reached the boundary time ({_number(self._boundary)})."
+            return f"Simulator successfully reached the boundary time ({number(self._boundary)})."
         who = (
             "a system"
             if self._system is None
@@ -78,10 +79,10 @@ class SimulatorStatus:
         )
         if self._reason is SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return (
-                f"Simulator returned early at time {_number(self._time)} because {who} requested termination with "
+                f"Simulator returned early at time {number(self._time)} because {who} requested termination with "
                 f'message: "{self._message}"'
             )
-        return f'Simulator stopped at time {_number(self._time)} because {who} failed with message: "{self._message}"'
+        return f'Simulator stopped at time {number(self._time)} because {who} failed with message: "{self._message}"'
 
     def __repr__(self) -> str:
         return f"<SimulatorStatus: {self.FormatMessage()}>"
@@ -90,8 +91,3 @@ class SimulatorStatus:
         """Whether all of it is the same."""
         mine = (self._boundary, self._time, self._reason, self._message)
         return mine == (other._boundary, other._time, other._reason, other._message) and self._system is other._system
-
-
-def _number(x: float) -> str:
-    """Shortest text that reads back as `x`, without a trailing ".0"."""
-    return repr(float(x)).removesuffix(".0")

@@ -45,11 +45,9 @@ class PySerializer(SerializerInterface):
         return AbstractValue.Make(self._lcm_type())
 
     def Deserialize(self, buffer: bytes, abstract_value: AbstractValue) -> None:  # type: ignore[override]
-        """Puts the message that these bytes are into a value."""
         abstract_value.set_value(self._lcm_type.decode(buffer))
 
     def Serialize(self, abstract_value: AbstractValue) -> bytes:
-        """The bytes of a message."""
         message = abstract_value.get_value()
         if not isinstance(message, self._lcm_type) and not self._is_alike(message):
             raise TypeError(f"PySerializer.Serialize(): {message!r} is no {self._lcm_type.__name__}.")

@@ -38,7 +38,6 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
         return EventStatus.DidNothing()
 
     def get_lcm_url(self) -> str:
-        """Where messages go."""
         return self._lcm.get_lcm_url()
 
     def Publish(self, channel: str, buffer: bytes, time_sec: float | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Small text helpers shared by the geometry classes: how numbers and choices appear in messages."""
+"""How numbers and choices appear in messages."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from collections.abc import Iterable
 
 def number(x: float) -> str:
     """The shortest text that reads back as `x`, without a trailing `.0`."""
-    text = repr(float(x))
-    return text[:-2] if text.endswith(".0") else text
+    return repr(float(x)).removesuffix(".0")
 
 
 def arguments(**values: float) -> str:
