@@ -292,7 +292,7 @@ def small_programs(count):
 
 def test_small_quadratic_programs_take_no_solver(monkeypatch):
     """The same as Clarabel's but to rounding; it may be asked only where nothing was found, thus of what has no x."""
-    answers, original = [], quadratic._at_once
+    answers, original = [], quadratic.solve_dense
 
     def answer(*arrays):
         answers.append(original(*arrays))
@@ -301,9 +301,9 @@ def test_small_quadratic_programs_take_no_solver(monkeypatch):
     missed = 0
     for arrays in small_programs(300):
         Q, q, A, lower, upper = arrays
-        monkeypatch.setattr(quadratic, "_at_once", lambda *arrays: None)
+        monkeypatch.setattr(quadratic, "solve_dense", lambda *arrays: None)
         expected = solve_quadratic_program(*arrays)
-        monkeypatch.setattr(quadratic, "_at_once", answer)
+        monkeypatch.setattr(quadratic, "solve_dense", answer)
         found = solve_quadratic_program(*arrays)
         assert (found is None) == (expected is None)
         if answers[-1] is None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.highs import variable_bounds
-from sheldrake.solvers._engines.terms import grouped
+from sheldrake.solvers._engines.terms import LearnedTerms, grouped
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
 from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqualityConstraint, QuadraticConstraint
@@ -60,6 +60,7 @@ class NonlinearForm:
     Attributes:
         J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
         H_rows, H_cols: Where the entries of the Hessian are, both halves of it; those at one place add up.
+        learns: Whether second derivatives of some constraints are learned.
     """
 
     def __init__(self, prog: MathematicalProgram):
@@ -105,6 +106,7 @@ class NonlinearForm:
         self.J_cols = _arrays.joined([t.J_cols for t in self._constraints], int)
         self.H_rows = _arrays.joined([t.H_rows for t in [*self._costs, *self._constraints]], int)
         self.H_cols = _arrays.joined([t.H_cols for t in [*self._costs, *self._constraints]], int)
+        self.learns = any(isinstance(terms, LearnedTerms) for terms in self._constraints)
         self._J_scale = self.scale[self.J_cols]
         self._H_scale = self.scale[self.H_rows] * self.scale[self.H_cols]
         self._values = _Last(self._values_at)

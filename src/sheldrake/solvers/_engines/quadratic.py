@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.common._bound_calls import BoundCalls
-from sheldrake.common.kernel import Bound
 from sheldrake.solvers._engines.choose import Solve
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._kernels.active_set import solve_dense_program
+from sheldrake.solvers._engines.dense_quadratic import solve_dense
 from sheldrake.solvers._program.program import MathematicalProgram
 
 _SMALL = 120  # rows and variables up to which dense steps take less time
@@ -42,7 +40,7 @@ def solve_quadratic_program(
 
 def solve_rows(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
     """The same with A x <= b, where the first rows are equations and b may be infinite; small programs to rounding."""
-    x = _at_once(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
+    x = solve_dense(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
     return _by_clarabel(Q, q, A, b, equal) if x is None else x
 
 
@@ -59,26 +57,6 @@ def _by_clarabel(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equ
     settings.verbose = False
     found = clarabel.DefaultSolver(Columns.of(np.triu(Q)), q, Columns.of(A), b, cones, settings).solve()
     return np.array(found.x) if str(found.status) in ("Solved", "AlmostSolved") else None
-
-
-def _bound(rows: int, n: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A bound call, and its Q, q, A, b and x."""
-    Q, q, A, b, x = np.zeros((n, n)), np.zeros(n), np.zeros((rows, n)), np.zeros(rows), np.zeros(n)
-    scratch = np.zeros((n, n)), np.zeros((n, n)), np.zeros((rows, n)), np.zeros(rows), np.zeros(n), np.zeros(n)
-    more = np.zeros(n), np.zeros(n), np.zeros(n + 1), np.zeros((2 * n, 2 * n + 1)), np.zeros(n + 1, dtype=np.int64)
-    return solve_dense_program.bind(Q, q, A, b, 0, x, *scratch, *more), Q, q, A, b, x
-
-
-_calls = BoundCalls(_bound)
-
-
-def _at_once(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
-    """The solution of a small program, to rounding; None if none was found."""
-    call, *given, x = _calls.of(*A.shape)
-    for place, value in zip(given, (Q, q, A, b)):
-        place[...] = value
-    call.set("equal", equal)
-    return None if call() else x.copy()
 
 
 def _by_program(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:

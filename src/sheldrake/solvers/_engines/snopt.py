@@ -10,9 +10,11 @@ from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._engines.slsqp import by_slsqp
+from sheldrake.solvers._engines.sqp import Sqp, suits
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
 _LARGEST_DENSE = 200  # Variables up to which SLSQP, whose matrices are dense, is worth a try.
+_MOST_STEPS = 60  # of sequential quadratic programming: where they do not do, another method is a better bet
 
 
 class SnoptSolverDetails(NamedTuple):
@@ -40,8 +42,10 @@ _INFO = {
 class InteriorPointSolver(NonlinearSolver):
     """Solves nonlinear programs by the interior point method of this library.
 
-    SciPy's SLSQP is tried where that gets stuck, or stops where constraints cannot be violated less. It heeds the
-    options of SNOPT that `SnoptSolver` names.
+    Programs of few variables whose constraints do not know their second derivatives, such as those of inverse
+    kinematics, are tried by sequential quadratic programming first. SciPy's SLSQP is tried where the interior point
+    method gets stuck, or stops where constraints cannot be violated less. It heeds the options of SNOPT that
+    `SnoptSolver` names.
     """
 
     _name = "InteriorPoint"
@@ -56,6 +60,10 @@ class InteriorPointSolver(NonlinearSolver):
         )
 
     def _run(self, form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
+        if suits(form):
+            found = Sqp(form, start, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
+            if found.converged or (found.iterations_spent and settings.iterations <= _MOST_STEPS):
+                return found
         y, dual, ending = interior_point(form, start, settings.optimality, settings.feasibility, settings.iterations)
         found = Outcome(InteriorPointSolver._name, y, ending is Ending.CONVERGED, ending is Ending.ITERATIONS, dual)
         if ending not in (Ending.STUCK, Ending.INFEASIBLE) or form.num_vars > _LARGEST_DENSE:

@@ -1,0 +1,212 @@
+"""Sequential quadratic programming for programs of few variables.
+
+Each step is the solution of a small quadratic program, by a kernel, in which the Lagrangian's Hessian is learned (the
+damped update of M. J. D. Powell, 1978). Where linearized constraints contradict each other, or where steps bring no
+progress, they may be missed by the same amount, which the program makes as small as it can (R. Fletcher's penalty,
+1981). Steps are shortened, or corrected for what constraints curve, until a penalty function falls.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sheldrake.solvers._engines.dense_quadratic import solve_dense
+from sheldrake.solvers._engines.nonlinear import Outcome, Settings
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+
+_SHORTEST = 1e-4  # part of a step
+_REACH = 0.5  # of one step, relative to the point and 1
+_LONGEST = 1e3  # of what is still a step
+_GAIN = 1e-10  # of the cost that is not worth a step, relative to it or 1
+_ROUNDING = 1e-6  # the same where no better step is found: at the solution, quadratic programs are all rounding
+_LEFT = 1e-9  # what linearized constraints may be missed by
+_PENALTIES = 10.0 ** np.arange(1, 9)  # for linearized constraints that are missed, relative to the cost's gradient
+_MOST_VARIABLES, _MOST_ROWS = 40, 120
+
+
+def suits(form: NonlinearForm) -> bool:
+    """Whether a program has constraints whose second derivatives are learned, and is so small that steps are quick."""
+    bounds = form.lower, form.upper, form.x_lower, form.x_upper
+    return form.learns and form.num_vars <= _MOST_VARIABLES and sum(np.isfinite(b).sum() for b in bounds) <= _MOST_ROWS
+
+
+class Here(NamedTuple):
+    """A point: cost and gradient; how far rows are beyond their bounds, and the gradients of that."""
+
+    y: np.ndarray
+    f: float
+    g: np.ndarray
+    beyond: np.ndarray
+    A: np.ndarray
+
+    def violation(self) -> float:
+        """The largest."""
+        return float(self.beyond.max(initial=0.0))
+
+    def is_finite(self) -> bool:
+        """Whether all values are."""
+        return bool(np.isfinite(self.f) and np.isfinite(self.g).all() and np.isfinite(self.beyond).all())
+
+
+class Sqp:
+    """The iterations.
+
+    Args:
+        form: The program.
+        start: Where to begin.
+        settings: Tolerances and limits.
+    """
+
+    def __init__(self, form: NonlinearForm, start: np.ndarray, settings: Settings):
+        self._form, self._settings, self._start = form, settings, start
+        self._high, self._low = np.flatnonzero(np.isfinite(form.upper)), np.flatnonzero(np.isfinite(form.lower))
+        self._x_high = np.flatnonzero(np.isfinite(form.x_upper))
+        self._x_low = np.flatnonzero(np.isfinite(form.x_lower))
+        one = np.eye(form.num_vars)
+        self._box = np.vstack((one[self._x_high], -one[self._x_low]))
+        self._penalty, self._B = 1.0, self._first_hessian()
+
+    def run(self) -> Outcome:
+        """Iterates."""
+        here, gain, stalls = self._at(self._start), np.inf, 0
+        for _ in range(self._settings.iterations):
+            if not here.is_finite():
+                break
+            is_feasible, size = here.violation() <= 0.5 * self._settings.feasibility, max(1.0, abs(here.f))
+            step = self._step(here)
+            if step is None:
+                if stalls or (is_feasible and gain <= _ROUNDING * size):
+                    return self._outcome(here, is_feasible and gain <= _ROUNDING * size)
+                stalls, self._B = 1, self._first_hessian()
+                continue
+            d, left = step
+            multipliers = self._multipliers(here, d, left)
+            wanted = 1.5 * float(multipliers.sum())
+            self._penalty = max(wanted, 0.5 * (self._penalty + wanted))
+            gain = abs(float(here.g @ d)) + self._penalty * here.violation()
+            if is_feasible and left <= _LEFT and gain <= _GAIN * size:
+                return self._outcome(here, True)
+            y = self._search(here, d, left)
+            if y is not None:
+                there, stalls = self._at(y), 0
+                self._learn(y - here.y, there.g + there.A.T @ multipliers - here.g - here.A.T @ multipliers)
+                here = there
+                continue
+            stalls += 1
+            if stalls > 1 or (left > _LEFT and np.abs(d).max() <= _LEFT):
+                return self._outcome(here, is_feasible and gain <= _ROUNDING * size)
+            self._B = self._first_hessian()
+        else:
+            return self._outcome(here, False, True)
+        return self._outcome(here, False)
+
+    @staticmethod
+    def _outcome(here: Here, converged: bool, spent: bool = False) -> Outcome:
+        return Outcome("SQP", here.y, bool(converged), spent)
+
+    def _at(self, y: np.ndarray) -> Here:
+        (f, g), (rows, J) = self._form.cost(y), self._form.dense_constraints(y)
+        return Here(y, f, g, self._beyond(rows), np.vstack((J[self._high], -J[self._low])))
+
+    def _beyond(self, rows: np.ndarray) -> np.ndarray:
+        """How far rows are beyond their upper, then their lower bounds; negative inside."""
+        form = self._form
+        return np.concatenate(((rows - form.upper)[self._high], (form.lower - rows)[self._low]))
+
+    def _room(self, here: Here, beyond: np.ndarray) -> np.ndarray:
+        """How far steps may go along the rows of A, then along those of the box."""
+        form, y = self._form, here.y
+        return np.concatenate((-beyond, (form.x_upper - y)[self._x_high], (y - form.x_lower)[self._x_low]))
+
+    # Steps
+
+    def _step(self, here: Here) -> tuple[np.ndarray, float] | None:
+        """The step, and by how much linearized constraints are still missed; None if no program was solved."""
+        rows, room = np.vstack((here.A, self._box)), self._room(here, here.beyond)
+        d = solve_dense(self._B, here.g, rows, room)
+        if d is not None and np.abs(d).max(initial=0.0) < _LONGEST:
+            return d, 0.0
+        n = len(here.g)
+        Q, q, missed = np.zeros((n + 1, n + 1)), np.append(here.g, 0.0), np.zeros((len(rows) + 1, n + 1))
+        Q[:n, :n], Q[n, n] = self._B, 1e-6
+        missed[:-1, :n], missed[: len(here.A), n], missed[-1, n] = rows, -1.0, -1.0
+        for penalty in _PENALTIES * max(1.0, float(np.abs(here.g).max(initial=0.0))):
+            q[n] = penalty
+            found = solve_dense(Q, q, missed, np.append(room, 0.0))
+            if found is None:
+                return None
+            if found[n] <= 0.9 * here.violation():
+                break
+        self._penalty = max(self._penalty, penalty)
+        return found[:n], max(0.0, float(found[n]))
+
+    def _multipliers(self, here: Here, d: np.ndarray, left: float) -> np.ndarray:
+        """Those of the rows of A at a step, not negative."""
+        rows, room = np.vstack((here.A, self._box)), self._room(here, here.beyond - left)
+        weights = np.zeros(len(rows))
+        active = np.flatnonzero(room - rows @ d <= 1e-9 * (1.0 + np.abs(room)))
+        while len(active):
+            found = np.linalg.lstsq(rows[active].T, -(here.g + self._B @ d), rcond=None)[0]
+            if (found >= -1e-12).all():
+                weights[active] = np.maximum(found, 0.0)
+                break
+            active = active[found > 0.0]
+        return weights[: len(here.A)]
+
+    def _search(self, here: Here, d: np.ndarray, left: float) -> np.ndarray | None:
+        """Where the penalty function falls along a step; None if nowhere."""
+        merit = here.f + self._penalty * here.violation()
+        slope = float(here.g @ d) - self._penalty * (here.violation() - left)
+        slope = min(slope, -0.5 * float(d @ self._B @ d))
+        alpha = min(1.0, _REACH * (1.0 + np.abs(here.y).max(initial=0.0)) / max(np.abs(d).max(initial=0.0), 1e-300))
+        while alpha >= _SHORTEST:
+            enough = merit + 1e-4 * alpha * slope + 1e-14 * abs(merit)
+            y = self._form.clip(here.y + alpha * d)
+            new, beyond = self._merit(y)
+            if new <= enough:
+                return y
+            if alpha == 1.0 and left == 0.0 and np.isfinite(beyond).all():
+                y = self._corrected(here, d, beyond)
+                if y is not None and self._merit(y)[0] <= enough:
+                    return y
+            alpha *= 0.5 if alpha > 0.1 else 0.2
+        return None
+
+    def _merit(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        f, rows = self._form.values(y)
+        beyond = self._beyond(rows)
+        return f + self._penalty * float(beyond.max(initial=0.0)), beyond
+
+    def _corrected(self, here: Here, d: np.ndarray, beyond: np.ndarray) -> np.ndarray | None:
+        """Where a full step leads that heeds how rows curve: by what they were found beyond their bounds behind it."""
+        rows = np.vstack((here.A, self._box))
+        step = solve_dense(self._B, here.g, rows, self._room(here, beyond - here.A @ d))
+        return None if step is None else self._form.clip(here.y + step)
+
+    # The Hessian
+
+    def _first_hessian(self) -> np.ndarray:
+        """That of the cost, no eigenvalue near zero or below: steps would go anywhere."""
+        form, n = self._form, self._form.num_vars
+        H = np.zeros((n, n))
+        np.add.at(H, (form.H_rows, form.H_cols), form.hessian(self._start, 1.0, np.zeros(form.num_rows)))
+        if not np.isfinite(H).all():
+            return np.eye(n)
+        values, vectors = np.linalg.eigh(0.5 * (H + H.T))
+        values = np.maximum(np.abs(values), 0.1 * max(1.0, float(np.abs(values).max(initial=0.0))))
+        found: np.ndarray = (vectors * values) @ vectors.T
+        return found
+
+    def _learn(self, s: np.ndarray, r: np.ndarray) -> None:
+        """From how the Lagrangian's gradient changed by r along s."""
+        Bs = self._B @ s
+        sBs, sr = float(s @ Bs), float(s @ r)
+        if not sBs > 1e-30 or not np.isfinite(r).all():
+            return
+        if sr < 0.2 * sBs:
+            part = 0.8 * sBs / (sBs - sr)
+            r = part * r + (1.0 - part) * Bs
+            sr = 0.2 * sBs
+        self._B = self._B - np.outer(Bs, Bs) / sBs + np.outer(r, r) / sr

@@ -1,0 +1,130 @@
+"""Sequential quadratic programming: minima that are known, constraints that contradict each other, and when it runs."""
+
+import numpy as np
+import pytest
+
+from sheldrake.solvers import MathematicalProgram, SnoptSolver, SolutionResult, Solve, SolverOptions
+from sheldrake.solvers._engines.nonlinear import Settings
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.sqp import Sqp, suits
+
+# W. Hock and K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981): number, cost, constraints with
+# their bounds, bounds of variables, start, minimum.
+INF = np.inf
+PROBLEMS = {
+    "6": (lambda x: (1 - x[0]) ** 2, lambda x: [10 * (x[1] - x[0] ** 2)], [0], [0], -INF, INF, [-1.2, 1], 0.0),
+    "7": (
+        lambda x: np.log(1 + x[0] ** 2) - x[1],
+        lambda x: [(1 + x[0] ** 2) ** 2 + x[1] ** 2],
+        [4],
+        [4],
+        -INF,
+        INF,
+        [2, 2],
+        -(3**0.5),
+    ),
+    "26": (
+        lambda x: (x[0] - x[1]) ** 2 + (x[1] - x[2]) ** 4,
+        lambda x: [(1 + x[1] ** 2) * x[0] + x[2] ** 4],
+        [3],
+        [3],
+        -INF,
+        INF,
+        [-2.6, 2, 2],
+        0.0,
+    ),
+    "43": (
+        lambda x: x[0] ** 2 + x[1] ** 2 + 2 * x[2] ** 2 + x[3] ** 2 - 5 * x[0] - 5 * x[1] - 21 * x[2] + 7 * x[3],
+        lambda x: [
+            8 - x[0] ** 2 - x[1] ** 2 - x[2] ** 2 - x[3] ** 2 - x[0] + x[1] - x[2] + x[3],
+            10 - x[0] ** 2 - 2 * x[1] ** 2 - x[2] ** 2 - 2 * x[3] ** 2 + x[0] + x[3],
+            5 - 2 * x[0] ** 2 - x[1] ** 2 - x[2] ** 2 - 2 * x[0] + x[1] + x[3],
+        ],
+        [0, 0, 0],
+        [INF, INF, INF],
+        -INF,
+        INF,
+        [0, 0, 0, 0],
+        -44.0,
+    ),
+    "71": (
+        lambda x: x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2],
+        lambda x: [x[0] * x[1] * x[2] * x[3], x @ x],
+        [25, 40],
+        [INF, 40],
+        1,
+        5,
+        [1, 5, 5, 1],
+        17.0140173,
+    ),
+}
+
+
+def program(cost, rows, lower, upper, low, high, start):
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(len(start), "x")
+    prog.AddCost(cost, x)
+    prog.AddConstraint(lambda z: np.array(rows(z)), np.array(lower, float), np.array(upper, float), x)
+    prog.AddBoundingBoxConstraint(low, high, x)
+    prog.SetInitialGuess(x, start)
+    return prog, x
+
+
+@pytest.mark.parametrize("number", PROBLEMS)
+def test_minima_that_are_known(number):
+    *given, least = PROBLEMS[number]
+    prog, x = program(*given)
+    result = Solve(prog)
+    assert result.is_success() and result.get_solver_id().name() == "SQP"
+    assert result.get_optimal_cost() == pytest.approx(least, abs=1e-6)
+    found = result.GetSolution(x)
+    beyond = np.maximum(np.array(given[2]) - given[1](found), given[1](found) - np.array(given[3]))
+    assert beyond.max() <= 1e-6
+
+
+def test_multipliers_put_the_gradient_together():
+    *given, _ = PROBLEMS["43"]
+    prog, x = program(*given)
+    result = Solve(prog)
+    z, h = result.GetSolution(x), 1e-6
+    dual = result.GetDualSolution(prog.generic_constraints()[0])
+    slope = np.array([(given[0](z + h * e) - given[0](z - h * e)) / (2 * h) for e in np.eye(4)])
+    rows = np.array([(np.array(given[1](z + h * e)) - given[1](z - h * e)) / (2 * h) for e in np.eye(4)])
+    np.testing.assert_allclose(rows @ dual, slope, atol=1e-4)
+
+
+def test_linearized_constraints_that_contradict_each_other_may_be_missed():
+    # At 0.1 a line says that x is at least 5.05, and bounds that it is at most 2.
+    prog, _ = program(lambda z: z[0] ** 2, lambda z: [z[0] ** 2], [1], [INF], -2, 2, [0.1])
+    outcome = Sqp(NonlinearForm(prog), np.array([0.1]), Settings()).run()
+    assert outcome.converged and outcome.y == pytest.approx([1.0], abs=1e-6)
+
+
+def test_what_has_no_solution_is_not_called_one():
+    prog, _ = program(lambda z: z[0], lambda z: [z[0] ** 2 + 1], [0], [0], -9, 9, [3.0])
+    assert not Sqp(NonlinearForm(prog), np.array([3.0]), Settings()).run().converged
+    assert not Solve(prog).is_success()
+
+
+def test_a_limit_of_iterations_holds():
+    *given, _ = PROBLEMS["71"]
+    prog, _ = program(*given)
+    assert NonlinearForm(prog).learns
+    outcome = Sqp(NonlinearForm(prog), np.array(given[-1], float), Settings(iterations=2)).run()
+    assert outcome.iterations_spent and not outcome.converged
+    options = SolverOptions()
+    options.SetOption(SnoptSolver.id(), "Major iterations limit", 2)
+    result = SnoptSolver().Solve(prog, None, options)
+    assert result.get_solution_result() == SolutionResult.kIterationLimit
+
+
+def test_programs_it_is_for():
+    prog, x = program(*PROBLEMS["71"][:-1])
+    assert suits(NonlinearForm(prog))
+    known = MathematicalProgram()
+    y = known.NewContinuousVariables(2, "y")
+    known.AddConstraint(y[0] ** 2 * y[1] <= 1.0)
+    assert not suits(NonlinearForm(known))
+    for _ in range(60):
+        prog.AddLinearConstraint(x[0] + x[1], -1.0, 99.0)
+    assert not suits(NonlinearForm(prog))
