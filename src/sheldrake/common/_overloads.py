@@ -38,11 +38,12 @@ Mismatch.__name__ = Mismatch.__qualname__ = "TypeError"
 Mismatch.__module__ = "builtins"
 
 
-def kind(description: str) -> Callable[[_Kind], _Kind]:
-    """Decorates a converter with a description of what it takes."""
+def kind(description: str, refuses: tuple[type, ...] = ()) -> Callable[[_Kind], _Kind]:
+    """Decorates a converter with a description of what it takes, and classes of which it takes nothing."""
 
     def name(convert: _Kind) -> _Kind:
         setattr(convert, "description", description)  # noqa: B010 (functions and partials have no such attribute for mypy)
+        setattr(convert, "refuses", refuses)  # noqa: B010
         return convert
 
     return name
@@ -200,6 +201,8 @@ def _plan(way: Overload, types: tuple[type, ...]) -> _Plan | None:
 
 def _fits(convert: Kind, T: type) -> bool | None:
     """Whether a kind takes values of a type, which it hands on as they are; None if only the value can tell."""
+    if T in getattr(convert, "refuses", ()):
+        return False
     classes: tuple[type, ...] = getattr(convert, "classes", ())
     plain = all(type(cls) is type for cls in classes)
     if not classes or not plain or any("__class__" in vars(base) for base in T.__mro__[:-1]):

@@ -11,10 +11,10 @@ from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.evaluators import takes_vector_function
-from sheldrake.symbolic import Formula, Polynomial, Variable, Variables
+from sheldrake.symbolic import Expression, Formula, Polynomial, Variable, Variables
 
 
-@kind("Callable")
+@kind("Callable", refuses=(Expression, Formula))
 def function(value: Any) -> Any:
     """Kind: something to call with a vector."""
     if not takes_vector_function(value):

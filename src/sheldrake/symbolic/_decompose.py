@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -143,9 +143,9 @@ class _Keys:
 
     def monomial(self, key: Any) -> Monomial:
         """The monomial of a key."""
-        return key if key.__class__ is Monomial else Monomial._ordered(dict(self._powers(key)))
+        return key if key.__class__ is Monomial else Monomial._ordered(dict(self.powers(key)))
 
-    def _powers(self, key: int) -> Iterator[tuple[Variable, int]]:
+    def powers(self, key: int) -> Iterator[tuple[Variable, int]]:
         """The variables that a number stands for, in order, and their exponents."""
         while key:
             i = ((key & -key).bit_length() - 1) // _BITS
@@ -304,15 +304,85 @@ def decompose(e: Expression, indeterminates: Set[Variable]) -> Coefficients:
     Raises:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
-    variables = variables_of(e)
-    inside = variables & indeterminates
-    keys = _Keys(sorted(inside, key=age), len(inside) == len(variables))
-    try:
-        part = _build.fold([e], _Decomposition(keys, indeterminates))[0]
-    except _NotNumeric:
-        keys.numeric = False
-        part = _build.fold([e], _Decomposition(keys, indeterminates))[0]
-    return keys.coefficients(part)
+    keys = _Keys(sorted(variables_of(e) & indeterminates, key=age))
+    return keys.coefficients(_build.fold([e], _Decomposition(keys, indeterminates))[0])
+
+
+class Numbers(NamedTuple):
+    """A polynomial whose coefficients are numbers, by whole numbers for its monomials; none is zero."""
+
+    keys: _Keys
+    part: _Part
+
+    @classmethod
+    def of_expression(cls, e: Expression, indeterminates: Set[Variable]) -> Numbers | None:
+        """That of an expression; None where it has other variables, too many, or nan.
+
+        Raises:
+            RuntimeError: the expression is no polynomial.
+        """
+        variables = variables_of(e)
+        if not variables <= indeterminates:
+            return None
+        keys = _Keys(sorted(variables, key=age), True)
+        try:
+            return cls(keys, _build.fold([e], _Decomposition(keys, indeterminates))[0]) if keys.numeric else None
+        except _NotNumeric:
+            return None
+
+    @classmethod
+    def of(cls, coefficients: Coefficients) -> Numbers | None:
+        """That of monomials and their coefficients; None where these are no numbers."""
+        keys = _keys_of((coefficients,))
+        return cls(keys, keys.plain(coefficients)) if keys.numeric else None
+
+    def variables(self) -> list[Variable]:
+        """The variables of the monomials."""
+        present = 0
+        for key in self.part:
+            present |= key
+        return [v for v, place in self.keys.of.items() if present & (place * _MASK)]
+
+    def _in_common(self, other: Numbers) -> tuple[_Keys, _Part, _Part] | None:
+        """Both with the same keys; None where there are too many variables."""
+        mine, its = self.keys.of, other.keys.of
+        if mine == its:
+            return self.keys, self.part, other.part
+        keys = _Keys(sorted({**mine, **its}, key=age), True)
+        return (keys, self._by(keys), other._by(keys)) if keys.numeric else None
+
+    def _by(self, keys: _Keys) -> _Part:
+        return {sum([keys.of[v] * n for v, n in self.keys.powers(key)]): c for key, c in self.part.items()}
+
+    def times(self, other: Numbers) -> Numbers | None:
+        """The product; None where there are too many variables."""
+        found = self._in_common(other)
+        return None if found is None else Numbers(found[0], _product(found[1], found[2], found[0]))
+
+    def plus(self, other: Numbers, sign: float) -> Numbers | None:
+        """The sum with the other times +1 or -1; None where there are too many variables."""
+        found = self._in_common(other)
+        if found is None:
+            return None
+        out = found[1].copy()
+        for key, c in found[2].items():
+            out[key] = out.get(key, 0.0) + sign * c
+        return Numbers(found[0], _without_zeros(out))
+
+    def slope(self, x: Variable) -> Numbers:
+        """The partial derivative."""
+        one = self.keys.of.get(x, 0)
+        shift = one.bit_length() - 1
+        powers = [(key, (key >> shift) & _MASK, c) for key, c in self.part.items()] if one else []
+        return Numbers(self.keys, {key - one: n * c for key, n, c in powers if n})
+
+    def coefficients(self) -> Coefficients:
+        """Expressions by monomial."""
+        return self.keys.coefficients(self.part)
+
+    def expression(self) -> Expression:
+        """The sum of all terms."""
+        return self.keys.sum_of(self.part)
 
 
 def expand(e: Expression) -> Expression:

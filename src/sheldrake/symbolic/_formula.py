@@ -259,7 +259,13 @@ def compare(sign: str, a: Expression, b: Expression) -> Formula:
 
 def _difference_of_numbers(a: Expression, b: Expression) -> float | None:
     """a - b if that is a number: what is no sum differs from what is no sum by none but itself."""
-    if a._kind == k.ADD or b._kind == k.ADD or a._kind == b._kind:
+    if a._kind == k.ADD and b._kind == k.ADD:
+        may_be = a._terms.keys() == b._terms.keys()
+    elif a._kind == k.ADD or b._kind == k.ADD:
+        may_be = len((a if a._kind == k.ADD else b)._terms) == 1  # what is no sum cancels one term at most
+    else:
+        may_be = a._kind == b._kind
+    if may_be:
         difference = _build.subtract(a, b)
         return difference._args[0] if difference._kind == k.CONSTANT else None
     return None

@@ -130,13 +130,14 @@ class Monomial:
     def _value(self, env: Mapping[Variable, float]) -> float:
         """The value, the environment already checked."""
         out = 1.0
-        for v, exponent in self._powers.items():
-            if v not in env:
-                raise RuntimeError(
-                    f"Monomial {self} cannot be evaluated with the given environment which does not provide an entry "
-                    f"for variable = {v}."
-                )
-            out *= env[v] ** exponent
+        try:
+            for v, exponent in self._powers.items():
+                out *= env[v] ** exponent
+        except KeyError:
+            raise RuntimeError(
+                f"Monomial {self} cannot be evaluated with the given environment which does not provide an entry "
+                f"for variable = {v}."
+            ) from None
         return out
 
     def _evaluate_many(self, vars: Symbolics, values: ArrayLike) -> np.ndarray:

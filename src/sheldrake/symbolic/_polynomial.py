@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -14,7 +14,7 @@ from sheldrake.common._overloads import expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable, variables
-from sheldrake.symbolic._decompose import add_to, is_linear, is_zero
+from sheldrake.symbolic._decompose import Numbers, add_to, is_linear, is_zero
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
@@ -51,10 +51,11 @@ class Polynomial:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
 
-    __slots__ = ("_known_decisions", "_known_indeterminates", "_map")
+    __slots__ = ("_known_decisions", "_known_indeterminates", "_made", "_numbers")
     _known_decisions: Variables | None
     _known_indeterminates: Variables | None
-    _map: dict[Monomial, Expression]
+    _made: dict[Monomial, Expression] | None  # once it has been asked for
+    _numbers: Numbers | None  # the same, if it is known that all coefficients are numbers
 
     @overloaded(
         overload(lambda self: self._set_map({})),
@@ -64,15 +65,23 @@ class Polynomial:
     )
     def __init__(self, e: Expression, indeterminates: Variables | None):
         chosen = set(variables_of(e)) if indeterminates is None else set(indeterminates)
-        found = _decompose.decompose(e, chosen)
-        if not all([c._kind == k.CONSTANT for c in found.values()]):
-            found = {m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()}
-        self._set_map(found)
+        self._made, self._numbers = None, Numbers.of_expression(e, chosen)
+        if self._numbers is None:
+            found = _decompose.decompose(e, chosen)
+            self._set_map({m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()})
         self._known_indeterminates, self._known_decisions = Variables(chosen), Variables(variables_of(e) - chosen)
 
     def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
-        self._map = {m: c for m, c in coefficients.items() if not is_zero(c)}
+        self._made, self._numbers = {m: c for m, c in coefficients.items() if not is_zero(c)}, None
         self._known_indeterminates = self._known_decisions = None
+
+    @property
+    def _map(self) -> dict[Monomial, Expression]:
+        """Coefficients by monomial."""
+        if self._made is None:
+            assert self._numbers is not None
+            self._made = self._numbers.coefficients()
+        return self._made
 
     @classmethod
     def _of(cls, coefficients: dict[Monomial, Expression]) -> Polynomial:
@@ -80,18 +89,32 @@ class Polynomial:
         out._set_map(coefficients)
         return out
 
+    @classmethod
+    def _of_numbers(cls, numbers: Numbers) -> Polynomial:
+        out = object.__new__(cls)
+        out._made, out._numbers, out._known_indeterminates, out._known_decisions = None, numbers, None, None
+        return out
+
+    def _as_numbers(self) -> Numbers | None:
+        """The same, if all coefficients are numbers."""
+        if self._numbers is None:
+            self._numbers = Numbers.of(self._map)
+        return self._numbers
+
     # Parts
 
     @property
     def _indeterminates(self) -> Variables:
         if self._known_indeterminates is None:
-            self._known_indeterminates = Variables({v for m in self._map for v in m._powers})
+            found = {v for m in self._map for v in m._powers} if self._numbers is None else self._numbers.variables()
+            self._known_indeterminates = Variables(found)
         return self._known_indeterminates
 
     @property
     def _decisions(self) -> Variables:
         if self._known_decisions is None:
-            self._known_decisions = Variables(set().union(*[variables_of(c) for c in self._map.values()]))
+            coefficients = self._map.values() if self._numbers is None else ()
+            self._known_decisions = Variables(set().union(*map(variables_of, coefficients)))
         return self._known_decisions
 
     def indeterminates(self) -> Variables:
@@ -110,7 +133,8 @@ class Polynomial:
             RuntimeError: it is no polynomial in those.
         """
         new = Polynomial(self.ToExpression(), new_indeterminates)
-        self._map, self._known_indeterminates, self._known_decisions = new._map, new._indeterminates, new._decisions
+        self._made, self._numbers = new._made, new._numbers
+        self._known_indeterminates, self._known_decisions = new._indeterminates, new._decisions
 
     def monomial_to_coefficient_map(self) -> dict[Monomial, Expression]:
         """Returns the coefficients by monomial, in the order of monomials."""
@@ -135,8 +159,9 @@ class Polynomial:
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""
-        if all([c._kind == k.CONSTANT for c in self._map.values()]):
-            return _build.combination(0.0, [(c._made[0], m.ToExpression()) for m, c in self._map.items()])
+        numbers = self._as_numbers()
+        if numbers is not None:
+            return numbers.expression()
         return _build.sum_of(
             _build.multiply(c, m.ToExpression()) for m, c in self.monomial_to_coefficient_map().items()
         )
@@ -234,6 +259,9 @@ class Polynomial:
     @checked
     def Differentiate(self, x: Variable) -> Polynomial:
         """Returns the partial derivative by any of its variables."""
+        numbers = self._as_numbers()
+        if numbers is not None:
+            return Polynomial._of_numbers(numbers.slope(x))
         out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
             n = m._powers.get(x, 0)
@@ -301,8 +329,9 @@ class Polynomial:
 
     def AddProduct(self, coeff: Symbolic, m: Monomial) -> Polynomial:
         """Adds a term to this polynomial and returns it."""
-        add_to(self._map, m, _build.expect("AddProduct", coeff))
-        self._set_map(self._map)
+        changed = dict(self._map)
+        add_to(changed, m, _build.expect("AddProduct", coeff))
+        self._set_map(changed)
         return self
 
     def RemoveTermsWithSmallCoefficients(self, coefficient_tol: float) -> Polynomial:
@@ -347,10 +376,15 @@ class Polynomial:
             return Polynomial._of({Monomial(): _build.expect("Polynomial", other)})
         return None
 
-    def _combine(self, terms: Iterable[tuple[Monomial, Expression]]) -> Polynomial:
+    def _combine(self, other: Polynomial, sign: float) -> Polynomial:
+        """The sum with another times +1 or -1."""
+        mine, its = self._as_numbers(), other._as_numbers()
+        numbers = None if mine is None or its is None else mine.plus(its, sign)
+        if numbers is not None:
+            return Polynomial._of_numbers(numbers)
         out = dict(self._map)
-        for m, c in terms:
-            add_to(out, m, c)
+        for m, c in other._map.items():
+            add_to(out, m, c if sign > 0.0 else _build.negate(c))
         return Polynomial._of(out)
 
     @typing_overload
@@ -360,7 +394,7 @@ class Polynomial:
     def __add__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
-            return self._combine(p._map.items())
+            return self._combine(p, 1.0)
         return self.ToExpression() + other if isinstance(other, Expression) else NotImplemented
 
     __radd__ = __add__
@@ -372,7 +406,7 @@ class Polynomial:
     def __sub__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
-            return self._combine((m, _build.negate(c)) for m, c in p._map.items())
+            return self._combine(p, -1.0)
         return self.ToExpression() - other if isinstance(other, Expression) else NotImplemented
 
     def __rsub__(self, other: Symbolic | Monomial) -> Polynomial | Expression:
@@ -385,6 +419,10 @@ class Polynomial:
     def __mul__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
+            mine, its = self._as_numbers(), p._as_numbers()
+            numbers = None if mine is None or its is None else mine.times(its)
+            if numbers is not None:
+                return Polynomial._of_numbers(numbers)
             return Polynomial._of(_decompose.multiply(self._map, p._map))
         return self.ToExpression() * other if isinstance(other, Expression) else NotImplemented
 
@@ -411,7 +449,7 @@ class Polynomial:
 
     def __copy__(self) -> Polynomial:
         out = object.__new__(Polynomial)
-        out._map = dict(self._map)
+        out._made, out._numbers = self._made, self._numbers  # neither ever changes, only which one it is
         out._known_indeterminates, out._known_decisions = self._known_indeterminates, self._known_decisions
         return out
 

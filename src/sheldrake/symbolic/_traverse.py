@@ -169,8 +169,10 @@ def substitution(call: str, what: Any, e: Any = None) -> dict[Variable, Expressi
 
 def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> list[Expression]:
     """Expressions with others (or numbers) in the place of variables."""
-    places = {v: e if e.__class__ is Expression else _build.expect("Substitute", e) for v, e in s.items()}
-    return _build.fold(expressions, _Substitution(places))
+    for v, e in s.items():
+        if e.__class__ is not Expression:
+            s = {**s, v: _build.expect("Substitute", e)}
+    return _build.fold(expressions, _Substitution(s))
 
 
 class _Substitution:

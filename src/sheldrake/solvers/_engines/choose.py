@@ -111,9 +111,9 @@ def _best(prog: MathematicalProgram) -> type[SolverInterface]:
             f"search = MixedIntegerBranchAndBound(prog, {_relaxed_solver(kind)}.id()); search.Solve(); "
             "search.GetSolution(x).)"
         )
-    has = ", ".join(sorted(a.name[1:] for a in has))
+    names = ", ".join(sorted(a.name[1:] for a in has))
     raise ValueError(
-        f"There is no available solver for the optimization program, a {kind.name[1:]} with {has}. Convex programs "
+        f"There is no available solver for the optimization program, a {kind.name[1:]} with {names}. Convex programs "
         "need the package clarabel (pip install sheldrake[solvers])."
     )
 

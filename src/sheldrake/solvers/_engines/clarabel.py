@@ -100,7 +100,7 @@ class _Prepared:
         for key, value in settings.items():
             setattr(given, key, value)
         cones = [_cone(clarabel, cone) for cone in form.cones]
-        P, A = form.upper_P.as_lists(), form.A.as_lists()
+        P, A = form.lists
         self._solver = clarabel.DefaultSolver(P, form.q.tolist(), A, form.b.tolist(), cones, given)
 
     @classmethod

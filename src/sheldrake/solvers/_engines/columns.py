@@ -39,7 +39,7 @@ class Columns(NamedTuple):
         return cls(values, rows, np.searchsorted(cols, np.arange(shape[1] + 1)), shape)
 
     def as_lists(self) -> Columns:
-        """The same with lists, which solvers outside of Python read in less time than arrays."""
+        """The same with lists."""
         return self._replace(data=self.data.tolist(), indices=self.indices.tolist(), indptr=self.indptr.tolist())
 
     def for_scipy(self) -> scipy.sparse.csc_matrix:

@@ -50,6 +50,11 @@ class ConicForm:
         del self.prog  # which keeps its form: no need to wait for the collector of cycles
         self.idle: list[Any] = []  # what a solver keeps for the next program with these matrices
 
+    @functools.cached_property
+    def lists(self) -> tuple[Columns, Columns]:
+        """`upper_P` and `A` with lists, which solvers outside of Python read in less time than arrays."""
+        return self.upper_P.as_lists(), self.A.as_lists()
+
     def is_linear(self) -> bool:
         """Whether there are linear constraints alone, and costs no more than quadratic."""
         return self.num_vars == self._first_slack and all([c.kind in ("zero", "nonnegative") for c in self.cones])
@@ -119,11 +124,13 @@ class ConicForm:
         None where the form has other rows then.
         """
         table = self._table.again()
+        out = copy.copy(self)
+        out.q, out.constant = linear_objective(prog)
+        if table is self._table:
+            return out
         if not np.array_equal(_kinds_of_rows(table.lower, table.upper), self._kinds):
             return None
-        out = copy.copy(self)
         out._table = table
-        out.q, out.constant = linear_objective(prog)
         out.b = self.b.copy()  # what it holds of rows that no number satisfies stays
         for chosen, sign, rows in self._parts:
             out.b[rows] = sign * (table.lower if sign < 0.0 else table.upper)[chosen]

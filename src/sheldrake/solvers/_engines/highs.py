@@ -229,10 +229,12 @@ def _solve_small(form: LinearForm, result: MathematicalProgramResult) -> bool:
     result._details = ClpSolverDetails(_CLP_STATUS[0])
     result._finish(SolutionResult.kSolutionFound, found.x, form.c @ found.x + form.constant)
 
+    gains = found.y
+
     def duals() -> Iterator[tuple[BindingBase, np.ndarray]]:
         at_lower, at_upper = np.zeros(m + n), np.zeros(m + n)
         count = np.count_nonzero(above)
-        at_upper[above], at_lower[below] = -found.y[:count], found.y[count:]
+        at_upper[above], at_lower[below] = -gains[:count], gains[count:]
         for binding, places in form.rows.places:
             yield binding, at_lower[places] + at_upper[places]
         yield from form.boxes.duals(at_lower[m:], at_upper[m:])

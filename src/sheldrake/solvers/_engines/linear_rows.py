@@ -96,18 +96,19 @@ class LinearRows:
             [e._num_outputs for e in self._evaluators],
         )
         self.cols = places_of(prog, bindings)[columns]
-        self.lower, self.upper = self._bounds()
+        self._take_bounds()
 
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        return (
-            _arrays.joined([e._lower for e in self._evaluators], float),
-            _arrays.joined([e._upper for e in self._evaluators], float),
-        )
+    def _take_bounds(self) -> None:
+        self._lowers, self._uppers = [e._lower for e in self._evaluators], [e._upper for e in self._evaluators]
+        self.lower, self.upper = _arrays.joined(self._lowers, float), _arrays.joined(self._uppers, float)
 
     def again(self) -> LinearRows:
-        """The same with the bounds that the constraints have now."""
+        """The same with the bounds that the constraints have now; itself if these are the same."""
+        bounds = [(e._lower, e._upper) for e in self._evaluators]
+        if all([low is a and high is b for (low, high), a, b in zip(bounds, self._lowers, self._uppers)]):
+            return self
         out = copy.copy(self)
-        out.lower, out.upper = self._bounds()
+        out._take_bounds()
         return out
 
     def of(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._kinds import instance_of, text
-from sheldrake.common._overloads import Mismatch, Ways, overload
+from sheldrake.common._overloads import Mismatch, Ways, kind, overload
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._arrays import Matrix
 from sheldrake.solvers._functions.bindings import Binding, BindingBase, as_kind, bind
@@ -31,7 +31,7 @@ from sheldrake.solvers._functions.evaluators import (
 from sheldrake.solvers._parse import coefficients, formulas
 from sheldrake.solvers._parse import constraints as parse
 from sheldrake.solvers._program.bindings import ProgramBindings
-from sheldrake.symbolic import Expression, Variable
+from sheldrake.symbolic import Expression, Formula, Variable
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -191,6 +191,7 @@ def _of_function(
     return bind(Constraint, PyFunctionConstraint(len(vars), func, lb, ub, description), vars)
 
 
+@kind("Binding", refuses=(Expression, Formula))
 def _constraint_binding(value: object) -> BindingBase[Constraint]:
     binding: BindingBase[Constraint] = instance_of(BindingBase)(value)
     instance_of(Constraint)(binding.evaluator())

@@ -12,7 +12,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._kinds import flag, instance_of, text
-from sheldrake.common._overloads import Ways, overload
+from sheldrake.common._overloads import Ways, kind, overload
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._arrays import Matrix
 from sheldrake.solvers._functions.bindings import Binding, BindingBase, as_kind, bind
@@ -21,6 +21,7 @@ from sheldrake.solvers._functions.evaluators import Cost, PyFunctionCost
 from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._parse import costs as parse
 from sheldrake.solvers._program.bindings import ProgramBindings
+from sheldrake.symbolic import Expression, Variable
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -128,6 +129,7 @@ def _of_function(func: Callable[..., Any], vars: np.ndarray, description: str) -
     return bind(Cost, PyFunctionCost(len(vars), func, description), vars)
 
 
+@kind("Binding", refuses=(Expression, Variable))
 def _cost_binding(value: object) -> BindingBase[Cost]:
     binding: BindingBase[Cost] = instance_of(BindingBase)(value)
     instance_of(Cost)(binding.evaluator())

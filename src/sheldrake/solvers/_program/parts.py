@@ -49,7 +49,7 @@ class ProgramParts:
         self.cones = ProgramCones(variables, bindings)
         self.epigraphs = ProgramEpigraphs(variables, self.costs, self.constraints, self.cones)
         self.polynomials = ProgramPolynomials(variables, bindings, self.cones)
-        self._kept: dict[type, tuple[tuple[list[object], list[object]], Any]] = {}
+        self._kept: dict[Any, tuple[tuple[list[object], list[object]], Any]] = {}
 
     def form(self, kind: Callable[[MathematicalProgram], Form], program: MathematicalProgram) -> Form:
         """The program in the form of a solver, kept while the program stays the same.
