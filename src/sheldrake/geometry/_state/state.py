@@ -216,7 +216,8 @@ class GeometryState:
         Args:
             records: Their properties are not copied.
         """
-        ids, roles = [], set()
+        ids: list[GeometryId] = []
+        roles: set[Role] = set()
         for record in records:
             ids.append(GeometryId.get_new_id())
             self._add(ids[-1], record)
@@ -399,7 +400,7 @@ class GeometryState:
         for geometry_id in self.ids_with_role(Role.kProximity) if only is None else [only]:
             record = self.geometries[geometry_id]
             old = record.roles.get(Role.kProximity)
-            if old is None:
+            if not isinstance(old, ProximityProperties):  # there are none
                 continue
             new = old._with_defaults(fill)
             check_representation(record.shape, new)

@@ -142,4 +142,5 @@ def _axis_of_frame(axis: tuple[float, ...]) -> int:
     return _ALONG.get(tuple(axis), 0)
 
 
-_ALONG = {(1, 0, 0): 1, (0, 1, 0): 2, (0, 0, 1): 3, (-1, 0, 0): -1, (0, -1, 0): -2, (0, 0, -1): -3}
+_AXES: list[tuple[float, ...]] = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+_ALONG = {tuple(sign * x for x in axis): sign * k for k, axis in enumerate(_AXES, start=1) for sign in (1, -1)}

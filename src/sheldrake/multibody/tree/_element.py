@@ -33,7 +33,7 @@ class Element:
     def __init__(self, model_instance: ModelInstanceIndex | None = None):
         self._owner: Owner | None = None
         self._index: Any = None
-        self._instance = model_instance
+        self._instance: Any = model_instance
         self._group = -1
         self._ephemeral = False
 

@@ -233,7 +233,8 @@ class LeafSystem(LeafEvents):
                 what it gives, others are given too.
         """
         first = len(self._inputs), len(self._outputs), len(self._cache_entries), self._next_ticket
-        known = _DECLARED.get((*key, *first))
+        key = *key, *first, *self._tickets.values()
+        known = _DECLARED.get(key)
         if known is None:
             result = declare()
             ports = self._inputs[first[0] :], self._outputs[first[1] :], self._cache_entries[first[2] :]
@@ -241,7 +242,7 @@ class LeafSystem(LeafEvents):
             models = {j: model for j, model in self._output_models.items() if j >= first[1]}
             if len(_DECLARED) >= _MOST_DECLARED:
                 _DECLARED.clear()
-            _DECLARED[(*key, *first)] = _Declared(*ports, tickets, models, result)
+            _DECLARED[key] = _Declared(*ports, tickets, models, result)
             return result
         self._inputs += known.inputs
         self._outputs += known.outputs

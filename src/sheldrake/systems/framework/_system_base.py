@@ -152,7 +152,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
     def _output_port(self, j: int) -> OutputPort:
         return self._port(("out", j), LeafOutputPort if self._subsystems() is None else OutputPort)
 
-    def _port(self, key: tuple[str, int], kind: type) -> Any:
+    def _port(self, key: tuple[str, int], kind: type[InputPort | OutputPort]) -> Any:
         """A port; the same object as long as somebody holds it."""
         known = self._ports.get(key)
         port = None if known is None else known()

@@ -99,7 +99,7 @@ class PlantGeometry:
 
     def _full_name(self, body: RigidBody, name: str) -> str:
         instance = int(body._instance)
-        return name if instance < 2 else f"{self._elements.instances.slots[instance]._name}::{name}"
+        return name if instance < 2 else f"{self._elements.GetModelInstanceName(body._instance)}::{name}"
 
     def geometry_source_is_registered(self) -> bool:
         """Whether it is a source of a SceneGraph."""
@@ -227,7 +227,7 @@ class PlantGeometry:
             body: The body, which has none yet.
             shapes: In the order of their registration.
         """
-        if self.scene_graph is None or not shapes:
+        if self.scene_graph is None or self.source_id is None or not shapes:
             return
         index, prefix = int(body.index()), self._full_name(body, "")
         frame, label = self.frame_of_body[index], RenderLabel(index)

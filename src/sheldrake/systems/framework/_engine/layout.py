@@ -175,7 +175,7 @@ class Layout(Memory):
         names = [x for x in row.calc.names if x == "model" or x.endswith("_model")]
         if not names:
             return {}
-        models = self._models_of(row) | row.models
+        models = self._models_of(row) | row.models if row.models else self._models_of(row)
         for name in names:
             if name not in models:
                 raise ValueError(
@@ -189,7 +189,8 @@ class Layout(Memory):
         n, system = row.node, self.systems[row.node]
         if n not in self._models:
             self._models[n] = dict(system._kernel_models(RootView(self, n)))
-        return self._models[n] | system._output_models.get(row.output, {})
+        own = system._output_models.get(row.output)
+        return self._models[n] if own is None else self._models[n] | own
 
     # The program.
 
