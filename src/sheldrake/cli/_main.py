@@ -56,24 +56,32 @@ They are kept in your cache folder (see `sheldrake info`), for this machine and 
 """
 
 _TOOLS = {
-    "demo": "drop a block: viewer, log, plot, replay",
-    "mesh2urdf": "a part from CAD to a robot description",
+    "demo": "drop a block, or a part of yours: viewer, log, plot, replay",
     "view": "a model in a page, with a slider for each joint",
+    "mesh2urdf": "a part from CAD to a robot description",
     "doctor": "faults of a robot description, and their fixes",
     "convert": "a robot description in another format",
-    "plot": "a picture of a log",
     "report": "one page about a run: replay, plots, contacts, diagram",
+    "plot": "a picture of a log",
     "page": "one page that simulates what a script simulates",
     "c": "what a script simulates as a C library",
+    "fmu": "what a script simulates as an FMU, for other simulation tools",
     "guide": "ten idioms, how to read errors, what differs",
     "completion": "commands and options for the Tab key of bash, zsh, fish",
-    "fmu": "what a script simulates as an FMU, for other simulation tools",
 }
-"""Commands whose file declares their arguments, and what they are for."""
+"""Commands whose file declares their arguments, and what they are for, in the order in which people need them."""
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Help in which each command and most options stand on the line of what they are for."""
+
+    def __init__(self, prog: str):
+        super().__init__(prog, max_help_position=30)
+        self._action_max_length = 4 + max(map(len, _TOOLS))  # argparse does not count that commands are indented
 
 
 def _parser() -> argparse.ArgumentParser:
-    formatter = argparse.RawDescriptionHelpFormatter
+    formatter = _Help
     parser = argparse.ArgumentParser(
         prog="sheldrake", description=_DESCRIPTION, epilog=_EXIT_CODES, formatter_class=formatter
     )
@@ -102,7 +110,8 @@ def _parser() -> argparse.ArgumentParser:
     precompile.add_argument("--list", action="store_true", help="only say which kernels there are")
     add_json(precompile, "kernels and failures")
 
-    info = commands.add_parser("info", help="versions, cache folder, compiled kernels, threads")
+    text = "versions, cache folder, compiled kernels, threads"
+    info = commands.add_parser("info", help=text, description=f"Says what is installed: {text}.")
     add_json(info, "all of it")
     return parser
 

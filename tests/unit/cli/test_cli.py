@@ -131,6 +131,8 @@ def test_help_teaches(capsys):
     text = capsys.readouterr().out
     for word in ("sheldrake demo", "sheldrake run script.py", "sheldrake info", "precompile"):
         assert word in text
+    commands = text.partition("COMMAND\n")[2].partition("\n\n")[0].splitlines()
+    assert all(len(line.split()) > 2 for line in commands), "a command and what it is for are on one line"
     with pytest.raises(SystemExit):
         main(["run", "--help"])
     assert "import pydrake" in capsys.readouterr().out
@@ -277,7 +279,7 @@ def test_words_that_are_not_understood(words, said, capsys):
         ),
         (["report", "nothing.npz"], "there is no file 'nothing.npz'"),
         (["demo", "nothing.stl", "--headless"], "nothing.stl: error: The file does not exist"),
-        (["demo", "part.stl", "--headless"], "`sheldrake mesh2urdf part.stl` makes a model of it"),
+        (["demo", "part.stl", "--headless"], "'part.stl' has 8 bytes, too few for a binary STL file"),
         (["doctor", "part.stl"], "of a part from CAD `sheldrake mesh2urdf` makes a model"),
     ],
 )

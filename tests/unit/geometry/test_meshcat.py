@@ -1,6 +1,8 @@
 """Meshcat's calls, seen from Python and from a bare websocket client."""
 
 import gc
+import html
+import re
 import socket
 import subprocess
 import sys
@@ -537,3 +539,18 @@ def test_what_the_camera_is_placed_for_fills_three_quarters_of_a_square(sizes):
         widest = max(sides, key=lambda side: side[1] - side[0])
         assert widest == pytest.approx((-0.75, 0.75), abs=1e-9)
     assert np.abs(seen).max() < 0.75 + 1e-9
+
+
+def test_a_notebook_keeps_the_replay_of_a_recording():
+    meshcat = Meshcat()
+    meshcat.SetObject("box", Box(0.1, 0.2, 0.3))
+    assert f'src="{meshcat.web_url()}"' in meshcat._repr_html_()
+    meshcat.StartRecording()
+    meshcat.SetTransform("box", Pose([0.0, 0.0, 1.0]), 0.5)
+    assert "srcdoc" not in meshcat._repr_html_(), "not before it is published"
+    meshcat.PublishRecording()
+    (page,) = re.findall('srcdoc="([^"]*)"', meshcat._repr_html_())
+    assert html.unescape(page) == meshcat.StaticHtml()
+    meshcat.DeleteRecording()
+    meshcat.PublishRecording()
+    assert "srcdoc" not in meshcat._repr_html_()

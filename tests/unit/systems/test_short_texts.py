@@ -2,7 +2,7 @@
 
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, EventStatus
-from sheldrake.systems.primitives import Integrator, LogVectorOutput, ZeroOrderHold
+from sheldrake.systems.primitives import ConstantVectorSource, Integrator, LogVectorOutput, ZeroOrderHold
 
 
 def test_each_says_in_one_line_how_it_is():
@@ -25,3 +25,11 @@ def test_each_says_in_one_line_how_it_is():
     assert repr(simulator).startswith("<Simulator of 'loop' at t = 1.0 s, ")
     assert repr(log) == "<VectorLog of 2 elements, 3 samples, from 0 to 1 s>"
     assert repr(EventStatus.Failed(hold, "too hot")) == "<EventStatus Failed: too hot>"
+
+
+def test_what_has_no_name_is_called_by_its_kind():
+    builder = DiagramBuilder()
+    builder.AddSystem(ConstantVectorSource([1.0]))
+    simulator = Simulator(builder.Build())
+    assert repr(simulator) == "<Simulator of 'Diagram' at t = 0.0 s, 0 steps taken>"
+    assert repr(simulator.get_context()) == "<DiagramContext at t = 0.0 s, no state>"

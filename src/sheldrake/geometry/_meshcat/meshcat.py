@@ -7,6 +7,7 @@ page can slow a simulation.
 
 from __future__ import annotations
 
+import html
 import logging
 import os
 import sys
@@ -120,6 +121,7 @@ class Meshcat:
     StaticHtml = Call(_recorder.StaticHtml)
     StaticZip = Call(_recorder.StaticZip)
     _is_recording = Call(_recorder._is_recording)
+    _has_published = Call(_recorder._has_published)
 
     @overload
     def __init__(self, port: int | None = None) -> None: ...
@@ -215,9 +217,12 @@ class Meshcat:
             log.warning("Meshcat: a page sent something unreadable: %s", error)
 
     def _repr_html_(self) -> str:
-        """Shows the page inside a notebook."""
-        style = "width:100%; height:480px; border:0"
-        return f'<iframe src="{self._web_url}" title="sheldrake scene" style="{style}"></iframe>'
+        """Shows the page inside a notebook; once a recording is published, its replay, which stays when it is saved."""
+        style = 'title="sheldrake scene" style="width:100%; height:480px; border:0"'
+        if not self._has_published():
+            return f'<iframe src="{self._web_url}" {style}></iframe>'
+        replay = f'<iframe srcdoc="{html.escape(self.StaticHtml())}" {style}></iframe>'
+        return f'{replay}<div><a href="{self._web_url}" target="_blank">the page</a> while the program runs</div>'
 
 
 def StartMeshcat() -> Meshcat:

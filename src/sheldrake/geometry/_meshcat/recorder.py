@@ -38,6 +38,10 @@ class Recorder:
         """Returns whether it records now."""
         return self._hub.recording
 
+    def _has_published(self) -> bool:
+        """Returns whether a page has something to replay."""
+        return self._hub.player is not None
+
     def StopRecording(self) -> None:
         """Stops recording; what was recorded stays."""
         self._hub.recording = False

@@ -111,7 +111,8 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
 
     def __repr__(self) -> str:
         where = "without a context" if self._context is None else f"at t = {self._context.get_time()} s"
-        return f"<Simulator of '{self._system.get_name()}' {where}, {self.get_num_steps_taken()} steps taken>"
+        name = self._system.get_name() or type(self._system).__name__
+        return f"<Simulator of '{name}' {where}, {self.get_num_steps_taken()} steps taken>"
 
     def get_context(self) -> Context:
         """The context."""

@@ -106,7 +106,9 @@ class Context(ContextBase):
         kinds = ("continuous", self.num_continuous_states()), ("discrete", discrete)
         states = [f"{n} {kind}" for kind, n in (*kinds, ("abstract", self.num_abstract_states())) if n]
         has = f", {' and '.join(states)} states" if states else ", no state"
-        return f"<{type(self).__name__} of '{self.GetSystemPathname()}' at t = {self.get_time()} s{has}>"
+        path = self.GetSystemPathname()
+        whose = "" if path == "::_" else f" of '{path}'"
+        return f"<{type(self).__name__}{whose} at t = {self.get_time()} s{has}>"
 
     def num_total_states(self) -> int:
         """Number of continuous and discrete variables.
