@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.math._functions import exp, log
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ def SoftOverMax(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
 
 
 def _over(x: Sequence[Any], alpha: float) -> Scalar:
-    largest, weights = _weights(x, alpha)
+    largest, weights = _weights(np.asarray(x).tolist(), alpha)
     return largest + log(sum(weights)) / alpha
 
 
@@ -54,6 +56,7 @@ def SoftUnderMax(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
 
 
 def _under(x: Sequence[Any], alpha: float) -> Scalar:
+    x = np.asarray(x).tolist()  # Python's floats give Python's floats
     _, weights = _weights(x, alpha)
     return sum(weight * number for weight, number in zip(weights, x)) / sum(weights)
 

@@ -168,3 +168,62 @@ def test_error_is_the_same(fault):
             fault(m)
         errors.append(caught.type)
     assert errors[0] is errors[1]
+
+
+def set_and_got(m, one, name, value):
+    """What a field holds after it was set, or the error."""
+    try:
+        setattr(one, name, value)
+    except (AttributeError, TypeError) as error:
+        return "AttributeError" if isinstance(error, AttributeError) else "TypeError"
+    got = getattr(one, name)
+    return type(got).__name__, np.asarray(got).tolist() if not hasattr(got, "is_valid") else got.is_valid()
+
+
+SETTABLE = {
+    "SignedDistancePair": ("distance", "nhat_BA_W", "p_ACa", "id_A", "depth", "misspelt"),
+    "SignedDistanceToPoint": ("distance", "grad_W", "p_GN", "id_G", "misspelt"),
+    "PenetrationAsPointPair": ("depth", "p_WCa", "nhat_BA_W", "id_B", "misspelt"),
+    "ExternallyAppliedSpatialForce": ("p_BoBq_B",),
+}
+
+
+@pytest.mark.parametrize("kind", SETTABLE)
+def test_fields_become_what_they_are(kind):
+    for name in SETTABLE[kind]:
+        for value in (1, 0.5, "text", None, [1, 2, 3], np.arange(3)):
+            mine, theirs = ([set_and_got(m, getattr(m, kind)(), name, value)] for m in LIBRARIES)
+            if theirs[0] in ("TypeError", "AttributeError"):
+                assert isinstance(mine[0], str), (kind, name, value)
+            else:
+                assert mine == theirs, (kind, name, value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [
+        ("GraphOfConvexSetsOptions", "preprocessing", 1),
+        ("GraphOfConvexSetsOptions", "convex_relaxation", "yes"),
+        ("GraphOfConvexSetsOptions", "max_rounded_paths", 2.5),
+        ("GraphOfConvexSetsOptions", "solver_options", "Clarabel"),
+        ("IrisOptions", "bounding_region", 0.5),
+        ("IrisOptions", "starting_ellipse", "ball"),
+    ],
+)
+def test_settings_become_what_they_are(kind, name, value):
+    mine, theirs = ([], [])
+    for m, found in zip(LIBRARIES, (mine, theirs), strict=True):
+        options = getattr(m, kind)()
+        try:
+            setattr(options, name, value)
+        except TypeError:
+            found.append("TypeError")
+        else:
+            found.append(type(getattr(options, name)).__name__)
+    assert mine == theirs
+
+
+def test_soft_maxima_are_floats_of_python():
+    for m in LIBRARIES:
+        for call in (m.SoftOverMax, m.SoftUnderMax, m.SoftOverMin, m.SoftUnderMin):
+            assert type(call(np.array([0.5, 1.0]))) is float

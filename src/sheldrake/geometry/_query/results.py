@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry._ids import GeometryId
 
 if TYPE_CHECKING:
@@ -36,6 +37,23 @@ class _Result:
         if name.startswith("id_"):
             return GeometryId._none()
         return {"depth": -1.0, "distance": 0.0}[name] if name in ("depth", "distance") else np.zeros(3)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self._fields:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        kind = type(self).__annotations__[name]
+        if kind == "np.ndarray":
+            value = np.array(value)
+            value = value.astype(float) if value.dtype.kind in "iub" else value
+            fits = value.ndim > 0 and value.dtype.kind in "fO"
+        else:
+            value = float(value) if isinstance(value, (int, np.number)) and kind == "float" else value
+            fits = isinstance(value, GeometryId) if kind == "GeometryId" else True
+            if kind == "float":  # or a dual
+                fits = not isinstance(value, (np.ndarray, list, tuple, str, type(None)))
+        if not fits:
+            raise Mismatch(f"{type(self).__name__}.{name}: incompatible function arguments; expected {kind}.")
+        object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._fields)})"

@@ -51,18 +51,18 @@ class GraphOfConvexSetsOptions(Options):
         parallelism: Accepted; one path is solved at a time.
     """
 
-    convex_relaxation: Any = None
-    preprocessing: Any = None
-    max_rounded_paths: Any = None
+    convex_relaxation: bool | None = None
+    preprocessing: bool | None = None
+    max_rounded_paths: int | None = None
     max_rounding_trials: int = 100
     flow_tolerance: float = 1e-5
     rounding_seed: int = 0
     solver: Any = None
     restriction_solver: Any = None
     preprocessing_solver: Any = None
-    solver_options: Any = SolverOptions()
-    restriction_solver_options: Any = None
-    preprocessing_solver_options: Any = None
+    solver_options: SolverOptions = SolverOptions()
+    restriction_solver_options: SolverOptions | None = None
+    preprocessing_solver_options: SolverOptions | None = None
     parallelism: Any = Parallelism.Max()
 
 

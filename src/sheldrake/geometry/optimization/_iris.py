@@ -58,8 +58,8 @@ class IrisOptions(Options):
     configuration_space_margin: float = 1e-2
     num_collision_infeasible_samples: int = 5
     configuration_obstacles: Any = []
-    starting_ellipse: Any = None
-    bounding_region: Any = None
+    starting_ellipse: Hyperellipsoid | None = None
+    bounding_region: HPolyhedron | None = None
     verify_domain_boundedness: bool = True
     prog_with_additional_constraints: Any = None
     num_additional_constraint_infeasible_samples: int = 5

@@ -6,6 +6,7 @@ Gains make an actuator a spring and damper on its joint, solved for implicitly i
 from __future__ import annotations
 
 import copy
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -145,19 +146,17 @@ class JointActuator(NamedElement):
 
     @checked
     def set_controller_gains(self, gains: PdControllerGains) -> None:
-        """Gives it a position controller, which the discrete update treats implicitly; before Finalize().
+        """Gives it a position controller, which the discrete update treats implicitly; takes it away if both are zero.
 
         Raises:
-            RuntimeError: p is not positive, or d is negative.
+            RuntimeError: a gain is negative or not finite.
         """
-        if not gains.p > 0.0 or not gains.d >= 0.0:
+        if not (0.0 <= gains.p < math.inf and 0.0 <= gains.d < math.inf):
             raise RuntimeError(
-                f"JointActuator.set_controller_gains(): actuator {self._name!r} needs p > 0 and d >= 0, "
-                f"not p = {gains.p} and d = {gains.d}."
+                f"JointActuator.set_controller_gains(): the gains of actuator {self._name!r} must be finite and not "
+                f"negative, not p = {gains.p} and d = {gains.d}."
             )
-        if self._owner is not None and self._gains is None:
-            self._owner.elements.require_not_finalized("set_controller_gains")
-        self._gains = copy.copy(gains)
+        self._gains = copy.copy(gains) if gains.p or gains.d else None
         if self._owner is not None:
             self._owner.actuator_changed(self)
 

@@ -18,8 +18,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
 )
 from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, friction_of_pair, material_of_pair, patch_losses
 from sheldrake.multibody.plant._kernels.forces import (
-    add_actuation,
     add_applied_forces,
+    add_controlled_actuation,
     add_element_forces,
     is_locked,
     lock_mass_matrix,
@@ -229,7 +229,7 @@ def smooth_forces(
     put_passive_forces(tree_model, p, tree.bias, v, flow.force)
     add_element_forces(tree_model, force_model, p, tree, xc, v, flow.qdot, flow.force)
     add_applied_forces(plant_model, u, flow.applied_force, flow.force)
-    add_actuation(plant_model, u, flow.force, flow.net_actuation, False)
+    add_controlled_actuation(plant_model, xc, v, p, u, flow.force, flow.net_actuation)
     place_geometry(geometry_model, tree, table)
 
 

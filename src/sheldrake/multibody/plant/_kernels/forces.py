@@ -62,6 +62,45 @@ def commanded_effort(plant_model, u, i):
 
 
 @kernel
+def has_desired_state(plant_model, u, i):
+    """Whether actuator i is under PD control and told where to go; an input port without a value holds NaN."""
+    actuator = plant_model.actuators[i]
+    port = actuator.desired_port
+    if port >= 0:
+        if u[port].shape[0] > 0:
+            desired = u[port][actuator.desired_q]
+            return desired == desired
+    return False
+
+
+@kernel
+def gains_of(plant_model, p, i):
+    """Proportional and derivative gain of actuator i."""
+    actuator, gain = plant_model.actuators[i], plant_model.gains[i]
+    if actuator.gains >= 0:
+        return gain.p * p[actuator.gains], gain.d * p[actuator.gains + 1]
+    return gain.p, gain.d
+
+
+@kernel
+def add_controlled_actuation(plant_model, q, v, p, u, force, net_actuation):
+    """Adds actuation, PD control at q and v included, clamped to the effort limits; fills net_actuation [N m or N]."""
+    for i in range(len(plant_model.actuators)):
+        actuator = plant_model.actuators[i]
+        effort = commanded_effort(plant_model, u, i)
+        if has_desired_state(plant_model, u, i):
+            desired = u[actuator.desired_port]
+            kp, kd = gains_of(plant_model, p, i)
+            effort += kp * (desired[actuator.desired_q] - q[actuator.q])
+            effort += kd * (desired[actuator.desired_v] - v[actuator.dof])
+        limit = plant_model.gains[i].effort_limit
+        if limit < INFINITY:
+            effort = clip(effort, -limit, limit)
+        net_actuation[i] = effort
+        force[actuator.dof] += effort
+
+
+@kernel
 def add_actuation(plant_model, u, force, net_actuation, pd):
     """Adds actuation clamped to the effort limits; fills net_actuation [N m or N].
 

@@ -23,7 +23,7 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, DRY_FRICTION, HOLONOMIC, LIMIT
 from sheldrake.multibody.plant._kernels.contacts import sides
-from sheldrake.multibody.plant._kernels.forces import commanded_effort
+from sheldrake.multibody.plant._kernels.forces import commanded_effort, gains_of, has_desired_state
 from sheldrake.multibody.plant._kernels.model import BALL, COUPLER, DISTANCE, TENDON
 from sheldrake.multibody.tree._kernels.kinematics import from_root, point_on
 
@@ -76,18 +76,6 @@ def put_limit(tree_model, problem, rows, dof, owner, gap, sign, dt):
 
 
 @kernel
-def has_desired_state(plant_model, u, i):
-    """Whether actuator i is under PD control and told where to go; an input port without a value holds NaN."""
-    actuator = plant_model.actuators[i]
-    port = actuator.desired_port
-    if port >= 0:
-        if u[port].shape[0] > 0:
-            desired = u[port][actuator.desired_q]
-            return desired == desired
-    return False
-
-
-@kernel
 def put_limits(tree_model, solver_model, plant_model, problem, rows, q, is_free):
     """Rows of the position limits that the joint may reach within two steps: q0 - q_lower >= 0, q_upper - q0 >= 0.
 
@@ -129,11 +117,8 @@ def put_actuators(tree_model, solver_model, plant_model, problem, rows, p, q, u)
     for i in range(len(plant_model.actuators)):
         actuator = plant_model.actuators[i]
         if has_desired_state(plant_model, u, i):
-            gain = plant_model.gains[i]
-            effort = gain.effort_limit
-            kp, kd = gain.p, gain.d
-            if actuator.gains >= 0:
-                kp, kd = kp * p[actuator.gains], kd * p[actuator.gains + 1]
+            effort = plant_model.gains[i].effort_limit
+            kp, kd = gains_of(plant_model, p, i)
             desired = u[actuator.desired_port]
             row = put_joint_row(tree_model, problem, rows, actuator.dof, ACTUATOR, i, 1.0)
             put_law(row, -dt * effort, dt * effort, q[actuator.q] - desired[actuator.desired_q], kp, kd)

@@ -69,8 +69,9 @@ def make_plant_model(
         frictions: dof and largest effort of each dry friction.
         belts: row and axis of each body whose surface runs.
     """
-    actuator = np.array([[a.get(f.name, -1) for f in Actuator.FIELDS] for a in actuators], np.int64)
-    gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
+    of_actuators = list(map(actuator_arrays, actuators))
+    actuator = np.array([words for words, _ in of_actuators], np.int64)
+    gain = np.array([gains for _, gains in of_actuators])
     limit = np.array([[a["dof"], a["q"]] for a in limits], np.int64)
     bound = np.array([[a["lower"], a["upper"], a.get("stiffness", 0.0), a.get("damping", 0.0)] for a in limits])
     tendons = [joint for c in constraints for joint in c.get("joints", ())]
@@ -95,6 +96,12 @@ def make_plant_model(
         np.array([row for row, _ in belts], np.int64).reshape(-1, Belt.SIZE),
         np.array([axis for _, axis in belts], float).reshape(-1, BeltAxis.SIZE),
     )
+
+
+def actuator_arrays(a: dict) -> tuple[list[int], list[float]]:
+    """An `Actuator` and its `Gain`, of what `make_plant_model` is told about it."""
+    words = [a.get(f.name, -1) for f in Actuator.FIELDS]
+    return words, [a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)]
 
 
 def make_step_work(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, SupportsIndex
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.tree import BodyIndex
@@ -42,7 +43,9 @@ class ExternallyAppliedSpatialForce:
     @p_BoBq_B.setter
     def p_BoBq_B(self, value: Scalars) -> None:
         array = np.asarray(value)
-        self._p_BoBq_B = (array.astype(float) if array.dtype != object else array.copy()).reshape(-1)
+        if array.size != 3:
+            raise Mismatch(f"ExternallyAppliedSpatialForce.p_BoBq_B: incompatible function arguments; got {value!r}.")
+        self._p_BoBq_B = (array.astype(float) if array.dtype != object else array.copy()).reshape(3)
 
     def __copy__(self) -> ExternallyAppliedSpatialForce:
         new = object.__new__(ExternallyAppliedSpatialForce)

@@ -120,10 +120,8 @@ def read_inputs(context: Context, vectors: Sequence[np.ndarray]) -> None:
         slot = None if store.unsettled else store.layout.input_slot(context._node, i)
         if slot is None or slot.free < 0:
             values[:] = input_vector(context, i)
-        elif store.i[store.layout.fixed0 + slot.free]:
+        else:  # what is not fixed is zero, or NaN: see `forget_desired_states`
             values[:] = store.S[slot.span[0] : slot.span[1]]
-        else:
-            values[:] = 0.0 if values.dtype == float else context._system._scalar(0.0)
 
 
 def has_value(context: Context, i: int) -> bool:

@@ -20,7 +20,7 @@ from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._context.coordinates import Coordinates
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import PlantModel
-from sheldrake.multibody.plant._step.arrays import make_plant_model
+from sheldrake.multibody.plant._step.arrays import actuator_arrays, make_plant_model
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, InputPorts
 from sheldrake.multibody.plant._step.tuning import (
     set_margin,
@@ -181,7 +181,7 @@ class KernelModels:
         for joint in model.joints:
             locks[joint._v_start : joint._v_start + joint.num_velocities()] = first_lock + int(joint.index())
         self._plant_model = make_plant_model(
-            [self._actuator_row(a) | {"gains": model.gains_at(a)} for a in model.actuators],
+            [self._actuator_row(a) for a in model.actuators],
             [self._limit_row(j, scalar_rows) for j in limited],
             [self._inputs.generalized_force],
             self._constraints.rows(),
@@ -202,6 +202,7 @@ class KernelModels:
             instance_port=self._inputs.actuation_of[instance],
             instance_element=element,
             effort_limit=a.effort_limit(),
+            gains=self._elements.model("Finalize").gains_at(a),
         )
         if a._gains is not None:
             desired = self._inputs.desired_state_of[instance]
@@ -221,10 +222,10 @@ class KernelModels:
     def actuator_changed(self, actuator: JointActuator) -> None:
         """Effort limits and gains may change after Finalize()."""
         if self._plant_model is not None:
-            for number, a in enumerate(self._elements.actuators):
-                if a is actuator:
-                    gains = (a._gains.p, a._gains.d) if a._gains else (0.0, 0.0)
-                    self._plant_model.gain[number] = a.effort_limit(), *gains
+            number = next(i for i, a in enumerate(self._elements.actuators) if a is actuator)
+            self._plant_model.actuator[number], self._plant_model.gain[number] = actuator_arrays(
+                self._actuator_row(actuator)
+            )
 
     def _touches_along_surfaces(self, state: GeometryState) -> bool:
         """Whether any geometry of the plant can make contact surfaces."""
