@@ -154,7 +154,7 @@ class BezierCurve(Trajectory):
     def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         return self.DoMakeDerivative(derivative_order).value(t)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
+    def DoMakeDerivative(self, derivative_order: int) -> BezierCurve:
         """The derivative, a Bézier curve of lower order."""
         points, duration = self._points, self._times[1] - self._times[0]
         for k in range(derivative_order):

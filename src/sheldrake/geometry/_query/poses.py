@@ -212,7 +212,8 @@ class Poses:
             return None, None
         _, context = self._required()
         port, store = self._port_of(next(iter(sources))), context._store
-        row = store.layout.rows[slot.row] if port.HasValue(context) and (slot := port._slot(context)).row >= 0 else None
+        slot = port._slot(context) if port.HasValue(context) else None
+        row = store.layout.rows[slot.row] if slot is not None and slot.row >= 0 else None
         numbers = getattr(getattr(getattr(row, "calc", None), "function", None), "numbers", None)
         found = numbers(store.systems[row.node], store.context(row.node)) if row and numbers else None
         if found is None:

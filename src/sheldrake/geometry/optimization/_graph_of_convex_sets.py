@@ -579,7 +579,7 @@ def _with_values(result: MathematicalProgramResult, values: dict[Any, float]) ->
         result._solver_id,
         result._details,
     )
-    out._variables = {v.get_id(): v for v in values}
+    out._variables = list(values)
     out._places = {v.get_id(): i for i, v in enumerate(values)}
     out._x = np.array(list(values.values()), dtype=float)
     return out

@@ -137,10 +137,11 @@ class Sqp:
             found = solve_dense(Q, q, missed, np.append(room, 0.0))
             if found is None:
                 return None
-            if found[n] <= 0.9 * here.violation():
+            step, left = found[:n], max(0.0, float(found[n]))
+            if left <= 0.9 * here.violation():
                 break
         self._penalty = max(self._penalty, penalty)
-        return found[:n], max(0.0, float(found[n]))
+        return step, left
 
     def _multipliers(self, here: Here, d: np.ndarray, left: float) -> np.ndarray:
         """Those of the rows of A at a step, not negative."""
@@ -168,9 +169,9 @@ class Sqp:
             if new <= enough:
                 return y
             if alpha == 1.0 and left == 0.0 and np.isfinite(beyond).all():
-                y = self._corrected(here, d, beyond)
-                if y is not None and self._merit(y)[0] <= enough:
-                    return y
+                corrected = self._corrected(here, d, beyond)
+                if corrected is not None and self._merit(corrected)[0] <= enough:
+                    return corrected
             alpha *= 0.5 if alpha > 0.1 else 0.2
         return None
 
