@@ -96,20 +96,21 @@ def test_no_command_fails_without_naming_a_file(tmp_path, monkeypatch, capfd):
     assert 10 < failed < 50
 
 
-def test_what_is_no_line_of_an_obj_file_is_shown(tmp_path, monkeypatch, capsys):
+def test_what_is_no_line_of_an_obj_file_has_its_number(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "vt 0 0", "vt 1 0", "f 1/1 2/2 3/1", "fu1/1 2/2 3/1", "f 1/1 3/1 2/2"]
     (tmp_path / "a.obj").write_text("\n".join(lines))
     (tmp_path / "r.urdf").write_text("<robot name='r'>" + LINK.format("a", "a.obj", "a.obj") + "</robot>")
     assert main(["view", "r.urdf", "--once"]) == 1
-    assert "a.obj': line 7 is 'fu1/1 2/2 3/1'" in capsys.readouterr().err
+    assert "a.obj': line 7 begins with no word of OBJ" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("line", "fault"),
     [
-        ("vt 0 x", "line 2 is 'vt 0 x'"),
-        ("f 1/x 2 3", "line 2 is 'f 1/x 2 3'"),
+        ("vt 0 x", "line 2 wants numbers after 'vt'"),
+        ("f 1/x 2 3", "line 2 wants whole numbers after 'f'"),
+        ("password 1", "line 2 begins with no word of OBJ"),
         ("f 1//2 2/1 3", ""),
         ("vn 0 0 1 # up", ""),
     ],

@@ -85,7 +85,10 @@ def _read_line_by_line(text: str, name: str) -> tuple[np.ndarray, list[list[int]
 
 
 def first_fault(text: str) -> str:
-    """The first line that no reader of everything in an OBJ file understands, with its number; "" without one."""
+    """The number of the first line that no reader of everything in an OBJ file understands, and why; "" without one.
+
+    What the line says is not repeated: the file may be another than it seems, and not for those who read messages.
+    """
     for number, line in _logical_lines(text):
         word, *rest = line.split()
         try:
@@ -94,9 +97,9 @@ def first_fault(text: str) -> str:
             elif word == "f":
                 [int(n) for n in " ".join(rest).replace("/", " ").split()]
             elif word not in _OTHERS:
-                raise ValueError(f"'{word}' is no word of OBJ")
+                return f"line {number} begins with no word of OBJ"
         except ValueError:
-            return f"line {number} is {line[:80]!r}"
+            return f"line {number} wants {'whole numbers' if word == 'f' else 'numbers'} after '{word}'"
     return ""
 
 
