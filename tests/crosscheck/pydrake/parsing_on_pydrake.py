@@ -67,6 +67,19 @@ def substitute() -> None:
     sys.modules["sheldrake.multibody.plant._saved_model"] = saved
     parts = types.SimpleNamespace(geometry=types.SimpleNamespace(scene_graph=None))
     sys.modules["sheldrake.multibody.plant._parts"] = types.SimpleNamespace(parts_of=lambda plant: parts)
+    forget_what_was_made()
+
+
+def forget_what_was_made() -> None:
+    """Descriptions keep joints and shapes for the next plant, which Drake's plants cannot take."""
+    from sheldrake.multibody.parsing._model import description
+
+    pydrake.multibody.tree.Joint._model = lambda joint: types.SimpleNamespace(_between=lambda F, M: joint)
+    description.JointDescription.model = property(lambda self: None, lambda self, model: None)
+    description.BodyDescription.shapes = property(lambda self: None, lambda self, shapes: None)
+    building = "sheldrake.multibody.plant._building"
+    sys.modules[building] = types.ModuleType(building)
+    sys.modules[f"{building}.geometry"] = types.SimpleNamespace(BodyShape=lambda *of_shape: of_shape)
 
 
 def mass_properties(shape):

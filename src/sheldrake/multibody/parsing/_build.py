@@ -220,9 +220,10 @@ class ModelBuilder:
     def _add_joint(self, description: JointDescription) -> None:
         frame_F = self._joint_frame(description, description.parent, description.X_PF, "parent")
         frame_M = self._joint_frame(description, description.child, description.X_CM, "child")
-        if description.model is None:
-            description.model = _make_joint(description, frame_F, frame_M)._model()
-        joint = self._plant.AddJoint(description.model._between(frame_F, frame_M))
+        model = description.model
+        if model is None:
+            model = description.model = _make_joint(description, frame_F, frame_M)._model()
+        joint = self._plant.AddJoint(model._between(frame_F, frame_M))
         self._joints[description.name] = joint
         if description.spring is not None:
             stiffness, rest = description.spring
