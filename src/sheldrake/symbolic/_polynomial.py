@@ -168,6 +168,7 @@ class Polynomial:
 
     # Values
 
+    @checked
     def Evaluate(self, env: dict[Variable, float]) -> float:
         """Returns the value for given values of all variables.
 
@@ -275,6 +276,7 @@ class Polynomial:
         """Returns the partial derivatives by each of the variables, shape `(n,)`."""
         return object_array([self.Differentiate(v) for v in variable_list("Jacobian", vars)])
 
+    @checked
     def Integrate(self, x: Variable, a: float | None = None, b: float | None = None) -> Polynomial:
         """Returns the integral over an indeterminate: that which is zero at zero, or that from a to b.
 
