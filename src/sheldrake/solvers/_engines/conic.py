@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.linear_rows import LinearRows, entries, places_of
+from sheldrake.solvers._engines.linear_rows import LinearRows, entries
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -75,7 +75,7 @@ class ConicForm:
     def _objective(self) -> None:
         quadratic = self.prog.quadratic_costs()
         rows, cols, values = entries([b._evaluator._Q for b in quadratic], [b._evaluator._num_vars for b in quadratic])
-        at = places_of(self.prog, quadratic)
+        at = parts_of(self.prog).bindings.places(*quadratic)
         self._triplets_P = at[rows], at[cols], values
         slacks = len(self.prog.l2norm_costs())
         self._first_slack = self.num_vars
@@ -252,7 +252,7 @@ def linear_objective(prog: MathematicalProgram) -> tuple[np.ndarray, float]:
     quadratic, linear = prog.quadratic_costs(), prog.linear_costs()
     if quadratic or linear:
         slopes = [b._evaluator._b for b in quadratic] + [b._evaluator._a for b in linear]
-        np.add.at(c, places_of(prog, [*quadratic, *linear]), np.concatenate(slopes))
+        np.add.at(c, parts_of(prog).bindings.places(*quadratic, *linear), np.concatenate(slopes))
     for b in quadratic:
         constant += b._evaluator._c
     for cost in linear:

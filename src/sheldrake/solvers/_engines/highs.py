@@ -13,7 +13,7 @@ from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.conic import linear_objective
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.linear import SMALL, maximize_small
-from sheldrake.solvers._engines.linear_rows import LinearRows, places_of
+from sheldrake.solvers._engines.linear_rows import LinearRows
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverId, SolverOptions
@@ -52,7 +52,7 @@ def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
     boxes = prog.bounding_box_constraints()
     if boxes:
-        at = places_of(prog, boxes)
+        at = parts_of(prog).bindings.places(*boxes)
         np.maximum.at(lower, at, np.concatenate([b._evaluator._lower for b in boxes]))
         np.minimum.at(upper, at, np.concatenate([b._evaluator._upper for b in boxes]))
     return lower, upper
@@ -79,7 +79,7 @@ class Boxes:
     def __init__(self, prog: MathematicalProgram) -> None:
         self.bounds = variable_bounds(prog)
         self._boxes = [
-            (b, places_of(prog, [b]).tolist(), b._evaluator._lower, b._evaluator._upper)
+            (b, parts_of(prog).bindings.places(b).tolist(), b._evaluator._lower, b._evaluator._upper)
             for b in prog.bounding_box_constraints()
         ]
 

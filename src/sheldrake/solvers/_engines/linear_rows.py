@@ -67,12 +67,6 @@ def _of_dense(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.
     return rows, kept + (first - before)[rows], values[kept]
 
 
-def places_of(prog: MathematicalProgram, bindings: Sequence[BindingBase]) -> np.ndarray:
-    """Places of the variables of bindings among the decision variables, one binding after the other."""
-    places = parts_of(prog).variables.decisions().places
-    return np.array([places[v._id] for b in bindings for v in b._variables.tolist()], dtype=int)
-
-
 class LinearRows:
     """lower <= A x <= upper, x being all decision variables.
 
@@ -95,7 +89,7 @@ class LinearRows:
             [None if isinstance(e, BoundingBoxConstraint) else e._A for e in self._evaluators],
             [e._num_outputs for e in self._evaluators],
         )
-        self.cols = places_of(prog, bindings)[columns]
+        self.cols = parts_of(prog).bindings.places(*bindings)[columns]
         self._take_bounds()
 
     def _take_bounds(self) -> None:

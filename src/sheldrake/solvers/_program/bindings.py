@@ -136,9 +136,9 @@ class ProgramBindings:
                     moving += (e._lower, e._upper)
         return fixed, moving
 
-    def places(self, binding: BindingBase) -> np.ndarray:
-        """Places of the variables of a binding among the decision variables, shape (n,)."""
-        return self._variables.places(binding._variables)
+    def places(self, *bindings: BindingBase) -> np.ndarray:
+        """Places of the variables of bindings among the decision variables, one binding after the other, shape (n,)."""
+        return self._variables.places([v for b in bindings for v in b._variables.tolist()])
 
     # What there is
 

@@ -6,6 +6,7 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 import operator
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 from typing import overload as typing_overload
 
@@ -253,10 +254,10 @@ class ProgramVariables:
         """Whether a variable is an indeterminate."""
         return var.get_id() in self._indeterminate_places
 
-    def places(self, vars: np.ndarray) -> np.ndarray:
+    def places(self, vars: Iterable[Variable]) -> np.ndarray:
         """Places of decision variables, shape (n,)."""
         places = self._places
-        return np.array([places[v._id] for v in vars.tolist()], dtype=int)
+        return np.array([places[v._id] for v in vars], dtype=int)
 
     def check_decisions(self, vars: np.ndarray) -> None:
         """Raises RuntimeError where one is no decision variable."""
