@@ -62,6 +62,15 @@ def commanded_effort(plant_model, u, i):
 
 
 @kernel
+def within_limit(plant_model, i, effort):
+    """An effort of actuator i, clamped to its limit [N m or N]."""
+    limit = plant_model.gains[i].effort_limit
+    if limit < INFINITY:
+        return clip(effort, -limit, limit)
+    return effort
+
+
+@kernel
 def has_desired_state(plant_model, u, i):
     """Whether actuator i is under PD control and told where to go; an input port without a value holds NaN."""
     actuator = plant_model.actuators[i]
@@ -93,9 +102,7 @@ def add_controlled_actuation(plant_model, q, v, p, u, force, net_actuation):
             kp, kd = gains_of(plant_model, p, i)
             effort += kp * (desired[actuator.desired_q] - q[actuator.q])
             effort += kd * (desired[actuator.desired_v] - v[actuator.dof])
-        limit = plant_model.gains[i].effort_limit
-        if limit < INFINITY:
-            effort = clip(effort, -limit, limit)
+        effort = within_limit(plant_model, i, effort)
         net_actuation[i] = effort
         force[actuator.dof] += effort
 
@@ -110,9 +117,7 @@ def add_actuation(plant_model, u, force, net_actuation, pd):
     for i in range(len(plant_model.actuators)):
         actuator = plant_model.actuators[i]
         effort = commanded_effort(plant_model, u, i)
-        limit = plant_model.gains[i].effort_limit
-        if limit < INFINITY:
-            effort = clip(effort, -limit, limit)
+        effort = within_limit(plant_model, i, effort)
         net_actuation[i] = effort
         if not pd or actuator.desired_port < 0:
             force[actuator.dof] += effort
