@@ -33,13 +33,14 @@ def suits(form: NonlinearForm) -> bool:
 
 
 class Here(NamedTuple):
-    """A point: cost and gradient; how far rows are beyond their bounds, and the gradients of that."""
+    """A point: cost and gradient; how far rows are beyond their bounds, the gradients of that, and the box's below."""
 
     y: np.ndarray
     f: float
     g: np.ndarray
     beyond: np.ndarray
     A: np.ndarray
+    A_and_box: np.ndarray
 
     def violation(self) -> float:
         """The largest."""
@@ -108,7 +109,8 @@ class Sqp:
 
     def _at(self, y: np.ndarray) -> Here:
         (f, g), (rows, J) = self._form.cost(y), self._form.dense_constraints(y)
-        return Here(y, f, g, self._beyond(rows), np.vstack((J[self._high], -J[self._low])))
+        A_and_box = np.vstack((J[self._high], -J[self._low], self._box))
+        return Here(y, f, g, self._beyond(rows), A_and_box[: len(A_and_box) - len(self._box)], A_and_box)
 
     def _beyond(self, rows: np.ndarray) -> np.ndarray:
         """How far rows are beyond their upper, then their lower bounds; negative inside."""
@@ -124,7 +126,7 @@ class Sqp:
 
     def _step(self, here: Here) -> tuple[np.ndarray, float] | None:
         """The step, and by how much linearized constraints are still missed; None if no program was solved."""
-        rows, room = np.vstack((here.A, self._box)), self._room(here, here.beyond)
+        rows, room = here.A_and_box, self._room(here, here.beyond)
         d = solve_dense(self._B, here.g, rows, room)
         if d is not None and np.abs(d).max(initial=0.0) < _LONGEST:
             return d, 0.0
@@ -145,7 +147,7 @@ class Sqp:
 
     def _multipliers(self, here: Here, d: np.ndarray, left: float) -> np.ndarray:
         """Those of the rows of A at a step, not negative."""
-        rows, room = np.vstack((here.A, self._box)), self._room(here, here.beyond - left)
+        rows, room = here.A_and_box, self._room(here, here.beyond - left)
         weights = np.zeros(len(rows))
         active = np.flatnonzero(room - rows @ d <= 1e-9 * (1.0 + np.abs(room)))
         while len(active):
@@ -182,8 +184,7 @@ class Sqp:
 
     def _corrected(self, here: Here, d: np.ndarray, beyond: np.ndarray) -> np.ndarray | None:
         """Where a full step leads that heeds how rows curve: by what they were found beyond their bounds behind it."""
-        rows = np.vstack((here.A, self._box))
-        step = solve_dense(self._B, here.g, rows, self._room(here, beyond - here.A @ d))
+        step = solve_dense(self._B, here.g, here.A_and_box, self._room(here, beyond - here.A @ d))
         return None if step is None else self._form.clip(here.y + step)
 
     # The Hessian
