@@ -274,7 +274,7 @@ class ModelVisualizer:
             self._holds = not self._holds
             self._hold_or_free()
             text = "It stays where its sliders put it." if self._holds else "It falls when the model plays."
-            self.meshcat()._notify("The base is welded" if self._holds else "The base is free", text)
+            self.meshcat()._hub.notify("The base is welded" if self._holds else "The base is free", text)
 
     def _hold_or_free(self) -> None:
         """Locks what floats where it is, or unlocks it."""
@@ -301,7 +301,7 @@ class ModelVisualizer:
                 playback.advance()
         except RuntimeError as error:
             log.error("ModelVisualizer: the models cannot be simulated: %s", error)
-            self.meshcat()._notify("The models cannot be simulated", str(error))
+            self.meshcat()._hub.notify("The models cannot be simulated", str(error))
             self._reset()
 
     def _pause(self) -> None:

@@ -60,7 +60,7 @@ class _Slider:
 
 
 class Controls:
-    """The panel of a Meshcat.
+    """Buttons, sliders and gamepad of a Meshcat, and what else its pages say.
 
     Args:
         server: A viser.ViserServer.
@@ -93,8 +93,16 @@ class Controls:
 
         server._websock_server.on_client_disconnect(let_go)
 
-    def add_button(self, name: str, keycode: str) -> None:
-        """Adds a button, or resets the clicks of one that is there."""
+    def AddButton(self, name: str, keycode: str = "") -> None:
+        """Adds a button; one that exists starts counting from zero again.
+
+        Args:
+            name: Label.
+            keycode: Key that also presses it, by its name in JavaScript ("KeyG", "ArrowLeft").
+
+        Raises:
+            RuntimeError: when a slider has the name, or the button has another keycode.
+        """
         with self._lock:
             if name in self._sliders:
                 raise RuntimeError(f"Meshcat.AddButton(): there is a slider named '{name}' already.")
@@ -126,18 +134,26 @@ class Controls:
             if name in self._buttons:
                 self._buttons[name].clicks += 1
 
-    def button_names(self) -> list[str]:
+    def GetButtonNames(self) -> list[str]:
         """Returns the names of all buttons, sorted."""
         with self._lock:
             return sorted(self._buttons)
 
-    def button_clicks(self, name: str) -> int:
-        """Returns how often a button was pressed, in all pages together."""
+    def GetButtonClicks(self, name: str) -> int:
+        """Returns how often a button was pressed, in all pages together.
+
+        Raises:
+            RuntimeError: when there is no such button.
+        """
         with self._lock:
             return self._button("GetButtonClicks", name).clicks
 
-    def delete_button(self, name: str, strict: bool) -> bool:
-        """Removes a button; returns whether there was one."""
+    def DeleteButton(self, name: str, strict: bool = True) -> bool:
+        """Removes a button; returns whether it was there.
+
+        Raises:
+            RuntimeError: when it was not, and `strict`.
+        """
         with self._lock:
             if name not in self._buttons and not strict:
                 return False
@@ -154,10 +170,30 @@ class Controls:
             )
         return self._buttons[name]
 
-    def add_slider(
-        self, name: str, min: float, max: float, step: float, value: float, decrement: str, increment: str
+    def AddSlider(
+        self,
+        name: str,
+        min: float,
+        max: float,
+        step: float,
+        value: float,
+        decrement_keycode: str = "",
+        increment_keycode: str = "",
     ) -> float:
-        """Adds a slider and returns the value it took."""
+        """Adds a slider and returns its value, kept in the range and rounded to a multiple of the step.
+
+        Args:
+            name: Label.
+            min: Lowest value.
+            max: Highest value.
+            step: Least change.
+            value: First value.
+            decrement_keycode: Key that lowers it by a step, by its name in JavaScript.
+            increment_keycode: Key that raises it by a step.
+
+        Raises:
+            RuntimeError: when the name is taken, the step is not positive, or min is above max.
+        """
         with self._lock:
             for kind, known in (("slider", self._sliders), ("button", self._buttons)):
                 if name in known:
@@ -166,7 +202,7 @@ class Controls:
                 raise RuntimeError(f"Meshcat.AddSlider(): step of '{name}' must be positive, got {step}.")
             if not min <= max:
                 raise RuntimeError(f"Meshcat.AddSlider(): min of '{name}' is above its max: {min} > {max}.")
-            slider = _Slider(float(min), float(max), float(step), 0.0, decrement, increment)
+            slider = _Slider(float(min), float(max), float(step), 0.0, decrement_keycode, increment_keycode)
             slider.value = slider.quantized(value)
             with self._server.atomic():
                 slider.handle = self._server.gui.add_slider(
@@ -189,26 +225,38 @@ class Controls:
                 slider = self._sliders[name]
                 slider.value = min(slider.max, max(slider.min, float(value)))
 
-    def slider_names(self) -> list[str]:
+    def GetSliderNames(self) -> list[str]:
         """Returns the names of all sliders, sorted."""
         with self._lock:
             return sorted(self._sliders)
 
-    def slider_value(self, name: str) -> float:
-        """Returns where a slider stands."""
+    def GetSliderValue(self, name: str) -> float:
+        """Returns where a slider stands.
+
+        Raises:
+            RuntimeError: when there is no such slider.
+        """
         with self._lock:
             return self._slider("GetSliderValue", name).value
 
-    def set_slider_value(self, name: str, value: float) -> float:
-        """Moves a slider, in every page, and returns the value it took."""
+    def SetSliderValue(self, name: str, value: float) -> float:
+        """Moves a slider in every page and returns the value it took.
+
+        Raises:
+            RuntimeError: when there is no such slider.
+        """
         with self._lock:
             slider = self._slider("SetSliderValue", name)
             slider.value = slider.quantized(float(value))
             slider.handle.value = slider.value
             return slider.value
 
-    def delete_slider(self, name: str, strict: bool) -> bool:
-        """Removes a slider; returns whether there was one."""
+    def DeleteSlider(self, name: str, strict: bool = True) -> bool:
+        """Removes a slider; returns whether it was there.
+
+        Raises:
+            RuntimeError: when it was not, and `strict`.
+        """
         with self._lock:
             if name not in self._sliders and not strict:
                 return False
@@ -225,15 +273,15 @@ class Controls:
             )
         return self._sliders[name]
 
-    def delete_all(self) -> None:
+    def DeleteAddedControls(self) -> None:
         """Removes every button and slider."""
-        for name in self.button_names():
-            self.delete_button(name, strict=False)
-        for name in self.slider_names():
-            self.delete_slider(name, strict=False)
+        for name in self.GetButtonNames():
+            self.DeleteButton(name, strict=False)
+        for name in self.GetSliderNames():
+            self.DeleteSlider(name, strict=False)
 
-    def gamepad(self) -> Gamepad:
-        """Returns the last state of a gamepad."""
+    def GetGamepad(self) -> Gamepad:
+        """Returns the last state of a gamepad seen by a page; its index is None when there was none."""
         return dataclasses.replace(self._gamepad)
 
     def tracked_camera_pose(self) -> tuple[np.ndarray, np.ndarray] | list[float] | None:
@@ -324,4 +372,4 @@ class Controls:
             for name, slider in self._sliders.items():
                 steps = (slider.increment_keycode == code) - (slider.decrement_keycode == code)
                 if steps:
-                    self.set_slider_value(name, slider.value + steps * slider.step)
+                    self.SetSliderValue(name, slider.value + steps * slider.step)

@@ -49,6 +49,11 @@ class Hub:
     def static_zip(self) -> bytes:
         return static_zip(self.page, self.published)
 
+    def notify(self, title: str, text: str) -> None:
+        """Shows a note in every page that is open, until somebody closes it."""
+        for client in self.server.get_clients().values():
+            client.add_notification(title, text)
+
     def stop(self) -> None:
         with self.lock:
             if self.player is not None:

@@ -20,12 +20,12 @@ import numpy as np
 from sheldrake.common._parts import Call, part
 
 from .camera import Cameras, OrthographicCamera, PerspectiveCamera
-from .controls import Gamepad
+from .controls import Controls, Gamepad
 from .hub import Hub, stop
 from .objects import Objects, SideOfFaceToRender
-from .panel import Panel
 from .params import MeshcatParams
 from .placement import Placement
+from .realtime import Realtime
 from .recorder import Recorder
 from .server import ALL_INTERFACES, open_socket
 
@@ -41,7 +41,8 @@ def _check_network_allowed() -> None:
 _objects = part(Objects, "_objects")
 _placement = part(Placement, "_placement")
 _cameras = part(Cameras, "_cameras")
-_panel = part(Panel, "_panel")
+_realtime = part(Realtime, "_realtime")
+_controls = part(Controls, "_controls")
 _recorder = part(Recorder, "_recorder")
 
 
@@ -96,21 +97,20 @@ class Meshcat:
     _newest_camera_pose = Call(_cameras._newest_camera_pose)
     _field_of_view = Call(_cameras._field_of_view)
 
-    SetRealtimeRate = Call(_panel.SetRealtimeRate)
-    GetRealtimeRate = Call(_panel.GetRealtimeRate)
-    SetSimulationTime = Call(_panel.SetSimulationTime)
-    AddButton = Call(_panel.AddButton)
-    GetButtonClicks = Call(_panel.GetButtonClicks)
-    GetButtonNames = Call(_panel.GetButtonNames)
-    DeleteButton = Call(_panel.DeleteButton)
-    AddSlider = Call(_panel.AddSlider)
-    GetSliderValue = Call(_panel.GetSliderValue)
-    SetSliderValue = Call(_panel.SetSliderValue)
-    GetSliderNames = Call(_panel.GetSliderNames)
-    DeleteSlider = Call(_panel.DeleteSlider)
-    DeleteAddedControls = Call(_panel.DeleteAddedControls)
-    GetGamepad = Call(_panel.GetGamepad)
-    _notify = Call(_panel._notify)
+    SetRealtimeRate = Call(_realtime.SetRealtimeRate)
+    GetRealtimeRate = Call(_realtime.GetRealtimeRate)
+    SetSimulationTime = Call(_realtime.SetSimulationTime)
+    AddButton = Call(_controls.AddButton)
+    GetButtonClicks = Call(_controls.GetButtonClicks)
+    GetButtonNames = Call(_controls.GetButtonNames)
+    DeleteButton = Call(_controls.DeleteButton)
+    AddSlider = Call(_controls.AddSlider)
+    GetSliderValue = Call(_controls.GetSliderValue)
+    SetSliderValue = Call(_controls.SetSliderValue)
+    GetSliderNames = Call(_controls.GetSliderNames)
+    DeleteSlider = Call(_controls.DeleteSlider)
+    DeleteAddedControls = Call(_controls.DeleteAddedControls)
+    GetGamepad = Call(_controls.GetGamepad)
 
     StartRecording = Call(_recorder.StartRecording)
     StopRecording = Call(_recorder.StopRecording)
@@ -148,7 +148,8 @@ class Meshcat:
         self._grabs = hub.grabs
         self._objects, self._placement = Objects(hub.tree), Placement(hub)
         self._cameras = Cameras(hub, self._placement)
-        self._panel, self._recorder = Panel(hub, params.realtime_rate_period), Recorder(hub)
+        self._realtime, self._controls = Realtime(hub.status, params.realtime_rate_period), hub.controls
+        self._recorder = Recorder(hub)
         self._finalizer = weakref.finalize(self, stop, self._hub)
         for item in params.initial_properties:
             self.SetProperty(item.path, item.property, item.value)
@@ -190,7 +191,7 @@ class Meshcat:
 
     def _is_shown(self) -> bool:
         """Whether some page has drawn something of the scene."""
-        return self._hub.controls.is_shown
+        return self._controls.is_shown
 
     def Flush(self) -> None:
         """Waits until every page has been sent what was set so far, at most 15 s for a page that does not take it."""
@@ -212,7 +213,7 @@ class Meshcat:
         import msgspec
 
         try:
-            self._hub.controls.receive(msgspec.msgpack.decode(message))
+            self._controls.receive(msgspec.msgpack.decode(message))
         except (msgspec.MsgspecError, ValueError, TypeError, KeyError) as error:
             log.warning("Meshcat: a page sent something unreadable: %s", error)
 

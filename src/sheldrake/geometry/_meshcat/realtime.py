@@ -92,3 +92,33 @@ class StatusLine:
             self._text = text
             style = "padding:.35em .8em; font-size:.85em; opacity:.75; font-variant-numeric:tabular-nums"
             self._line.content = f'<div id="sheldrake-status" style="{style}">{text}</div>'
+
+
+class Realtime:
+    """The time and the realtime rate that a Meshcat shows.
+
+    Args:
+        status: Where they are shown, None without.
+        period: Wall time between two rates [s].
+    """
+
+    def __init__(self, status: StatusLine | None, period: float):
+        self._status, self.calculator, self._rate = status, RealtimeRateCalculator(period), 0.0
+
+    def SetRealtimeRate(self, rate: float) -> None:
+        """Shows how fast simulated time runs; 1 is real time."""
+        self._rate = float(rate)
+        if self._status is not None:
+            self._status.show(None, self._rate)
+
+    def GetRealtimeRate(self) -> float:
+        """Returns the rate that was shown last."""
+        return self._rate
+
+    def SetSimulationTime(self, sim_time: float) -> None:
+        """Says what simulation time [s] is shown, from which the realtime rate is measured."""
+        rate = self.calculator.update(float(sim_time))
+        if rate is not None:
+            self._rate = rate
+        if self._status is not None:
+            self._status.show(float(sim_time), rate)

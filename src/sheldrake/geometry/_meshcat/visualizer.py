@@ -154,7 +154,7 @@ class MeshcatVisualizer(LeafSystem):
 
     def ResetRealtimeRateCalculator(self) -> None:
         """Starts the measurement of the realtime rate anew."""
-        self._meshcat._panel.rate_calculator.reset()
+        self._meshcat._realtime.calculator.reset()
 
     def _initialize(self, context: Context) -> EventStatus:
         if self._params.delete_on_initialization_event:
