@@ -341,14 +341,14 @@ _ADDERS: dict[type, Callable] = {
 
 def _shapes(description: BodyDescription):
     """The shapes of a body, with the roles that registering them gives them."""
-    from sheldrake.geometry import IllustrationProperties, PerceptionProperties, Role
-    from sheldrake.multibody.plant._building.geometry import BodyShape
+    from sheldrake.geometry import Role
+    from sheldrake.multibody.plant._building.geometry import BodyShape, default_visual_roles
 
     for visual in description.visuals:
         roles = {Role.kIllustration: visual.illustration, Role.kPerception: visual.perception}
         roles = {role: properties for role, properties in roles.items() if properties is not None}
         if not roles:
-            roles = {Role.kIllustration: IllustrationProperties(), Role.kPerception: PerceptionProperties()}
+            roles = dict(zip((Role.kIllustration, Role.kPerception), default_visual_roles()))
         yield BodyShape(visual.name, copy.copy(visual.X_BG), visual.shape, roles)
     for shape in description.collisions:
         yield BodyShape(shape.name, copy.copy(shape.X_BG), shape.shape, {Role.kProximity: shape.proximity})

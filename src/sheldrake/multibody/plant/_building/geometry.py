@@ -47,6 +47,17 @@ class BodyShape(NamedTuple):
     roles: Mapping[Role, GeometryProperties]
 
 
+def default_visual_roles() -> tuple[IllustrationProperties, PerceptionProperties]:
+    """The roles of a visual that is given none: a page shows it, and cameras see it."""
+    return IllustrationProperties(), PerceptionProperties()
+
+
+def _label(perception: GeometryProperties | None, body: RigidBody) -> None:
+    """Has cameras that see a shape tell its body, unless its properties name another label."""
+    if perception is not None and not perception.HasProperty("label", "id"):
+        perception.AddProperty("label", "id", RenderLabel(int(body.index())))
+
+
 class PlantGeometry:
     """Frames and shapes of the bodies in a SceneGraph, registered before Finalize().
 
@@ -211,11 +222,10 @@ class PlantGeometry:
         else:
             instance.set_name(self._full_name(body, instance.name()))
             if instance.illustration_properties() is None and instance.perception_properties() is None:
-                instance.set_illustration_properties(IllustrationProperties())
-                instance.set_perception_properties(PerceptionProperties())
-        perception = instance.mutable_perception_properties()
-        if perception is not None and not perception.HasProperty("label", "id"):
-            perception.AddProperty("label", "id", RenderLabel(int(body.index())))
+                illustration, perception = default_visual_roles()
+                instance.set_illustration_properties(illustration)
+                instance.set_perception_properties(perception)
+        _label(instance.mutable_perception_properties(), body)
         geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_of_body[int(body.index())], instance)
         self.visual_ids.setdefault(int(body.index()), []).append(geometry_id)
         return geometry_id
@@ -230,13 +240,11 @@ class PlantGeometry:
         if self.scene_graph is None or self.source_id is None or not shapes:
             return
         index, prefix = int(body.index()), self._full_name(body, "")
-        frame, label = self.frame_of_body[index], RenderLabel(index)
+        frame = self.frame_of_body[index]
         records, kept = [], []
         for shape in shapes:
             roles = {role: properties.__copy__() for role, properties in shape.roles.items()}
-            perception = roles.get(Role.kPerception)
-            if perception is not None and not perception.HasProperty("label", "id"):
-                perception.AddProperty("label", "id", label)
+            _label(roles.get(Role.kPerception), body)
             name = canonical_name(prefix + shape.name)
             own = shape.shape.Clone() if isinstance(shape.shape, _MeshShape) else shape.shape  # a file may change
             records.append(GeometryRecord(name, self.source_id, frame, shape.X_BG.__copy__(), own, roles))
