@@ -470,9 +470,8 @@ class GraphOfConvexSets:
                 raise RuntimeError(f"SolveConvexRestriction(): edge {edge.name()} is not in this graph.")
         prog = restriction(active_edges)
         if initial_guess is not None:
-            for v in prog.decision_variables():
-                if v.get_id() in initial_guess._places:
-                    prog.SetInitialGuess(v, np.nan_to_num(initial_guess.GetSolution(v)))
+            known = [v for v in prog.decision_variables().tolist() if v.get_id() in initial_guess._places]
+            prog.SetInitialGuess(known, np.nan_to_num(initial_guess.GetSolution(known)))
         solver_options = options.restriction_solver_options or options.solver_options
         result = _solve(prog, options.restriction_solver or options.solver, solver_options)
         values = dict(zip(prog.decision_variables(), result.get_x_val()))
