@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.solvers import MathematicalProgram
+from sheldrake.solvers import BoundingBoxConstraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
+from sheldrake.solvers._functions.bindings import bind
+from sheldrake.solvers._program.parts import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,57 +16,53 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common._types import Symbolic
+    from sheldrake.solvers import Constraint
 
 
 class Affine:
-    """A x + b of variables x of a program.
+    """A sum of A x for blocks x of variables of a program, and b.
 
     Args:
-        vars: Variables, shape (n,).
-        A: Shape (m, n).
+        terms: (A, x) of each block, A of shape (m, len(x)); None for the variables themselves.
         b: Shape (m,).
     """
 
     __array_ufunc__ = None  # NumPy leaves M @ affine to __rmatmul__.
 
-    def __init__(self, vars: np.ndarray, A: np.ndarray, b: np.ndarray):
-        self.vars, self.A, self.b = vars, A, b
+    def __init__(self, terms: list[tuple[np.ndarray | None, np.ndarray]], b: np.ndarray):
+        self.terms, self.b = terms, b
 
     @classmethod
     def of(cls, vars: Sequence[Symbolic] | np.ndarray) -> Affine:
         """The variables themselves."""
         vars = np.asarray(vars, dtype=object).ravel()
-        return cls(vars, np.eye(len(vars)), np.zeros(len(vars)))
+        return cls([(None, vars)], np.zeros(len(vars)))
 
     @classmethod
     def constant(cls, b: ArrayLike) -> Affine:
         """Numbers."""
-        b = np.atleast_1d(np.array(b, dtype=float))
-        return cls(np.zeros(0, dtype=object), np.zeros((b.size, 0)), b)
+        return cls([], np.atleast_1d(np.array(b, dtype=float)))
 
     def is_one(self) -> bool:
         """Whether it is the number one."""
-        return not self.vars.size and np.array_equal(self.b, [1.0])
+        return not self.terms and np.array_equal(self.b, [1.0])
 
     def __len__(self) -> int:
         return self.b.size
 
     def __add__(self, other: Affine) -> Affine:
-        return Affine(
-            np.concatenate((self.vars, other.vars)), np.hstack((self.A, other.A)), self.b + other.b
-        ).simplified()
+        return Affine(self.terms + other.terms, self.b + other.b)
 
     def __sub__(self, other: Affine) -> Affine:
-        return self + Affine(other.vars, -other.A, -other.b)
+        minus = [(-np.eye(len(x)) if A is None else -A, x) for A, x in other.terms]
+        return Affine(self.terms + minus, self.b - other.b)
 
     def __rmatmul__(self, M: np.ndarray) -> Affine:
-        return Affine(self.vars, M @ self.A, M @ self.b)
+        return Affine([(M if A is None else M @ A, x) for A, x in self.terms], M @ self.b)
 
-    def __getitem__(self, rows: int | slice | np.ndarray | list[int]) -> Affine:
-        """Some rows, with the variables that are in these."""
-        A = self.A[rows]
-        used = A.any(axis=0)
-        return Affine(self.vars[used], A[:, used], self.b[rows])
+    def __getitem__(self, rows: slice | np.ndarray | list[int]) -> Affine:
+        """Some rows."""
+        return Affine([(None, x[rows]) if A is None else (A[rows], x) for A, x in self.terms], self.b[rows])
 
     def stacked(self, other: Affine) -> Affine:
         """This one over another."""
@@ -76,26 +74,38 @@ class Affine:
         """v times this one, which has one row."""
         return np.asarray(v, dtype=float).reshape(-1, 1) @ self
 
-    def simplified(self) -> Affine:
-        """The same function, with each variable once."""
-        ids = [v.get_id() for v in self.vars]
-        if len(set(ids)) == len(ids):
-            return self
-        first = {id: ids.index(id) for id in ids}
-        columns = list(first)
-        A = np.zeros((len(self), len(columns)))
-        for j, id in enumerate(ids):
-            A[:, columns.index(id)] += self.A[:, j]
-        return Affine(self.vars[list(first.values())], A, self.b)
+    def gathered(self) -> tuple[np.ndarray, np.ndarray]:
+        """A, shape (m, n), and the variables, each once."""
+        if not self.terms:
+            return np.zeros((len(self), 0)), np.zeros(0, dtype=object)
+        A = np.concatenate([np.eye(len(x)) if A is None else A for A, x in self.terms], axis=1)
+        vars = np.concatenate([x for _, x in self.terms])
+        first: dict[int, int] = {}
+        places = [first.setdefault(v._id, i) for i, v in enumerate(vars.tolist())]
+        if len(first) == len(places):
+            return A, vars
+        together = np.zeros_like(A)
+        np.add.at(together.T, places, A.T)
+        kept = list(first.values())
+        return together[:, kept], vars[kept]
 
 
 class Rows:
-    """Adds constraints to a program and remembers them, and the variables that come with them."""
+    """Adds constraints to a program and remembers them, and the variables that come with them.
 
-    def __init__(self, prog: MathematicalProgram):
-        self.prog = prog
+    Args:
+        prog: The program.
+        has_signs: Whether it says of all scales already that they are not negative.
+    """
+
+    def __init__(self, prog: MathematicalProgram, has_signs: bool = False):
+        self.prog, self._has_signs = prog, has_signs
+        self._bindings = parts_of(prog).bindings
         self.variables: list[Any] = []
         self.constraints: list[Any] = []
+
+    def _add(self, evaluator: Constraint, vars: np.ndarray) -> None:
+        self.constraints.append(self._bindings.add(bind(type(evaluator), evaluator, vars)))
 
     def new(self, count: int, name: str) -> Affine:
         """New variables."""
@@ -111,18 +121,21 @@ class Rows:
 
     def equal(self, e: Affine) -> None:
         """e = 0."""
-        self.constraints.append(self.prog.AddLinearEqualityConstraint(e.A, 0.0 - e.b, e.vars))
+        A, vars = e.gathered()
+        right = 0.0 - e.b
+        self._add(LinearEqualityConstraint._of(A, right, right), vars)
 
     def between(self, lower: np.ndarray, e: Affine, upper: np.ndarray) -> None:
         """lower <= e <= upper; bounds where e are variables."""
-        if e.A.shape[0] == e.A.shape[1] and np.array_equal(e.A, np.eye(len(e))):
-            self.constraints.append(self.prog.AddBoundingBoxConstraint(lower - e.b, upper - e.b, e.vars))
+        if len(e.terms) == 1 and e.terms[0][0] is None:
+            self._add(BoundingBoxConstraint._of(lower - e.b, upper - e.b), e.terms[0][1])
         else:
             self.linear(lower, e, upper)
 
     def linear(self, lower: np.ndarray, e: Affine, upper: np.ndarray) -> None:
         """lower <= e <= upper."""
-        self.constraints.append(self.prog.AddLinearConstraint(e.A, lower - e.b, upper - e.b, e.vars))
+        A, vars = e.gathered()
+        self._add(LinearConstraint._of(A, lower - e.b, upper - e.b), vars)
 
     def within(self, lower: np.ndarray, x: Affine, upper: np.ndarray, scale: Affine) -> None:
         """Lower s <= x <= upper s for the scale s; a bound that is infinite is left out."""
@@ -134,26 +147,30 @@ class Rows:
             if finite.size:
                 e = x[finite] - scale.times(bound[finite])
                 zero, far = np.zeros(finite.size), np.full(finite.size, np.inf)
-                self.between(zero, e, far) if sign < 0 else self.between(-far, e, zero)
+                self.linear(zero, e, far) if sign < 0 else self.linear(-far, e, zero)
 
     def nonnegative(self, scale: Affine) -> None:
         """s >= 0 for a scale that is no number."""
-        if not scale.is_one():
+        if not (self._has_signs or scale.is_one()):
             self.between(np.zeros(1), scale, np.array([np.inf]))
 
     def lorentz(self, e: Affine) -> None:
         """e_0 >= |e_1 ...|."""
-        self.constraints.append(self.prog.AddLorentzConeConstraint(e.A, e.b, e.vars))
+        A, vars = e.gathered()
+        self.constraints.append(self.prog.AddLorentzConeConstraint(A, e.b, vars))
 
     def rotated_lorentz(self, e: Affine) -> None:
         """e_0 e_1 >= |e_2 ...|^2, e_0 and e_1 not negative."""
-        self.constraints.append(self.prog.AddRotatedLorentzConeConstraint(e.A, e.b, e.vars))
+        A, vars = e.gathered()
+        self.constraints.append(self.prog.AddRotatedLorentzConeConstraint(A, e.b, vars))
 
     def exponential(self, e: Affine) -> None:
         """e_0 >= e_1 exp(e_2 / e_1), e_1 > 0."""
-        self.constraints.append(self.prog.AddExponentialConeConstraint(e.A, e.b, e.vars))
+        A, vars = e.gathered()
+        self.constraints.append(self.prog.AddExponentialConeConstraint(A, e.b, vars))
 
     def semidefinite(self, e: Affine, size: int) -> None:
         """The symmetric matrix whose columns, one after the other, are e has no negative eigenvalue."""
-        F = [e.b.reshape(size, size), *(column.reshape(size, size) for column in e.A.T)]
-        self.constraints.append(self.prog.AddLinearMatrixInequalityConstraint(F, e.vars))
+        A, vars = e.gathered()
+        F = [e.b.reshape(size, size), *(column.reshape(size, size) for column in A.T)]
+        self.constraints.append(self.prog.AddLinearMatrixInequalityConstraint(F, vars))

@@ -309,7 +309,7 @@ class ConvexHull(ConvexSet):
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         if not self._taking_part:
-            into.equal(Affine(x.vars, 0.0 * x.A, np.ones(len(x))))
+            into.equal(np.zeros((len(x), len(x))) @ x + Affine.constant(np.ones(len(x))))
             return
         count = len(self._taking_part)
         parts = into.new_columns(self._dimension, count, "x_sets")

@@ -276,7 +276,8 @@ class ConvexSet:
             x: np.ndarray,
             t: Any,
         ) -> list:
-            return self._scaled(prog, Affine(x, A, b), Affine(t, c.reshape(1, -1), np.array([scale0])))
+            scale = Affine([(c.reshape(1, -1), t)], np.array([scale0]))
+            return self._scaled(prog, Affine([(A @ np.eye(x.size), x)], b), scale)
 
         program, vector = instance_of(MathematicalProgram), _arrays.float_vector
         vars, one = _arrays.variable_vector, instance_of(Variable)

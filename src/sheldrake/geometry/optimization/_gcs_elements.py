@@ -65,6 +65,7 @@ class Element:
 
     def _set_up(self, name: str, allowed: np.ndarray) -> None:
         self._name, self._allowed = name, allowed
+        self._places = {v.get_id(): i for i, v in enumerate(allowed)}
         self._costs: list[tuple[BindingBase, Variable, frozenset]] = []
         self._constraints: list[tuple[BindingBase, frozenset]] = []
 
@@ -73,8 +74,7 @@ class Element:
         return self._name
 
     def _checked(self, call: str, binding: BindingBase, transcriptions: Iterable) -> frozenset:
-        ids = {v.get_id() for v in self._allowed}
-        foreign = [str(v) for v in binding._variables if v.get_id() not in ids]
+        foreign = [str(v) for v in binding._variables if v.get_id() not in self._places]
         if foreign:
             raise RuntimeError(
                 f"{call}(): {', '.join(foreign)} do not belong to {self._name}, whose variables are "

@@ -470,9 +470,8 @@ class GraphOfConvexSets:
                 raise RuntimeError(f"SolveConvexRestriction(): edge {edge.name()} is not in this graph.")
         prog = restriction(active_edges)
         if initial_guess is not None:
-            for v in prog.decision_variables():
-                if v.get_id() in initial_guess._places:
-                    prog.SetInitialGuess(v, np.nan_to_num(initial_guess.GetSolution(v)))
+            known = [v for v in prog.decision_variables().tolist() if v.get_id() in initial_guess._places]
+            prog.SetInitialGuess(known, np.nan_to_num(initial_guess.GetSolution(known)))
         solver_options = options.restriction_solver_options or options.solver_options
         result = _solve(prog, options.restriction_solver or options.solver, solver_options)
         values = dict(zip(prog.decision_variables(), result.get_x_val()))
@@ -562,7 +561,7 @@ def _branch_and_bound(prog: MathematicalProgram) -> MathematicalProgramResult:
     tree = MixedIntegerBranchAndBound(prog, ClarabelSolver.id())
     outcome = tree.Solve()
     result = MathematicalProgramResult()
-    result._start(prog, ClarabelSolver.id())
+    result._start(prog, ClarabelSolver._name)
     if outcome is SolutionResult.kSolutionFound:
         result._finish(outcome, tree.GetSolution(prog.decision_variables()), tree.GetOptimalCost())
     else:
@@ -573,12 +572,7 @@ def _branch_and_bound(prog: MathematicalProgram) -> MathematicalProgramResult:
 def _with_values(result: MathematicalProgramResult, values: dict[Any, float]) -> MathematicalProgramResult:
     """The outcome of a solve with other variables' values."""
     out = MathematicalProgramResult()
-    out._result, out._cost, out._solver_id, out._details = (
-        result._result,
-        result._cost,
-        result._solver_id,
-        result._details,
-    )
+    out._result, out._cost, out._solver, out._details = result._result, result._cost, result._solver, result._details
     out._variables = list(values)
     out._places = {v.get_id(): i for i, v in enumerate(values)}
     out._x = np.array(list(values.values()), dtype=float)

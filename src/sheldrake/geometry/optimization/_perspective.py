@@ -24,7 +24,6 @@ from sheldrake.solvers import (
     QuadraticCost,
     RotatedLorentzConeConstraint,
 )
-from sheldrake.solvers._arrays import Matrix
 from sheldrake.solvers._functions.bindings import BindingBase
 
 
@@ -95,10 +94,6 @@ def bound_cost(into: Rows, binding: BindingBase[Cost], x: Affine, t: Affine, ell
         raise RuntimeError(f"GraphOfConvexSets::Edge does not support this binding type: {str(binding).strip()}")
 
 
-def _dense(A: Matrix) -> np.ndarray:
-    return A if isinstance(A, np.ndarray) else A.toarray()
-
-
 def add_constraint(into: Rows, binding: BindingBase[Constraint], x: Affine, t: Affine) -> None:
     """Constrains x / t as a constraint says.
 
@@ -113,21 +108,21 @@ def add_constraint(into: Rows, binding: BindingBase[Constraint], x: Affine, t: A
     """
     c = binding.evaluator()
     if isinstance(c, LinearEqualityConstraint):
-        into.equal(c.GetDenseA() @ x - t.times(c.lower_bound()))
+        into.equal(c.GetDenseA() @ x - t.times(c._lower))
     elif isinstance(c, (LinearConstraint, BoundingBoxConstraint)):
-        lower, upper = c.lower_bound(), c.upper_bound()
-        e = c.GetDenseA() @ x
+        lower, upper = c._lower, c._upper
+        e = x if isinstance(c, BoundingBoxConstraint) else c.GetDenseA() @ x
         same = lower == upper
         if same.any():
             into.equal(e[same] - t.times(lower[same]))
         if not same.all():
             into.within(lower[~same], e[~same], upper[~same], t)
     elif isinstance(c, LorentzConeConstraint):
-        into.lorentz(_dense(c.A()) @ x + t.times(c.b()))
+        into.lorentz(c._A @ x + t.times(c._b))
     elif isinstance(c, RotatedLorentzConeConstraint):
-        into.rotated_lorentz(_dense(c.A()) @ x + t.times(c.b()))
+        into.rotated_lorentz(c._A @ x + t.times(c._b))
     elif isinstance(c, ExponentialConeConstraint):
-        into.exponential(_dense(c.A()) @ x + t.times(c.b()))
+        into.exponential(c._A @ x + t.times(c._b))
     elif isinstance(c, PositiveSemidefiniteConstraint):
         into.semidefinite(x, c.matrix_rows())
     elif isinstance(c, LinearMatrixInequalityConstraint):

@@ -24,10 +24,7 @@ _NEGLIGIBLE = 100.0 * np.finfo(float).eps  # A flow below this gives no point.
 
 def total(terms: list[Affine], size: int) -> Affine:
     """The sum of affine functions of one size; zero if there are none."""
-    out = Affine.constant(np.zeros(size))
-    for term in terms:
-        out = out + term
-    return out
+    return sum(terms, Affine.constant(np.zeros(size)))
 
 
 class ShortestPathProgram:
@@ -40,7 +37,7 @@ class ShortestPathProgram:
         self._in = {id(v): [e for e in self.edges if e._v is v] for v in self.vertices()}
         self._out = {id(v): [e for e in self.edges if e._u is v] for v in self.vertices()}
         self.prog = MathematicalProgram()
-        self._rows = Rows(self.prog)
+        self._rows = Rows(self.prog, has_signs=True)
         self.phi: dict[int, Any] = {}
         for e in self.edges:
             self._add_edge(e)
@@ -70,7 +67,7 @@ class ShortestPathProgram:
                 vertex._set._contain(self._rows, point, flow)
             for constraint in vertex._constraints_in(self._kind):
                 add_constraint(self._rows, constraint, _of_binding(vertex, constraint, point), flow)
-        both = y.stacked(z)
+        both = Affine.of(np.concatenate((e._y, e._z)))
         for constraint in e._constraints_in(self._kind):
             add_constraint(self._rows, constraint, _of_binding(e, constraint, both), flow)
         self._add_costs(e, both, flow)
@@ -99,19 +96,21 @@ class ShortestPathProgram:
                 self._rows.linear(np.array([-np.inf]), flow_out, np.ones(1))
             if n:
                 self._rows.equal(z_in - y_out)
-            self._forbid_turning_back(v, flow_in, z_in)
+            self._forbid_turning_back(v)
         self._add_costs(v, z_in, flow_in)
 
-    def _forbid_turning_back(self, v: Vertex, flow_in: Affine, z_in: Affine) -> None:
+    def _forbid_turning_back(self, v: Vertex) -> None:
         """Of two edges between the same vertices, there and back, a path takes at most one."""
+        inward, n = self._in[id(v)], v.ambient_dimension()
         for back in self._out[id(v)]:
-            for there in self._in[id(v)]:
+            for there in inward:
                 if there._u is not back._v:
                     continue
-                flow = flow_in - self._flow(there) - self._flow(back)
+                others = [e for e in inward if e is not there]
+                flow = total([self._flow(e) for e in others], 1) - self._flow(back)
                 self._rows.linear(np.zeros(1), flow, np.array([np.inf]))
-                if v.ambient_dimension():
-                    v._set._contain(self._rows, z_in - Affine.of(there._z) - Affine.of(back._y), flow)
+                if n:
+                    v._set._contain(self._rows, total([Affine.of(e._z) for e in others], n) - Affine.of(back._y), flow)
 
     def values(self, x: np.ndarray) -> dict[Any, float]:
         """What variables of edges and vertices are, from the values of all decision variables."""
@@ -129,8 +128,7 @@ class ShortestPathProgram:
 
 def _of_binding(element: Element, binding: BindingBase, x: Affine) -> Affine:
     """The rows of an element's variables that a binding has, in its order."""
-    place = {v.get_id(): i for i, v in enumerate(element._allowed)}
-    return x[[place[v.get_id()] for v in binding._variables]]
+    return x[[element._places[v._id] for v in binding._variables.tolist()]]
 
 
 def restriction(path: list[Edge]) -> MathematicalProgram:

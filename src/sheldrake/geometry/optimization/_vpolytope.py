@@ -163,7 +163,7 @@ class VPolytope(ConvexSet):
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         count = self._vertices.shape[1]
         if not count:
-            into.equal(Affine(x.vars, 0.0 * x.A, np.ones(len(x))))
+            into.equal(np.zeros((len(x), len(x))) @ x + Affine.constant(np.ones(len(x))))
             return
         weights = into.new(count, "a")
         into.equal(self._vertices @ weights - x)
