@@ -392,8 +392,10 @@ def _is_natural(e: Expression) -> bool:
     return e._kind == k.CONSTANT and e._args[0] >= 0.0 and float(e._args[0]).is_integer()
 
 
+_OBJECT = np.dtype(object)
+
+
 def object_array(items: Sequence[Any], shape: tuple[int, ...] | None = None) -> np.ndarray:
     """An array of objects from a flat list."""
-    out = np.empty(len(items), dtype=object)
-    out[:] = items
+    out = np.fromiter(items, _OBJECT, len(items))
     return out if shape is None else out.reshape(shape)

@@ -79,7 +79,7 @@ class ProgramBindings:
 
     def __init__(self, variables: ProgramVariables) -> None:
         self._variables = variables
-        self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {kind: [] for kind in ATTRIBUTES}
+        self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {}  # of the kinds there are
         self._attributes: frozenset[ProgramAttribute] | None = None  # of the costs and constraints, once known
 
     def copy(self, variables: ProgramVariables) -> ProgramBindings:
@@ -97,20 +97,25 @@ class ProgramBindings:
             RuntimeError: one of its variables is no decision variable.
         """
         self._variables.check_decisions(binding._variables)
-        kind = _kind_of(type(binding._evaluator))  # type: ignore[arg-type]
+        evaluator = binding._evaluator
+        kind = _kind_of(type(evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
-        if not isinstance(binding._evaluator, Constraint) or binding._evaluator.num_constraints():
-            self._lists[kind].append(out)
+        if evaluator._num_outputs or not isinstance(evaluator, Constraint):
+            self._lists.setdefault(kind, []).append(out)
             self._attributes = None
         return cast("BindingBase[Kind]", out)
 
     def of(self, kind: type[Kind]) -> list[BindingBase[Kind]]:
         """All of one kind, in the order they were added. Of `Cost` and `Constraint`: those of no more special kind."""
-        return list(self._lists[kind])
+        return list(self._lists.get(kind, ()))
+
+    def _of_all(self, kinds: Iterable[type[EvaluatorBase]]) -> list[BindingBase]:
+        """All of some kinds, one kind after the other."""
+        return [b for kind in kinds if kind in self._lists for b in self._lists[kind]]
 
     def all(self) -> list[BindingBase]:
         """All costs, constraints and callbacks."""
-        return [b for bindings in self._lists.values() for b in bindings]
+        return self._of_all(ATTRIBUTES)
 
     def contents(self) -> tuple[list[object], list[object]] | None:
         """What linear constraints, linear and quadratic costs are made of; None where there is more in the program.
@@ -123,7 +128,7 @@ class ProgramBindings:
         fixed: list[object] = [self._variables.decisions()]
         moving: list[object] = []
         for kind in _FLAT:
-            for b in self._lists[kind]:
+            for b in self._lists.get(kind, ()):
                 e: Any = b._evaluator
                 if kind is QuadraticCost:
                     fixed += (b, e._Q)
@@ -208,16 +213,16 @@ class ProgramBindings:
 
     def GetAllCosts(self) -> list[Binding[Cost]]:
         """Returns the bindings of all costs."""
-        return [as_kind(Cost, b) for kind in COSTS for b in self._lists[kind]]
+        return [as_kind(Cost, b) for b in self._of_all(COSTS)]
 
     def GetAllConstraints(self) -> list[Binding[Constraint]]:
         """Returns the bindings of all constraints."""
-        return [as_kind(Constraint, b) for kind in CONSTRAINTS for b in self._lists[kind]]
+        return [as_kind(Constraint, b) for b in self._of_all(CONSTRAINTS)]
 
     def GetLinearConstraints(self) -> list[Binding[LinearConstraint]]:
         """Returns the bindings of linear constraints, then of linear equalities; bounding boxes do not count."""
         linear = (LinearConstraint, LinearEqualityConstraint)
-        return [as_kind(LinearConstraint, b) for kind in linear for b in self._lists[kind]]
+        return [as_kind(LinearConstraint, b) for b in self._of_all(linear)]
 
     def required_capabilities(self) -> set[ProgramAttribute]:
         """Returns what a solver must know how to handle."""
