@@ -2,7 +2,7 @@
 
     python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
 
-Families: values, contexts, plant, python, present, questions, curves, programs, symbols, solving,
+Families: values, contexts, plant, python, present, questions, curves, programs, symbols, once, solving,
 sets, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
@@ -692,6 +692,47 @@ def symbols(lib: Any) -> Calls:
         "str of a cart-pole": lambda: str(f[3]),
         "EqualTo": lambda: f[3].EqualTo(f[2]),
     }
+
+
+@family
+def once(lib: Any) -> Calls:
+    """Expressions written and asked one thing, as most scripts do: what is kept with an expression is of no use."""
+    x, z = lib.MakeVectorVariable(6, "x"), lib.MakeVectorVariable(20, "z")
+    a, b, c = lib.MakeVectorVariable(3, "a")
+    Q = np.eye(20) + 0.1 * np.ones((20, 20))
+    angles = {x[0]: x[0] + 0.1 * x[2], x[1]: x[1] + 0.1 * x[3]}
+    expressions: dict[str, Callable[[], Any]] = {
+        "small": lambda: a * b + 2 * a,
+        "square": lambda: (a + b) ** 2,
+        "cubic": lambda: (a + 2.0 * b - c) ** 3 + a * b * (a - c) ** 2 - 3.0 * a,
+        "degree 6": lambda: (a * b + c**2 - 0.5 * a) ** 3,
+        "quadratic form of 20": lambda: z @ Q @ z,
+    }
+    calls: Calls = {}
+    for name, write in expressions.items():
+        variables = list(z) if name.startswith("quadratic") else [a, b, c]
+        first, second = variables[:2]
+        asked: dict[str, Callable[[Any, list, Any, Any], Any]] = {
+            "written": lambda e, variables, v, w: e,
+            "Jacobian": lambda e, variables, v, w: e.Jacobian(variables),
+            "Differentiate": lambda e, variables, v, w: e.Differentiate(v),
+            "Expand": lambda e, variables, v, w: e.Expand(),
+            "Polynomial": lambda e, variables, v, w: lib.Polynomial(e),
+            "Substitute": lambda e, variables, v, w: e.Substitute({v: w + 1.0}),
+            "Evaluate": lambda e, variables, v, w: e.Evaluate(dict.fromkeys(variables, 0.5)),
+            "GetVariables": lambda e, variables, v, w: e.GetVariables(),
+            "str": lambda e, variables, v, w: str(e),
+        }
+        for question, ask in asked.items():
+            calls[f"{name}: {question}"] = functools.partial(
+                lambda write, ask, *given: ask(write(), *given), write, ask, variables, first, second
+            )
+    calls["cart-pole: Jacobian"] = lambda: lib.Jacobian(cart_pole(lib, x), x[:5])
+    calls["acrobot: Jacobian"] = lambda: lib.Jacobian(acrobot(lib, x), x)
+    calls["cart-pole: Substitute"] = lambda: lib.Substitute(cart_pole(lib, x), angles)
+    calls["cart-pole: EvaluatePartial"] = lambda: cart_pole(lib, x)[3].EvaluatePartial({x[1]: 0.3})
+    calls["cart-pole: str"] = lambda: str(cart_pole(lib, x)[3])
+    return calls
 
 
 @family

@@ -20,7 +20,6 @@ from sheldrake.common._names import pretty_class_name
 
 Kind = Callable[[Any], Any]
 _Kind = TypeVar("_Kind", bound=Kind)
-_NO_TARGET = object()
 
 
 class Mismatch(TypeError):
@@ -38,12 +37,19 @@ Mismatch.__name__ = Mismatch.__qualname__ = "TypeError"
 Mismatch.__module__ = "builtins"
 
 
-def kind(description: str, refuses: tuple[type, ...] = ()) -> Callable[[_Kind], _Kind]:
-    """Decorates a converter with a description of what it takes, and classes of which it takes nothing."""
+def kind(description: str, refuses: tuple[type, ...] = (), takes: tuple[type, ...] = ()) -> Callable[[_Kind], _Kind]:
+    """Decorates a converter with a description of what it takes.
+
+    Args:
+        description: For errors.
+        refuses: Types of which it takes nothing.
+        takes: Types of which it hands on everything as it is.
+    """
 
     def name(convert: _Kind) -> _Kind:
         setattr(convert, "description", description)  # noqa: B010 (functions and partials have no such attribute for mypy)
         setattr(convert, "refuses", refuses)  # noqa: B010
+        setattr(convert, "takes", takes)  # noqa: B010
         return convert
 
     return name
@@ -118,33 +124,34 @@ def dispatch(
     found = ways.first(args, kwargs) if isinstance(ways, Ways) else _first(ways, args, kwargs)
     if found is None:
         raise incompatible(call, [str(way) for way in ways], args, kwargs, constructor=constructor)
-    way, values = found
-    assert way.function is not None
-    return way.function(*values) if target is _NO_TARGET else way.function(target, *values)
+    function, values = found
+    return function(target, *values)
 
 
-def _first(
-    ways: Sequence[Overload], args: Sequence[Any], kwargs: Mapping[str, Any]
-) -> tuple[Overload, list[Any]] | None:
-    """The first way that takes the arguments, with its values; None if none does."""
+def _first(ways: Sequence[Overload], args: Sequence[Any], kwargs: Mapping[str, Any]) -> _Found | None:
+    """The function of the first way that takes the arguments, and its values; None if none does."""
     for way in ways:
         values = way.converted(args, kwargs)
         if values is not None:
-            return way, values
+            assert way.function is not None  # only `overloaded` takes ways without one
+            return way.function, values
     return None
+
+
+_Found = tuple[Callable[..., Any], list[Any]]
 
 
 class _Plan(NamedTuple):
     """How one way takes positional arguments of certain types.
 
     Attributes:
-        way: The way.
-        steps: For each argument its kind, None if nothing is left to look at, and the default that is not converted.
+        function: What the way leads to.
+        steps: For each argument its kind, None if nothing is left to look at.
         tail: Defaults of the other parameters.
     """
 
-    way: Overload
-    steps: list[tuple[Kind | None, Any]]
+    function: Callable[..., Any]
+    steps: list[Kind | None]
     tail: list[Any]
 
 
@@ -155,8 +162,8 @@ class Ways(list[Overload]):
         super().__init__(ways)
         self._plans: dict[tuple[type, ...], list[_Plan]] = {}
 
-    def first(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> tuple[Overload, list[Any]] | None:
-        """The first way that takes the arguments, with its values; None if none does."""
+    def first(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> _Found | None:
+        """The function of the first way that takes the arguments, and its values; None if none does."""
         if kwargs:
             return _first(self, args, kwargs)
         types = tuple(map(type, args))
@@ -165,24 +172,23 @@ class Ways(list[Overload]):
             if len(self._plans) >= _MOST_PLANS:
                 self._plans.clear()
             plans = self._plans[types] = [plan for way in self if (plan := _plan(way, types)) is not None]
-        for way, steps, tail in plans:
+        for function, steps, tail in plans:
             try:
-                values = [
-                    value if convert is None or value is default else convert(value)
-                    for value, (convert, default) in zip(args, steps)
-                ]
+                return function, [v if convert is None else convert(v) for v, convert in zip(args, steps)] + tail
             except Mismatch:
                 continue
-            return way, values + tail
         return None
 
     def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         """What the first way gives that takes the arguments, called with these alone (see `dispatch`)."""
-        return dispatch(call, self, _NO_TARGET, args, kwargs)
+        found = self.first(args, kwargs)
+        if found is None:
+            raise incompatible(call, [str(way) for way in self], args, kwargs)
+        function, values = found
+        return function(*values)
 
 
 _MOST_PLANS = 64  # a call is made with few types; a program that makes classes for ever must not fill memory
-_NONE_GIVEN = object()
 
 
 def _plan(way: Overload, types: tuple[type, ...]) -> _Plan | None:
@@ -190,24 +196,34 @@ def _plan(way: Overload, types: tuple[type, ...]) -> _Plan | None:
     count, rest = len(types), way.names[len(types) :]
     if count > len(way.names) or not set(rest) <= set(way.defaults):
         return None
-    steps: list[tuple[Kind | None, Any]] = []
+    steps: list[Kind | None] = []
     for name, convert, T in zip(way.names, way.kinds, types):
-        fits = None if name in way.defaults else _fits(convert, T)
+        if name in way.defaults:
+            steps.append(_unless_default(convert, way.defaults[name]))
+            continue
+        fits = _fits(convert, T)
         if fits is False:
             return None
-        steps.append((None if fits else convert, way.defaults.get(name, _NONE_GIVEN)))
-    return _Plan(way, steps, [way.defaults[name] for name in rest])
+        steps.append(None if fits else convert)
+    assert way.function is not None
+    return _Plan(way.function, steps, [way.defaults[name] for name in rest])
+
+
+def _unless_default(convert: Kind, default: Any) -> Kind:
+    return lambda value: value if value is default else convert(value)
 
 
 def _fits(convert: Kind, T: type) -> bool | None:
     """Whether a kind takes values of a type, which it hands on as they are; None if only the value can tell."""
     if T in getattr(convert, "refuses", ()):
         return False
+    if T in getattr(convert, "takes", ()):
+        return True
     classes: tuple[type, ...] = getattr(convert, "classes", ())
-    plain = all(type(cls) is type for cls in classes)
-    if not classes or not plain or any("__class__" in vars(base) for base in T.__mro__[:-1]):
+    if not classes or any("__class__" in vars(base) for base in T.__mro__[:-1]):
         return None
-    return issubclass(T, classes)
+    fits = issubclass(T, classes)
+    return fits if fits or all(type(cls) is type for cls in classes) else None  # abstract ones may take more later
 
 
 def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
@@ -215,20 +231,20 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(body: Callable[..., Any]) -> Any:
         all_ways = Ways([way if way.function is not None else way._replace(function=body) for way in ways])
-        is_method = body.__code__.co_varnames[:1] in (("self",), ("cls",))
         constructor = body.__name__ == "__init__"
 
-        @functools.wraps(body)
-        def call(*args: Any, **kwargs: Any) -> Any:
-            if not is_method:
-                return dispatch(body.__name__, all_ways, _NO_TARGET, args, kwargs)
-            found = all_ways.first(args[1:], kwargs)
+        def method(self: Any, /, *args: Any, **kwargs: Any) -> Any:
+            found = all_ways.first(args, kwargs)
             if found is None:
-                name = pretty_class_name(type(args[0])) if constructor else call.__qualname__
-                raise incompatible(name, [str(way) for way in all_ways], args[1:], kwargs, constructor=constructor)
-            way, values = found
-            return way.function(args[0], *values)  # type: ignore[misc]
+                name = pretty_class_name(type(self)) if constructor else call.__qualname__
+                raise incompatible(name, [str(way) for way in all_ways], args, kwargs, constructor=constructor)
+            function, values = found
+            return function(self, *values)
 
+        def free(*args: Any, **kwargs: Any) -> Any:
+            return all_ways.choose(body.__name__, args, kwargs)
+
+        call = functools.wraps(body)(method if body.__code__.co_varnames[:1] in (("self",), ("cls",)) else free)
         del call.__wrapped__  # its parameters are not those of the call
         call._ways = all_ways  # type: ignore[attr-defined]  # for those who compare signatures
         return call

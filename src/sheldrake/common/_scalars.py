@@ -294,9 +294,8 @@ class ScalarBase:
             ways = self._way_cache[key] = Ways(getattr(cls, f"_ways_{call}")(cls))
         found = ways.first(args, kwargs)
         if found is not None:
-            way, values = found
-            assert way.function is not None  # only `overloaded` takes ways without one
-            return way.function(self, *values)
+            function, values = found
+            return function(self, *values)
         name = pretty_class_name(type(self)._plain_class())
         where = name if call == "init" else f"{name}.{call}"
         raise incompatible(where, [str(way) for way in ways], args, kwargs, constructor=call == "init")

@@ -170,7 +170,8 @@ class SolverOptions:
 
     def __init__(self, options: dict[str, dict[str, Any]] | None = None):
         self._options: dict[str, dict[str, Any]] = {}
-        self.options = options or {}
+        if options:
+            self.options = options
 
     @property
     def options(self) -> dict[str, dict[str, Any]]:

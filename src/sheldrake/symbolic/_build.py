@@ -11,6 +11,7 @@ Sums are a constant and terms with coefficients, products a constant and bases w
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import weakref
 from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar
@@ -35,6 +36,7 @@ _REAL = (float, int, np.floating, np.integer, np.bool_)
 _ADD, _MUL, _POW, _CONSTANT, _VAR = k.ADD, k.MUL, k.POW, k.CONSTANT, k.VAR
 _COMMUTATIVE, _LEAVES = {_ADD, _MUL}, {_CONSTANT, _VAR, k.NAN}
 _serials = itertools.count(1)
+_reference = weakref.ref
 _new = object.__new__
 
 
@@ -85,17 +87,18 @@ class _Table:
 
     def number(self, e: Expression) -> int:
         """The number of a node: that of an equal one that lives, which it keeps alive from then on, or a new one."""
-        identity = _identity(e)
-        found = self._nodes.get(identity)
-        twin = None if found is None else found()
-        if twin is not None:
-            e._twin, e._number = twin, twin._number
-            return e._number
-        e._number = next(_serials)
-        self._nodes[identity] = weakref.ref(e)
-        if len(self._nodes) > self._limit:
+        identity, own = _identity(e), _reference(e)
+        known = self._nodes.setdefault(identity, own)
+        if known is not own:
+            twin = known()
+            if twin is not None:
+                e._twin, e._number = twin, twin._number
+                return e._number
+            self._nodes[identity] = own
+        e._number = n = next(_serials)
+        if not n % 256 and len(self._nodes) > self._limit:
             self._sweep()
-        return e._number
+        return n
 
     def _sweep(self) -> None:
         self._nodes = {identity: node for identity, node in list(self._nodes.items()) if node() is not None}
@@ -119,10 +122,15 @@ def _identity(e: Expression) -> tuple:
     if kind == _ADD:
         return (kind, e._constant, frozenset([(n, c) for n, (_, c) in e._terms.items()]))
     if kind == _MUL:
-        return (kind, e._constant, frozenset([(n, x._serial) for n, (_, x) in e._terms.items()]))
+        for _, exponent in e._terms.values():
+            if exponent is not ONE:
+                return (kind, e._constant, frozenset([(n, x._number) for n, (_, x) in e._terms.items()]))
+        return (kind, e._constant, frozenset(e._terms))
     args = e._made
     if kind == _CONSTANT:
         return (kind, args[0])
+    if len(args) == 1:
+        return (kind, args[0]._number)
     if kind == k.IF_THEN_ELSE:
         return (kind, args[0]._key, args[1]._serial, args[2]._serial)
     if kind == k.UNINTERPRETED:
@@ -553,15 +561,21 @@ def rebuild(e: Expression, parts: list[Expression]) -> Expression:
             factor = base if exponent is ONE else power(base, exponent)
             out = factor if out is ONE else multiply(out, factor)
         return out
-    if e._kind in _LEAVES:
-        return e
-    if e._kind == k.DIV:
-        return divide(*parts)
-    if e._kind == k.UNINTERPRETED:
-        return uninterpreted(e._args[0], tuple(parts))
-    if e._kind == k.IF_THEN_ELSE:
-        return conditional(e._args[0], *parts)
-    return unary(e._kind, parts[0]) if len(parts) == 1 else binary(e._kind, *parts)
+    return e if e._kind in _LEAVES else maker(e)(*parts)
+
+
+def maker(e: Expression) -> Callable[..., Expression]:
+    """What makes an expression like this one, which is no sum, product or leaf, of other parts."""
+    kind = e._kind
+    if kind == k.DIV:
+        return divide
+    if kind == _POW:
+        return power
+    if kind == k.UNINTERPRETED:
+        return lambda *parts, name=e._made[0]: uninterpreted(name, parts)
+    if kind == k.IF_THEN_ELSE:
+        return functools.partial(conditional, e._made[0])
+    return functools.partial(unary if len(e._made) == 1 else binary, kind)
 
 
 _Value = TypeVar("_Value")

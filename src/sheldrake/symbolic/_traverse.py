@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from sheldrake.symbolic._variable import Variable
 _compiled: Any = None  # A module that needs this one; the package binds it when all is loaded.
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from sheldrake.common import RandomGenerator
 
@@ -153,90 +153,144 @@ def _value(e: Expression, of: Callable[[Expression], float]) -> float:
 # Substitution
 
 
-def substitution(call: str, what: Any, e: Any = None) -> dict[Variable, Expression]:
+def substitution(call: str, what: Any, e: Any = None) -> Mapping[Variable, Any]:
     """What a user gave as `(var, e)` or `({var: e})`.
 
     Raises:
         TypeError: it is neither.
     """
-    out = {}
-    for v, new in [(what, e)] if isinstance(what, Variable) else what.items():
+    if isinstance(what, Variable):
+        return {what: e}
+    for v in what:
         if not isinstance(v, Variable):
             raise Mismatch(f"{call}(): incompatible function arguments; {v!r} is no Variable.")
-        out[v] = _build.expect(call, new)
-    return out
+    return what
 
 
-def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> list[Expression]:
-    """Expressions with others (or numbers) in the place of variables."""
-    for v, e in s.items():
-        if e.__class__ is not Expression:
-            s = {**s, v: _build.expect("Substitute", e)}
-    return _build.fold(expressions, _Substitution(s))
+def substitute(expressions: Iterable[Expression], s: Mapping[Variable, Any]) -> list[Expression]:
+    """Expressions with others (or numbers) in the place of variables, all at once.
+
+    Raises:
+        TypeError: what is to take the place of a variable is no expression.
+    """
+    expressions, variables = list(expressions), list(s)
+    if not expressions:
+        return []
+    found = _build.found_of(expressions[0])
+    known = found.get(_SUBSTITUTION)
+    if known is None or not known.is_for(expressions, variables):
+        known = found[_SUBSTITUTION] = _Substitution(expressions, variables)
+    return known.given(expressions, [_build.expect("Substitute", e) for e in s.values()])
+
+
+_SUBSTITUTION = "substitution"
+_Step = Callable[[list[Expression]], Expression]
 
 
 class _Substitution:
-    """The rule of `substitute`: what does not change is taken over."""
+    """Others in the place of variables, as steps: one for each part that changes, after those of its own parts.
 
-    def __init__(self, places: dict[Variable, Expression]) -> None:
-        self._places = places
+    What does not change is put together beforehand. Steps are kept with the first of the expressions, so none refers to
+    a whole one.
+    """
 
-    def __call__(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
+    def __init__(self, expressions: list[Expression], variables: list[Variable]) -> None:
+        self._others, self._variables = expressions[1:], variables
+        self._places = {v: i for i, v in enumerate(variables)}
+        self._steps: list[_Step] = []
+        self._ends = _build.fold(expressions, self._place)
+
+    def is_for(self, expressions: list[Expression], variables: list[Variable]) -> bool:
+        """Whether the steps are those for these expressions, the first being the one they are kept with."""
+        return (
+            len(variables) == len(self._variables)
+            and len(expressions) == len(self._others) + 1
+            and all(map(operator.is_, variables, self._variables))
+            and all(map(operator.is_, expressions[1:], self._others))
+        )
+
+    def given(self, expressions: list[Expression], values: list[Expression]) -> list[Expression]:
+        """The expressions with these values of the variables."""
+        for step in self._steps:
+            values.append(step(values))
+        return [e if i < 0 else values[i] for e, i in zip(expressions, self._ends)]
+
+    def _place(self, e: Expression, of: Callable[[Expression], int]) -> int:
+        """Where among the values what e becomes will be; -1 if it stays as it is."""
         kind = e._kind
         if kind == k.VAR:
-            return self._places.get(e._made[0], e)
+            return self._places.get(e._made[0], -1)
         if kind == k.CONSTANT:
-            return e
-        if kind == k.ADD:
-            return self._of_sum(e, of)
-        if kind == k.MUL:
-            return self._of_product(e, of)
-        args = e._made
-        if kind == k.POW and args[1]._kind == k.CONSTANT:
-            base = of(args[0])
-            return e if base is args[0] else _build.power(base, args[1])
-        if kind == k.IF_THEN_ELSE:
-            condition, then, otherwise = args
-            return _build.conditional(condition._substitute(self._places), of(then), of(otherwise))
-        parts = _build.children(e)
-        new = [of(part) for part in parts]
-        return e if all(map(operator.is_, parts, new)) else _build.rebuild(e, new)
+            return -1
+        step = self._of_sum(e, of) if kind == k.ADD else self._of_product(e, of) if kind == k.MUL else self._of(e, of)
+        if step is None:
+            return -1
+        self._steps.append(step)
+        return len(self._variables) + len(self._steps) - 1
 
-    def _of_sum(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
-        places, changed, terms = self._places, [], e._terms
-        for n, (t, c) in terms.items():
-            new = places.get(t._made[0], t) if t._kind == k.VAR else of(t)
-            if new is not t:
-                changed.append((n, c, new))
-        if not changed:
-            return e
-        terms, constant = terms.copy(), e._constant
-        for n, _, _ in changed:
-            del terms[n]
-        for _, c, new in changed:
-            constant += _build.add_scaled_into(terms, c, new)
-        return _build.make_sum(constant, terms)
+    def _of_sum(self, e: Expression, of: Callable[[Expression], int]) -> _Step | None:
+        kept: _build.Terms = {}
+        constant, changed = e._constant, []
+        for t, c in e._terms.values():
+            i = of(t)
+            if i < 0:
+                constant += _build.add_scaled_into(kept, c, t)
+            else:
+                changed.append((i, t, c))
+        if len(changed) > 1:  # as sums of floats depend on their order
+            changed.sort(key=lambda item: item[1]._key)
+        places = [(i, c) for i, _, c in changed]
 
-    def _of_product(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
-        places, changed, factors = self._places, [], e._terms
-        for n, (base, exponent) in factors.items():
-            new = places.get(base._made[0], base) if base._kind == k.VAR else of(base)
-            power = exponent if exponent._kind == k.CONSTANT else of(exponent)
-            if new is not base or power is not exponent:
-                changed.append((n, new, power))
-        if not changed:
-            return e
-        if any([new._kind == k.DIV for _, new, _ in changed]):  # what quotients and others give depends on their order
-            parts = [of(part) for part in _build.children(e)]
-            return _build.rebuild(e, parts)
-        factors = factors.copy()
-        for n, _, _ in changed:
-            del factors[n]
-        out = _build.make_product(e._constant, factors)
-        for _, new, power in changed:
-            factor = new if power is _build.ONE else _build.power(new, power)
-            out = factor if out is _build.ONE else _build.multiply(out, factor)
-        return out
+        def step(values: list[Expression]) -> Expression:
+            terms, total = kept.copy(), constant
+            for i, c in places:
+                new = values[i]
+                if c == -1.0 and new._kind == k.ADD:
+                    total += _build.add_into(terms, _build.negate(new))
+                else:
+                    total += _build.add_scaled_into(terms, c, new)
+            return _build.make_sum(total, terms)
+
+        return step if changed or kept.keys() != e._terms.keys() else None  # as 2 (1 / x), added again, is (2 / x)
+
+    def _of_product(self, e: Expression, of: Callable[[Expression], int]) -> _Step | None:
+        factors = [(of(base), base, of(exponent), exponent) for base, exponent in e._args[1]]
+        first = next((n for n, (i, _, j, _) in enumerate(factors) if i >= 0 or j >= 0), None)
+        if first is None:
+            if e._constant != -1.0 or factors[0][1]._kind != k.ADD:
+                return None
+            first = len(factors)  # -(a + b) c becomes (-a - b) c when it is multiplied again
+        kept, rest = _multiplied(_build.constant(e._constant), factors[:first], []), factors[first:]
+        return lambda values: _multiplied(kept, rest, values)
+
+    def _of(self, e: Expression, of: Callable[[Expression], int]) -> _Step | None:
+        parts = [(of(part), part) for part in _build.children(e)]
+        make = _build.maker(e)
+        if e._kind == k.IF_THEN_ELSE:
+            condition, variables = e._made[0], self._variables
+            if condition._variables().isdisjoint(variables) and all([i < 0 for i, _ in parts]):
+                return None
+            return lambda values: _build.conditional(
+                condition._substitute(dict(zip(variables, values))), *[p if i < 0 else values[i] for i, p in parts]
+            )
+        if all([i < 0 for i, _ in parts]):
+            return None
+        if len(parts) == 1:
+            place = parts[0][0]
+            return lambda values: make(values[place])
+        return lambda values: make(*[part if i < 0 else values[i] for i, part in parts])
+
+
+def _multiplied(
+    out: Expression, factors: list[tuple[int, Expression, int, Expression]], values: list[Expression]
+) -> Expression:
+    """A product times powers; a base or an exponent whose place is not -1 is among the values."""
+    for i, base, j, exponent in factors:
+        factor = base if i < 0 else values[i]
+        if exponent is not _build.ONE:
+            factor = _build.power(factor, exponent if j < 0 else values[j])
+        out = factor if out is _build.ONE else _build.multiply(out, factor)
+    return out
 
 
 # Expansion
@@ -338,8 +392,10 @@ def _is_natural(e: Expression) -> bool:
     return e._kind == k.CONSTANT and e._args[0] >= 0.0 and float(e._args[0]).is_integer()
 
 
+_OBJECT = np.dtype(object)
+
+
 def object_array(items: Sequence[Any], shape: tuple[int, ...] | None = None) -> np.ndarray:
     """An array of objects from a flat list."""
-    out = np.empty(len(items), dtype=object)
-    out[:] = items
+    out = np.fromiter(items, _OBJECT, len(items))
     return out if shape is None else out.reshape(shape)

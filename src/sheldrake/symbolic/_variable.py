@@ -227,10 +227,10 @@ def intersect(vars1: Variables, vars2: Variables) -> Variables:
 
 def named(names: Iterable[str], type: VariableType) -> list[Variable]:
     """New variables of these names."""
-    out, kind = [], type._value_ << 56
-    for name in names:
-        v = Variable.__new__(Variable)
-        v._id, v._name, v._type, v._expression = next(_ids) | kind, name, type, None
+    out, kind, new, cls = [], type._value_ << 56, object.__new__, Variable
+    for name, number in zip(names, _ids):
+        v = new(cls)
+        v._id, v._name, v._type, v._expression = number | kind, name, type, None
         out.append(v)
     return out
 
@@ -238,12 +238,11 @@ def named(names: Iterable[str], type: VariableType) -> list[Variable]:
 def _make(size: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
     if not isinstance(name, str) or not isinstance(type, VariableType):
         raise TypeError(f"expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
-    out = np.empty(size, dtype=object)
     if len(size) == 1:
-        out[:] = named([f"{name}({i})" for i in range(size[0])], type)
+        names = [f"{name}({i})" for i in range(size[0])]
     else:
-        out.ravel()[:] = named([f"{name}({i}, {j})" for i in range(size[0]) for j in range(size[1])], type)
-    return out
+        names = [f"{name}({i}, {j})" for i in range(size[0]) for j in range(size[1])]
+    return np.fromiter(named(names, type), object, len(names)).reshape(size)
 
 
 def MakeVectorVariable(rows: int, name: str, type: VariableType = VariableType.CONTINUOUS) -> np.ndarray:

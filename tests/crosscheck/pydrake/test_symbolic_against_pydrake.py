@@ -72,6 +72,31 @@ def test_text_is_the_same():
     assert not different, different[:3]
 
 
+SUBSTITUTIONS = (
+    lambda e, x, y, z, other: e.Substitute({x: 2.0}),
+    lambda e, x, y, z, other: e.Substitute({x: 0.5, y: -1.0}),
+    lambda e, x, y, z, other: e.Substitute(x, other),
+    lambda e, x, y, z, other: e.Substitute({x: y * 1, y: x * 1, z: x + y}),
+    lambda e, x, y, z, other: e.Substitute({x: -y, z: y / x}),
+    lambda e, x, y, z, other: e.EvaluatePartial({y: 1.5}),
+)
+
+
+def test_substitutions_give_the_same_text():
+    different, count = [], 0
+    for seed, (mine, my_leaves), (peer, peer_leaves) in pairs(300, 4):
+        others = [
+            grow(np.random.default_rng(seed + 10**6), m, leaves, 2)
+            for m, leaves in ((ours, my_leaves), (theirs, peer_leaves))
+        ]
+        for i, substitute in enumerate(SUBSTITUTIONS):
+            a, b = substitute(mine, *my_leaves, others[0]), substitute(peer, *peer_leaves, others[1])
+            count += 1
+            if text(a) != text(b) and "-0 /" not in str(b):
+                different.append((seed, i, str(mine), str(a), str(b)))
+    assert not different, (len(different), count, different[:3])
+
+
 def test_derivatives_and_expansions_have_the_same_values():
     at = (0.37, -1.21, 0.83)
     for seed, (mine, my_leaves), (peer, peer_leaves) in pairs(200, 3):

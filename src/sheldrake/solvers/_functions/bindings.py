@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -44,13 +44,13 @@ class BindingBase(Generic[Evaluator_co]):
             raise RuntimeError(f"Unable to cast {other.evaluator()!r} to {self._kind.__name__}.")
         self._evaluator, self._variables = other._evaluator, other._variables
 
-    def _set(self, evaluator: evaluators.EvaluatorBase, vars: np.ndarray) -> None:
-        if evaluator.num_vars() not in (evaluators.ANY, len(vars)):
+    def _set(self, evaluator: Any, vars: np.ndarray) -> None:
+        size = evaluator._num_vars
+        if size != len(vars) and size != evaluators.ANY:
             raise RuntimeError(
-                f"Binding(): {type(evaluator).__name__} has {evaluator.num_vars()} variables, but {len(vars)} are "
-                "given."
+                f"Binding(): {type(evaluator).__name__} has {size} variables, but {len(vars)} are given."
             )
-        self._evaluator, self._variables = cast("Evaluator_co", evaluator), vars
+        self._evaluator, self._variables = evaluator, vars
 
     def evaluator(self) -> Evaluator_co:
         """Returns the evaluator."""
@@ -131,4 +131,4 @@ def as_kind(kind: type[Evaluator], binding: BindingBase) -> BindingBase[Evaluato
     """The same evaluator and variables as Binding[kind]."""
     if type(binding) is _classes[kind]:
         return binding
-    return bind(kind, binding.evaluator(), binding._variables)
+    return bind(kind, binding._evaluator, binding._variables)

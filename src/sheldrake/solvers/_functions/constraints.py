@@ -78,12 +78,13 @@ class LinearConstraint(Constraint):
             raise ValueError(
                 f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."
             )
-        values = A.data if _arrays.is_sparse(A) else A
-        if not np.isfinite(values).all():
+        self._A, self._dense = A, A if isinstance(A, np.ndarray) else None
+        values = A.data if self._dense is None else A
+        # The sum of squares is one pass over them; where it is not finite, it may have overflowed.
+        if not math.isfinite(np.vdot(values, values)) and not np.isfinite(values).all():
             raise _not_finite(type(self))
-        self._A, self._dense = A, None if _arrays.is_sparse(A) else A
         self._set_sizes(A.shape[0], A.shape[1], self._description)
-        self._set_bounds(lb, ub)
+        self._own_bounds(lb, ub)
 
     def GetDenseA(self) -> np.ndarray:
         """Returns the matrix, shape `(m, n)`."""
@@ -208,7 +209,7 @@ class BoundingBoxConstraint(LinearConstraint):
     def _set_box(self, lower: np.ndarray, upper: np.ndarray) -> None:
         self._dense = None
         self._set_sizes(lower.size, lower.size)
-        self._set_bounds(lower, upper)
+        self._own_bounds(lower, upper)
 
     @classmethod
     def _of_variable(cls, low: float, high: float) -> Self:

@@ -178,6 +178,10 @@ class Constraint(EvaluatorBase):
     _upper: np.ndarray
 
     def _set_bounds(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        self._own_bounds(lower.astype(float), upper.astype(float))
+
+    def _own_bounds(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        """Sets bounds to arrays of floats that nobody else changes."""
         if lower.size != self._num_outputs or upper.size != self._num_outputs:
             which = "Lower" if lower.size != self._num_outputs else "Upper"
             error = RuntimeError if hasattr(self, "_lower") else ValueError
@@ -188,7 +192,7 @@ class Constraint(EvaluatorBase):
         squares = lower.dot(lower) + upper.dot(upper)  # nan if a bound is, and only then: infinities have one sign here
         if squares != squares:
             raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
-        self._lower, self._upper = lower.astype(float), upper.astype(float)
+        self._lower, self._upper = lower, upper
         Changes.note()
 
     def lower_bound(self) -> np.ndarray:

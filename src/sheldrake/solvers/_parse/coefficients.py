@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _decompose as decompose
+from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
+from sheldrake.symbolic._decompose import LinearTerms
 
 
 def _age_of_term(term: tuple[Variable, float]) -> int:
@@ -39,49 +40,61 @@ class Coefficients:
             return
         places = {v: i for i, v in enumerate(ordered)}
         for value, powers in flat or ():
-            self._add(value, [places[v] for v, n in powers for _ in range(min(n, 3))])
-            self.degree = max(self.degree, sum([n for _, n in powers]))
+            degree = sum([n for _, n in powers])
+            if degree > self.degree:
+                self.degree = degree
+            if degree == 0:
+                self.c += value
+            elif degree == 1:
+                self.b[places[powers[0][0]]] += value
+            elif degree == 2:
+                if self.Q is None:
+                    self.Q = np.zeros((len(ordered), len(ordered)))
+                i, j = places[powers[0][0]], places[powers[-1][0]]
+                self.Q[i, j] += value
+                self.Q[j, i] += value
 
     @classmethod
     def linear(cls, terms: list[tuple[Variable, float]], c: float) -> Coefficients:
         """Those of a sum of variables times numbers, and of a constant."""
-        if len(terms) > 1:
-            terms.sort(key=_age_of_term)
+        terms.sort(key=_age_of_term)
         out = cls.__new__(cls)
         out.Q, out.c, out.degree = None, c, 1 if terms else 0
         out.vars = traverse.object_array([v for v, _ in terms])
-        out.b = np.array([value for _, value in terms], dtype=float)
+        out.b = np.fromiter([value for _, value in terms], float, len(terms))
         return out
 
     @classmethod
     def of_difference(cls, a: Expression, b: Expression) -> Coefficients | None:
-        """Those of a - b, if both are linear as they are."""
-        minuend, subtrahend = decompose.linear_terms(a), decompose.linear_terms(b)
-        if minuend is None or subtrahend is None:
+        """Those of a - b, if both are linear as they are, or a is expanded as it is and b a number."""
+        row = difference(a, b)
+        if row is not None:
+            return cls.linear(*row)
+        flat = decompose.flat_terms(a) if b._kind == k.CONSTANT else None
+        if flat is None:
             return None
-        (terms, c), (others, d) = minuend, subtrahend
-        if others:
-            total = dict(terms)
-            for v, value in others:
-                total[v] = total.get(v, 0.0) - value
-            terms = [(v, value) for v, value in total.items() if value != 0.0]
-        return cls.linear(terms, c - d)
-
-    def _add(self, value: float, at: list[int]) -> None:
-        """Adds a term that is a product of these variables, if it has no more than two."""
-        if len(at) == 0:
-            self.c += value
-        elif len(at) == 1:
-            self.b[at[0]] += value
-        elif len(at) == 2:
-            if self.Q is None:
-                self.Q = np.zeros((len(self.b), len(self.b)))
-            self.Q[at[0], at[1]] += value
-            self.Q[at[1], at[0]] += value
+        out = cls(a, flat)
+        out.c -= b._made[0]
+        return out
 
     def hessian(self) -> np.ndarray:
         """Q, zero if there is no term of degree two."""
         return np.zeros((len(self.vars), len(self.vars))) if self.Q is None else self.Q
+
+
+def difference(a: Expression, b: Expression) -> LinearTerms | None:
+    """The terms of a - b, if both are linear as they are, in the order of their variables; None for others."""
+    minuend, subtrahend = decompose.linear_terms(a), decompose.linear_terms(b)
+    if minuend is None or subtrahend is None:
+        return None
+    (terms, c), (others, d) = minuend, subtrahend
+    if others:
+        total = dict(terms)
+        for v, value in others:
+            total[v] = total.get(v, 0.0) - value
+        terms = [(v, value) for v, value in total.items() if value != 0.0]
+    terms.sort(key=_age_of_term)
+    return terms, c - d
 
 
 def coefficients(e: Expression) -> Coefficients | None:
@@ -110,27 +123,30 @@ def quadratic(e: Expression, wanted_by: str) -> Coefficients:
 class Affine:
     """Rows of affine expressions over all their variables, in the order of the rows that first have them."""
 
-    def __init__(self, rows: Sequence[Coefficients]):
-        variables = [r.vars.tolist() for r in rows]
-        found = list(dict.fromkeys(itertools.chain.from_iterable(variables)))
+    def __init__(self, rows: Sequence[LinearTerms]):
+        found = list(dict.fromkeys([v for terms, _ in rows for v, _ in terms]))
         self.vars = traverse.object_array(found)
         places = {v: i for i, v in enumerate(found)}
         self.A = np.zeros((len(rows), len(found)))
-        columns = [places[v] for row in variables for v in row]
-        if columns:
-            owners = np.arange(len(rows)).repeat([len(row) for row in variables])
-            self.A[owners, columns] = np.concatenate([r.b for r in rows])
-        self.c = np.array([r.c for r in rows])
+        if found:
+            owners = [i for i, (terms, _) in enumerate(rows) for _ in terms]
+            columns = [places[v] for terms, _ in rows for v, _ in terms]
+            self.A[owners, columns] = [value for terms, _ in rows for _, value in terms]
+        self.c = np.array([c for _, c in rows], dtype=float)
 
 
-def affine_rows(expressions: Sequence[Expression]) -> list[Coefficients] | None:
-    """The coefficients of each expression; None if one is not affine."""
+def affine_rows(expressions: Sequence[Expression]) -> list[LinearTerms] | None:
+    """The terms of each expression, in the order of their variables; None if one is not affine."""
     out = []
     for e in expressions:
-        found = coefficients(e)
-        if found is None or found.degree > 1:
-            return None
-        out.append(found)
+        row = decompose.linear_terms(e)
+        if row is None:
+            found = coefficients(e)
+            if found is None or found.degree > 1:
+                return None
+            row = list(zip(found.vars.tolist(), found.b.tolist())), found.c
+        row[0].sort(key=_age_of_term)
+        out.append(row)
     return out
 
 

@@ -22,6 +22,7 @@ from sheldrake.symbolic import DecomposeL2NormExpression, Expression, Formula, F
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
+from sheldrake.symbolic._decompose import LinearTerms
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -38,11 +39,11 @@ def _move_constants(lower: np.ndarray, upper: np.ndarray, c: np.ndarray) -> tupl
 
 
 def _check_constant_rows(
-    rows: list[Coefficients], expressions: Sequence[Expression], lower: np.ndarray, upper: np.ndarray
+    rows: list[LinearTerms], expressions: Sequence[Expression], lower: np.ndarray, upper: np.ndarray
 ) -> None:
     """Raises a RuntimeError where a row without variables is never satisfied."""
-    for i, r in enumerate(rows):
-        if not r.b.any() and not lower[i] <= r.c <= upper[i]:
+    for i, (terms, c) in enumerate(rows):
+        if not lower[i] <= c <= upper[i] and not any([value for _, value in terms]):
             raise RuntimeError(
                 f"Constraint {lower[i]:g} <= {expressions[i]} <= {upper[i]:g} is unsatisfiable but called with "
                 "ParseConstraint."
@@ -50,38 +51,40 @@ def _check_constant_rows(
 
 
 def _linear(
-    expressions: Sequence[Expression], rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray
+    expressions: Sequence[Expression], rows: list[LinearTerms], lower: np.ndarray, upper: np.ndarray
 ) -> BindingBase[LinearConstraint]:
     """Equality, bounding box or other linear constraint."""
     _check_constant_rows(rows, expressions, lower, upper)
     return of_rows(rows, lower, upper)
 
 
-def of_rows(rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray) -> BindingBase[LinearConstraint]:
+def of_rows(rows: list[LinearTerms], lower: np.ndarray, upper: np.ndarray) -> BindingBase[LinearConstraint]:
     """Equality, bounding box or other linear constraint of rows which have variables, or hold."""
     if not rows:
         return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.zeros(0), np.zeros(0)), np.zeros(0, dtype=object))
-    lower, upper = _move_constants(lower, upper, np.array([r.c for r in rows]))
-    if np.array_equal(lower, upper):
-        a = Affine(rows)
-        return bind(LinearEqualityConstraint, LinearEqualityConstraint._of(a.A, lower, lower), a.vars)
-    if all([len(r.b) == 1 and r.b[0] != 0.0 for r in rows]):
-        scale = np.concatenate([r.b for r in rows])
+    lower, upper = _move_constants(lower, upper, np.array([c for _, c in rows]))
+    is_equality = bool((lower == upper).all())
+    if not is_equality and all([len(terms) == 1 and terms[0][1] != 0.0 for terms, _ in rows]):
+        scale = np.array([terms[0][1] for terms, _ in rows])
         low, high = lower / scale, upper / scale
         low, high = np.where(scale > 0.0, low, high), np.where(scale > 0.0, high, low)
-        vars = np.concatenate([r.vars for r in rows])
+        vars = traverse.object_array([terms[0][0] for terms, _ in rows])
         return bind(BoundingBoxConstraint, BoundingBoxConstraint._of(low, high), vars)
     a = Affine(rows)
+    if is_equality:
+        return bind(LinearEqualityConstraint, LinearEqualityConstraint._of(a.A, lower, lower), a.vars)
     return bind(LinearConstraint, LinearConstraint._of(a.A, lower, upper), a.vars)
 
 
-def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[LinearConstraint] | None:
-    """The linear constraint of one row, as `linear_constraint` makes it; None where it has more to look at."""
-    if row is None or row.degree != 1 or not (isinstance(lower, float) and isinstance(upper, float)):
+def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[Any] | None:
+    """The linear or quadratic constraint of one row, as `constraint` makes it; None where it has more to look at."""
+    if row is None or not 1 <= row.degree <= 2 or not (isinstance(lower, float) and isinstance(upper, float)):
         return None
     low, high = lower - row.c, upper - row.c
     if math.isnan(low) or math.isnan(high) or not math.isfinite(row.c):
         return None
+    if row.degree == 2:
+        return bind(QuadraticConstraint, QuadraticConstraint._of(row.hessian(), row.b, low, high), row.vars)
     if low == high:
         return bind(LinearEqualityConstraint, LinearEqualityConstraint._of_row(row.b, low, high), row.vars)
     if len(row.vars) > 1:
@@ -98,10 +101,6 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
         RuntimeError: it holds for no values of the variables.
     """
     row = coefficients(expressions) if isinstance(expressions, Expression) else None
-    if row is not None and row.degree == 2 and isinstance(lower, float) and isinstance(upper, float):
-        new = QuadraticConstraint._of(row.hessian(), row.b, lower - row.c, upper - row.c)
-        if new._lower[0] == new._lower[0] and new._upper[0] == new._upper[0]:  # else something is nan
-            return bind(QuadraticConstraint, new, row.vars)
     found = one_row(row, lower, upper)
     if found is not None:
         return found
@@ -220,7 +219,8 @@ def linear_constraint(
     Raises:
         RuntimeError: an expression is not linear.
     """
-    found = one_row(coefficients(expressions), lower, upper) if isinstance(expressions, Expression) else None
+    row = coefficients(expressions) if isinstance(expressions, Expression) else None
+    found = None if row is None or row.degree > 1 else one_row(row, lower, upper)
     if found is not None:
         return found
     es, lower, upper = _flat(expressions, lower, upper)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.solvers._parse.coefficients import Coefficients
+from sheldrake.solvers._parse.coefficients import Coefficients, difference
 from sheldrake.solvers._parse.constraints import constraint, equality_constraint, linear_constraint, of_rows, one_row
 from sheldrake.symbolic import Expression, Formula, FormulaKind
 from sheldrake.symbolic import _build as build
@@ -99,8 +99,8 @@ def _at_least(f: Formula, a: Expression, b: Expression) -> tuple[Expression, flo
     return _difference(f, a, b), 0.0, np.inf
 
 
-def _row(f: Formula, swap: bool) -> tuple[Coefficients, float, float] | None:
-    """`_sides` as coefficients, if both sides are linear as they are; None also where one of them is infinite."""
+def _bounded(f: Formula, swap: bool) -> tuple[Expression, Expression, float, float]:
+    """a, b and the bounds of a - b; see `_sides`."""
     a, b = f._args
     kind, low, high = f._kind, 0.0, 0.0
     if kind is FormulaKind.Leq:
@@ -109,25 +109,29 @@ def _row(f: Formula, swap: bool) -> tuple[Coefficients, float, float] | None:
         a, b, low = b, a, -math.inf
     elif kind is FormulaKind.Geq:
         high = math.inf
-    row = Coefficients.of_difference(a, b)
-    return (row, low, high) if row is not None and row.degree and math.isfinite(row.c) else None
+    return a, b, low, high
 
 
-def _linear_rows(parts: list[Formula], swap: bool) -> BindingBase[Constraint] | None:
-    """The constraint of formulas whose sides are linear as they are; None for others."""
-    rows = []
+def _at_once(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint] | None:
+    """The constraint of formulas whose coefficients are found as they are; None for others, and for infinite sides."""
+    if len(parts) == 1:
+        a, b, low, high = _bounded(parts[0], swap)
+        row = Coefficients.of_difference(a, b)
+        return None if row is None or (linear and row.degree > 1) else one_row(row, low, high)
+    rows, lows, highs = [], [], []
     for f in parts:
-        row = _row(f, swap)
-        if row is None:
+        a, b, low, high = _bounded(f, swap)
+        terms = difference(a, b)
+        if terms is None or not terms[0] or not math.isfinite(terms[1]):
             return None
-        rows.append(row)
-    if len(rows) == 1:
-        return one_row(*rows[0])
-    return of_rows([row for row, _, _ in rows], *(np.array([r[i] for r in rows]) for i in (1, 2)))
+        rows.append(terms)
+        lows.append(low)
+        highs.append(high)
+    return of_rows(rows, np.array(lows), np.array(highs))
 
 
 def _parsed(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint]:
-    found = _linear_rows(parts, swap) if parts else None
+    found = _at_once(parts, swap, linear) if parts else None
     if found is not None:
         return found
     triples = [_sides(f, swap) for f in parts]

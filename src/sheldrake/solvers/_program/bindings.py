@@ -79,7 +79,7 @@ class ProgramBindings:
 
     def __init__(self, variables: ProgramVariables) -> None:
         self._variables = variables
-        self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {kind: [] for kind in ATTRIBUTES}
+        self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {}  # of the kinds there are
         self._attributes: frozenset[ProgramAttribute] | None = None  # of the costs and constraints, once known
         self.version = object()  # another one when there are other bindings
 
@@ -98,20 +98,25 @@ class ProgramBindings:
             RuntimeError: one of its variables is no decision variable.
         """
         self._variables.check_decisions(binding._variables)
-        kind = _kind_of(type(binding._evaluator))  # type: ignore[arg-type]
+        evaluator = binding._evaluator
+        kind = _kind_of(type(evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
-        if not isinstance(binding._evaluator, Constraint) or binding._evaluator.num_constraints():
-            self._lists[kind].append(out)
+        if evaluator._num_outputs or not isinstance(evaluator, Constraint):
+            self._lists.setdefault(kind, []).append(out)
             self._attributes, self.version = None, object()
         return cast("BindingBase[Kind]", out)
 
     def of(self, kind: type[Kind]) -> list[BindingBase[Kind]]:
         """All of one kind, in the order they were added. Of `Cost` and `Constraint`: those of no more special kind."""
-        return list(self._lists[kind])
+        return list(self._lists.get(kind, ()))
+
+    def _of_all(self, kinds: Iterable[type[EvaluatorBase]]) -> list[BindingBase]:
+        """All of some kinds, one kind after the other."""
+        return [b for kind in kinds if kind in self._lists for b in self._lists[kind]]
 
     def all(self) -> list[BindingBase]:
         """All costs, constraints and callbacks."""
-        return [b for bindings in self._lists.values() for b in bindings]
+        return self._of_all(ATTRIBUTES)
 
     def contents(self) -> tuple[list[object], list[object]] | None:
         """What linear constraints, linear and quadratic costs are made of; None where there is more in the program.
@@ -121,7 +126,7 @@ class ProgramBindings:
         """
         if any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT]):
             return None
-        quadratic, linear, rows, equations, boxes = ([b._evaluator for b in self._lists[kind]] for kind in _FLAT)
+        quadratic, linear, rows, equations, boxes = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
         rows += equations
         matrices = [e._Q for e in quadratic] + [e._A for e in rows]
         costs = [e._b for e in quadratic + linear] + [e._c for e in quadratic] + [e._a for e in linear]
@@ -130,7 +135,7 @@ class ProgramBindings:
 
     def are_convex(self) -> bool:
         """Whether each quadratic cost is convex."""
-        return QuadraticCost.are_convex([b._evaluator for b in self._lists[QuadraticCost]])
+        return QuadraticCost.are_convex([b._evaluator for b in self._lists.get(QuadraticCost, ())])
 
     def places(self, *bindings: BindingBase) -> np.ndarray:
         """Places of the variables of bindings among the decision variables, one binding after the other, shape (n,)."""
@@ -204,16 +209,16 @@ class ProgramBindings:
 
     def GetAllCosts(self) -> list[Binding[Cost]]:
         """Returns the bindings of all costs."""
-        return [as_kind(Cost, b) for kind in COSTS for b in self._lists[kind]]
+        return [as_kind(Cost, b) for b in self._of_all(COSTS)]
 
     def GetAllConstraints(self) -> list[Binding[Constraint]]:
         """Returns the bindings of all constraints."""
-        return [as_kind(Constraint, b) for kind in CONSTRAINTS for b in self._lists[kind]]
+        return [as_kind(Constraint, b) for b in self._of_all(CONSTRAINTS)]
 
     def GetLinearConstraints(self) -> list[Binding[LinearConstraint]]:
         """Returns the bindings of linear constraints, then of linear equalities; bounding boxes do not count."""
         linear = (LinearConstraint, LinearEqualityConstraint)
-        return [as_kind(LinearConstraint, b) for kind in linear for b in self._lists[kind]]
+        return [as_kind(LinearConstraint, b) for b in self._of_all(linear)]
 
     def required_capabilities(self) -> set[ProgramAttribute]:
         """Returns what a solver must know how to handle."""

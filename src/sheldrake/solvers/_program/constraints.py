@@ -201,13 +201,18 @@ def _constraint_binding(value: object) -> BindingBase[Constraint]:
 def _linear(
     A: Matrix, lb: np.ndarray | float, ub: np.ndarray | float, vars: np.ndarray
 ) -> BindingBase[LinearConstraint]:
-    if A.shape == (len(vars), 1) and np.size(lb) == 1 and len(vars) > 1:
+    lower, upper = _at_least_one(lb), _at_least_one(ub)
+    if A.shape == (len(vars), 1) and lower.size == 1 and len(vars) > 1:
         A = A.T  # A flat list of coefficients is one row.
-    return bind(LinearConstraint, LinearConstraint._of(A, np.atleast_1d(lb), np.atleast_1d(ub)), vars)
+    return bind(LinearConstraint, LinearConstraint._of(A, lower, upper), vars)
+
+
+def _at_least_one(b: np.ndarray | float) -> np.ndarray:
+    return b if isinstance(b, np.ndarray) else np.array([b])
 
 
 def _equality(A: Matrix, b: np.ndarray | float, vars: np.ndarray) -> BindingBase[LinearEqualityConstraint]:
-    right = np.atleast_1d(b)
+    right = _at_least_one(b)
     return bind(LinearEqualityConstraint, LinearEqualityConstraint._of(A, right, right), vars)
 
 
@@ -240,6 +245,7 @@ def _callback(func: Callable[[np.ndarray], Any], vars: np.ndarray) -> BindingBas
     return bind(VisualizationCallback, VisualizationCallback._make(func, len(vars)), vars)
 
 
+@kind("float array of shape (n,)", refuses=(int, float))
 def _bound(value: ArrayLike) -> np.ndarray:
     if not np.ndim(value):
         raise Mismatch

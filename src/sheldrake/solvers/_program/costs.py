@@ -147,8 +147,8 @@ def _quadratic(
 
 
 def _error(Q: Matrix, x_desired: np.ndarray, vars: np.ndarray) -> BindingBase[QuadraticCost]:
-    slope = Q @ x_desired
-    new = QuadraticCost._of(symmetric_part(2.0 * Q), -2.0 * slope, float(x_desired @ slope), None)
+    slope = Q.dot(x_desired)
+    new = QuadraticCost._of(symmetric_part(2.0 * Q), -2.0 * slope, float(x_desired.dot(slope)), None)
     return bind(QuadraticCost, new, vars)
 
 

@@ -8,6 +8,7 @@ epigraphs, polynomials       what is said with new variables and the constraints
 
 from __future__ import annotations
 
+import functools
 import operator
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -46,12 +47,24 @@ class ProgramParts:
         self.bindings = bindings
         self.costs = ProgramCosts(bindings)
         self.constraints = ProgramConstraints(bindings)
-        self.cones = ProgramCones(variables, bindings)
-        self.epigraphs = ProgramEpigraphs(variables, self.costs, self.constraints, self.cones)
-        self.polynomials = ProgramPolynomials(variables, bindings, self.cones)
         self._seen: tuple[object, ...] = ()
         self._contents: tuple[list[Any], list[Any]] | None = None
         self._forms: dict[Any, tuple[list[object], Any]] = {}  # each with the numbers that it has
+
+    @functools.cached_property
+    def cones(self) -> ProgramCones:
+        """Adds cones."""
+        return ProgramCones(self.variables, self.bindings)
+
+    @functools.cached_property
+    def epigraphs(self) -> ProgramEpigraphs:
+        """Adds what is said with new variables and cones."""
+        return ProgramEpigraphs(self.variables, self.costs, self.constraints, self.cones)
+
+    @functools.cached_property
+    def polynomials(self) -> ProgramPolynomials:
+        """Adds polynomials."""
+        return ProgramPolynomials(self.variables, self.bindings, self.cones)
 
     def form(self, kind: Callable[[MathematicalProgram], Form], program: MathematicalProgram) -> Form:
         """The program in the form of a solver, kept while the program stays the same.

@@ -5,6 +5,8 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import itertools
+import math
 import operator
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,6 +20,7 @@ from sheldrake.common._overloads import Mismatch, Ways, incompatible, overload, 
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable, Variables
 from sheldrake.symbolic._kinds import VariableType
+from sheldrake.symbolic._traverse import object_array
 from sheldrake.symbolic._variable import named
 
 if TYPE_CHECKING:
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from sheldrake.solvers._arrays import VariablesLike
 
 _TYPE = VariableType
-_type_of = operator.attrgetter("_type")
+_id_of, _type_of = operator.attrgetter("_id"), operator.attrgetter("_type")
 
 
 class DecisionVariables(NamedTuple):
@@ -73,19 +76,16 @@ class ProgramVariables:
 
     def _append_new(self, vars: list[Variable]) -> None:
         """Adds variables that are in no program yet, of a type that may be."""
-        first, self._snapshot = len(self._decisions), None
-        self._places.update({v._id: i for i, v in enumerate(vars, first)})
-        self._decisions.extend(vars)
-        self._guess.extend([np.nan] * len(vars))
+        self._places.update(zip(map(_id_of, vars), itertools.count(len(self._decisions))))
+        self._decisions += vars
+        self._guess += [math.nan] * len(vars)
+        self._snapshot = None
 
     def _new(self, type: VariableType, shape: tuple[int, ...], name: str) -> np.ndarray:
         """New decision variables; those of a column are numbered as a vector (Drake's indeterminates are not)."""
-        if shape[1:] == (1,):
-            out = _filled(shape[:1], name, type).reshape(shape)
-        else:
-            out = _filled(shape, name, type)
-        self._append_new(out.ravel(order="F").tolist())
-        return out
+        new = named(_names(shape[:1] if shape[1:] == (1,) else shape, name), type)
+        self._append_new(new)
+        return _objects(new, shape)
 
     @typing_overload
     def NewContinuousVariables(self, rows: int, name: str = "x") -> np.ndarray: ...
@@ -110,10 +110,10 @@ class ProgramVariables:
     def NewIndeterminates(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new indeterminates; called as `(rows, name="x")` or `(rows, cols, name="X")`."""
         shape, name = _NEW_INDETERMINATES.choose("NewIndeterminates", args, kwargs)
-        out = _filled(shape, name, _TYPE.CONTINUOUS)
-        for v in out.ravel(order="F"):
+        new = named(_names(shape, name), _TYPE.CONTINUOUS)
+        for v in new:
             self._append_indeterminate(v)
-        return out
+        return _objects(new, shape)
 
     def NewSymmetricContinuousVariables(self, rows: int, name: str = "Symmetric") -> np.ndarray:
         """Returns a symmetric matrix of new continuous variables, shape `(rows, rows)`."""
@@ -301,8 +301,10 @@ class ProgramVariables:
         Raises:
             RuntimeError: a variable is no decision variable, or sizes differ.
         """
+        places = self._places
         for v, value in self._pairs("SetInitialGuess", decision_variable, variable_guess):
-            self._guess[self.FindDecisionVariableIndex(v)] = value
+            place = places.get(v._id)
+            self._guess[self.FindDecisionVariableIndex(v) if place is None else place] = value
 
     @checked
     def SetInitialGuessForAllVariables(self, x0: ArrayLike) -> None:
@@ -316,7 +318,7 @@ class ProgramVariables:
             raise RuntimeError(
                 f"SetInitialGuessForAllVariables(): expected {self.num_vars()} values, got {values.size}."
             )
-        self._guess = [float(v) for v in values]
+        self._guess = values.tolist()
 
     @overloaded(
         overload(decision_variable=anything, decision_variable_new_value=anything, values=instance_of(np.ndarray)),
@@ -345,14 +347,15 @@ class ProgramVariables:
             if isinstance(vars, (Variable, Expression)):
                 return [(_arrays.variable_vector(np.array([vars], dtype=object))[0], _arrays.number(values))]
             flat = _arrays.variable_vector(vars)
-            if np.ndim(values) == 0:
+            floats = np.asarray(values, dtype=float)
+            if floats.ndim == 0:
                 raise Mismatch
-            floats = np.asarray(values, dtype=float).ravel(order="F")
+            floats = floats.ravel(order="F")
         except (Mismatch, ValueError, TypeError):
             raise incompatible(call, accepted, (vars, values), {}) from None
         if floats.size != flat.size:
             raise RuntimeError(f"{call}(): {flat.size} variables, but {floats.size} values.")
-        return list(zip(flat, map(float, floats)))
+        return list(zip(flat.tolist(), floats.tolist()))
 
     # Scaling
 
@@ -375,19 +378,17 @@ class ProgramVariables:
         self._scaling = {}
 
 
-def _objects(items: list[Variable]) -> np.ndarray:
-    out = np.empty(len(items), dtype=object)
-    out[:] = items
-    return out
+def _objects(items: list[Variable], shape: tuple[int, ...] = ()) -> np.ndarray:
+    """An array of variables; of a matrix given column after column."""
+    out = object_array(items)
+    return out.reshape(shape, order="F") if len(shape) > 1 else out
 
 
-def _filled(shape: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
-    """New variables, made column after column."""
+def _names(shape: tuple[int, ...], name: str) -> list[str]:
+    """Names of elements, column after column."""
     if len(shape) == 1:
-        return _objects(named([f"{name}({i})" for i in range(shape[0])], type))
-    rows, cols = shape
-    made = named([f"{name}({i},{j})" for j in range(cols) for i in range(rows)], type)
-    return _objects(made).reshape(shape, order="F")
+        return [f"{name}({i})" for i in range(shape[0])]
+    return [f"{name}({i},{j})" for j in range(shape[1]) for i in range(shape[0])]
 
 
 def _ways(vector: str, matrix: str) -> Ways:
