@@ -9,7 +9,12 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.lcm import DrakeLcmInterface
-from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
+from sheldrake.lcm._messages import (
+    lcmt_iiwa_command,
+    lcmt_iiwa_status,
+    lcmt_schunk_wsg_command,
+    lcmt_schunk_wsg_status,
+)
 from sheldrake.manipulation._config import IiwaDriver, SchunkWsgDriver, ZeroForceDriver
 from sheldrake.manipulation._iiwa_messages import (
     IiwaCommandReceiver,
@@ -18,6 +23,12 @@ from sheldrake.manipulation._iiwa_messages import (
     kIiwaArmNumJoints,
     position_enabled,
     torque_enabled,
+)
+from sheldrake.manipulation._wsg import (
+    MakeMultibodyForceToWsgForceSystem,
+    MakeMultibodyStateToWsgStateSystem,
+    SchunkWsgController,
+    SchunkWsgStatusSender,
 )
 from sheldrake.multibody.parsing import GetScopedFrameByName, Parser
 from sheldrake.multibody.plant import MultibodyPlant
@@ -45,6 +56,8 @@ if TYPE_CHECKING:
     from sheldrake.multibody.tree._index import ModelInstanceIndex
 
 _IIWA_KP = np.array([2000.0, 1500.0, 1500.0, 1500.0, 1500.0, 500.0, 500.0])
+_WSG_STATUS_PERIOD = 0.05
+"""How often the gripper's status goes out [s]."""
 
 
 class SimIiwaDriver(Diagram):
@@ -210,11 +223,33 @@ def BuildSchunkWsgControl(
     builder: DiagramBuilder,
     pid_gains: ArrayLike | None = None,
 ) -> None:
-    """Not there yet: `SchunkWsgPositionController` holds a gripper without messages."""
-    raise NotImplementedError(
-        "BuildSchunkWsgControl(): the gripper's control by messages is not there yet; connect a "
-        "SchunkWsgPositionController instead."
+    """Adds a gripper's controller, fed by messages of channel SCHUNK_WSG_COMMAND, its status on SCHUNK_WSG_STATUS.
+
+    Args:
+        plant: The simulated plant, finalized.
+        wsg_instance: The gripper in it.
+        lcm: The connection. Over one to nobody ("memq://null") no command comes: the gripper stays at its first one.
+        builder: Where the plant is.
+        pid_gains: Proportional, integral and derivative gain, shape (3,); None: those of SchunkWsgDriver.
+    """
+    name, add, connect = plant.GetModelInstanceName(wsg_instance), builder.AddNamedSystem, builder.Connect
+    subscriber = add(
+        f"{name}_wsg_command_subscriber", LcmSubscriberSystem.Make("SCHUNK_WSG_COMMAND", lcmt_schunk_wsg_command, lcm)
     )
+    controller = builder.AddSystem(SchunkWsgController(*(SchunkWsgDriver().pid_gains if pid_gains is None else pid_gains)))
+    status = LcmPublisherSystem.Make("SCHUNK_WSG_STATUS", lcmt_schunk_wsg_status, lcm, _WSG_STATUS_PERIOD)
+    publisher = add(f"{name}_wsg_status_publisher", status)
+    sender = builder.AddSystem(SchunkWsgStatusSender())
+    state = builder.AddSystem(MakeMultibodyStateToWsgStateSystem())
+    force = builder.AddSystem(MakeMultibodyForceToWsgForceSystem())
+    connect(subscriber.get_output_port(), controller.GetInputPort("command_message"))
+    connect(plant.get_state_output_port(wsg_instance), controller.GetInputPort("state"))
+    connect(controller.GetOutputPort("force"), plant.get_actuation_input_port(wsg_instance))
+    connect(plant.get_state_output_port(wsg_instance), state.get_input_port())
+    connect(plant.get_generalized_contact_forces_output_port(wsg_instance), force.get_input_port())
+    connect(state.get_output_port(), sender.get_state_input_port())
+    connect(force.get_output_port(), sender.get_force_input_port())
+    connect(sender.get_output_port(), publisher.get_input_port())
 
 
 def _controller_plant(sim_plant: MultibodyPlant, arm: Any, hand: Any, config: IiwaDriver) -> MultibodyPlant:
@@ -269,7 +304,7 @@ def ApplyDriverConfig(
     """Adds the driver of one model.
 
     Args:
-        driver_config: IiwaDriver or ZeroForceDriver.
+        driver_config: IiwaDriver, SchunkWsgDriver or ZeroForceDriver.
         model_instance_name: The model in the plant.
         sim_plant: The simulated plant, finalized.
         models_from_directives: What `ProcessModelDirectives` gave, by name of the model.

@@ -7,7 +7,12 @@ import importlib
 import numpy as np
 import pytest
 
-from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
+from sheldrake.lcm._messages import (
+    lcmt_iiwa_command,
+    lcmt_iiwa_status,
+    lcmt_schunk_wsg_command,
+    lcmt_schunk_wsg_status,
+)
 
 pytestmark = pytest.mark.peer
 N = 7
@@ -110,6 +115,59 @@ def test_gripper(limit):
                     numbers.extend(control.GetOutputPort(port).Eval(context))
             found.append(numbers)
         assert np.abs(np.subtract(*found)).max() < 1e-12 * np.abs(found[1]).max()
+
+
+GRIPPER = """<sdf version="1.7"><model name="wsg">
+  <link name="palm"/><joint name="weld" type="fixed"><parent>world</parent><child>palm</child></joint>
+  {}</model></sdf>""".format(
+    "".join(
+        f"""<link name="{name}"><pose>{x} 0 0 0 0 0</pose><inertial><mass>0.05</mass></inertial>
+        <collision name="c"><geometry><box><size>0.01 0.02 0.02</size></box></geometry></collision></link>
+        <joint name="{name}_joint" type="prismatic"><parent>palm</parent><child>{name}</child>
+        <axis><xyz>1 0 0</xyz><limit><lower>{lower}</lower><upper>{upper}</upper><effort>80</effort></limit></axis>
+        </joint>"""
+        for name, x, lower, upper in (("left", -0.015, -0.055, 0), ("right", 0.015, 0, 0.055))
+    )
+)
+"""Two fingers on sliders, 2 cm apart where they are closed."""
+
+
+def gripper_statuses(package, gains):
+    """Status messages of a gripper that opens, then closes on a welded block."""
+    lib = importlib.import_module(f"{package}.all")
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 1e-3)
+    (wsg,) = lib.Parser(plant).AddModelsFromString(GRIPPER, "sdf")
+    friction = lib.CoulombFriction(1.0, 1.0)
+    plant.RegisterCollisionGeometry(plant.world_body(), lib.RigidTransform(), lib.Sphere(0.02), "block", friction)
+    plant.Finalize()
+    lcm = lib.DrakeLcm("memq://")
+    lib.BuildSchunkWsgControl(plant, wsg, lcm, builder, *gains)
+    names = [s.get_name() for s in builder.GetSystems() if s.get_name().startswith("wsg_")]
+    simulator = lib.Simulator(builder.Build())
+    plant.SetPositions(plant.GetMyMutableContextFromRoot(simulator.get_mutable_context()), [-0.02, 0.02])
+    found = []
+    lcm.Subscribe("SCHUNK_WSG_STATUS", lambda data: found.append(lcmt_schunk_wsg_status.decode(data)))
+    for k in range(22):
+        lcm.HandleSubscriptions(0)
+        if k in (4, 11):
+            command = lcmt_schunk_wsg_command(utime=k, target_position_mm=100.0 if k == 4 else 10.0, force=15.0)
+            lcm.Publish("SCHUNK_WSG_COMMAND", command.encode())
+            lcm.HandleSubscriptions(0)
+        simulator.AdvanceTo(0.03 * (k + 1))
+    lcm.HandleSubscriptions(0)
+    return names, [(m.utime, m.actual_position_mm, m.actual_speed_mm_per_s, m.actual_force) for m in found]
+
+
+@pytest.mark.parametrize("gains", [(), ([2000.0, 0.0, 5.0],)])
+def test_status_of_a_driven_gripper(gains):
+    pytest.importorskip("pydrake")
+    (names, ours), (their_names, theirs) = (gripper_statuses(p, gains) for p in ("sheldrake", "pydrake"))
+    assert names == their_names == ["wsg_wsg_command_subscriber", "wsg_wsg_status_publisher"]
+    ours, theirs = np.array(ours), np.array(theirs)
+    assert len(ours) == len(theirs) >= 12 and np.ptp(ours[:, 1]) > 50.0 and ours[-1, 3] > 10.0
+    # mm, mm/s and N; contact is solved to 1e-6 or so by both.
+    assert np.abs(ours - theirs).max() < 1e-4
 
 
 def test_constants_and_small_systems():
