@@ -1,6 +1,8 @@
 """Solvers, each by the conditions that its answer must satisfy."""
 
 import importlib.util
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -326,3 +328,23 @@ def test_quadratic_programs_as_arrays(monkeypatch):
     assert solve_quadratic_program(np.eye(1), np.zeros(1), np.ones((2, 1)), *apart) is None
     monkeypatch.setattr(_Clarabel, "_is_available", classmethod(lambda cls: False))
     np.testing.assert_allclose(at_once, solve_quadratic_program(*arrays), atol=1e-5)  # OSQP stops sooner
+
+
+def test_a_semidefinite_program_is_solved_without_loading_scipys_linear_algebra():
+    """What Clarabel takes of `scipy.linalg` is in two of its modules; who imports it later gets all of it."""
+    program = """
+import sys
+import numpy as np
+from sheldrake.solvers import ClarabelSolver, MathematicalProgram
+prog = MathematicalProgram()
+X = prog.NewSymmetricContinuousVariables(5)
+prog.AddPositiveSemidefiniteConstraint(X)
+prog.AddPositiveSemidefiniteConstraint(X - np.eye(5))
+prog.AddLinearCost(np.trace(X) + X[0, 4])
+result = ClarabelSolver().Solve(prog)
+assert result.is_success() and abs(result.get_optimal_cost() - 5.0) < 1e-6, result.get_optimal_cost()
+assert not [name for name in sys.modules if name.startswith("scipy.linalg")]
+import scipy.linalg
+assert scipy.linalg.cython_blas.__pyx_capi__ and scipy.linalg.cython_lapack.__pyx_capi__
+"""
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=120)

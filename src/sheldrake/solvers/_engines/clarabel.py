@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
+import os
+import sys
 from collections.abc import Hashable, Iterable
+from importlib.machinery import PathFinder
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import ConicForm
 from sheldrake.solvers._engines.interface import SolverInterface, is_installed
 from sheldrake.solvers._ids import ProgramAttribute as A
@@ -99,6 +104,8 @@ class _Prepared:
         given = clarabel.DefaultSettings()
         for key, value in settings.items():
             setattr(given, key, value)
+        if any(cone.kind == "psd" for cone in form.cones):
+            _take_lapack(clarabel)
         cones = [_cone(clarabel, cone) for cone in form.cones]
         P, A = form.lists
         self._solver = clarabel.DefaultSolver(P, form.q.tolist(), A, form.b.tolist(), cones, given)
@@ -123,6 +130,34 @@ class _Prepared:
         if again:
             form.idle.append(self)
         return found
+
+
+@functools.cache
+def _take_lapack(clarabel: Any) -> None:
+    """Has Clarabel take the functions it factors semidefinite matrices with from two modules of `scipy.linalg`.
+
+    It keeps them for the life of the process. Left alone it imports the whole package, which takes 20 times as long;
+    who imports that later finds nothing of this.
+    """
+    import scipy
+
+    names = [name for name in ("scipy.linalg.cython_blas", "scipy.linalg.cython_lapack") if name not in sys.modules]
+    try:
+        for name in names:
+            spec = PathFinder.find_spec(name, [os.path.join(scipy.__path__[0], "linalg")])
+            if spec is None or spec.loader is None:
+                return  # it is elsewhere in this SciPy: Clarabel will find it
+            sys.modules[name] = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(sys.modules[name])
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        n = 4  # smaller matrices need less than larger ones do
+        unit = np.eye(n)[np.tril_indices(n)]
+        P, A = Columns.of(np.zeros((unit.size, unit.size))), Columns.of(-np.eye(unit.size))
+        clarabel.DefaultSolver(P, unit, A, unit, [clarabel.PSDTriangleConeT(n)], settings).solve()
+    finally:
+        for name in names:
+            sys.modules.pop(name, None)
 
 
 @functools.cache

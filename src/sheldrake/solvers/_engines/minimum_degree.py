@@ -20,7 +20,8 @@ def minimum_degree(size: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
     """
     off = rows != cols
     i, j = rows[off], cols[off]
-    keys = np.unique(np.concatenate((i * size + j, j * size + i)))
+    keys = np.sort(np.concatenate((i * size + j, j * size + i)))
+    keys = keys[np.diff(keys, prepend=-1) > 0]  # np.unique would load masked arrays, which takes longer than the rest
     starts = np.searchsorted(keys, np.arange(size + 1) * size).astype(np.int64)
     near = (keys % size).astype(np.int64)
     neighbours, elements, *others = np.zeros((13, size), dtype=np.int64)
