@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 
-from sheldrake.solvers._functions.costs import QuadraticCost
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import ProgramType
 from sheldrake.solvers._program.parts import parts_of
@@ -30,7 +29,7 @@ NONLINEAR = (
 
 def quadratic_costs_are_convex(prog: MathematicalProgram) -> bool:
     """Whether each quadratic cost is convex."""
-    return QuadraticCost.are_convex([b._evaluator for b in prog.quadratic_costs()])
+    return parts_of(prog).bindings.are_convex()
 
 
 def GetProgramType(prog: MathematicalProgram) -> ProgramType:

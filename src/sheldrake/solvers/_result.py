@@ -34,29 +34,26 @@ class MathematicalProgramResult:
     """Values of decision variables, the cost, duals, and how the solver ended."""
 
     def __init__(self) -> None:
-        self._variables: list[Variable] = []
-        self._places: dict[int, int] = {}
+        self._set([], {}, "")
         self._x = np.zeros(0)
-        self._cost = np.nan
-        self._result = SolutionResult.kSolutionResultNotSet
-        self._solver_id = SolverId("")
+
+    def _set(self, variables: list[Variable], places: dict[int, int], solver: str) -> None:
+        self._variables, self._places, self._solver = variables, places, solver
+        self._cost, self._result = np.nan, SolutionResult.kSolutionResultNotSet
         self._details: Any = None
         self._duals: dict[tuple, np.ndarray] = {}
         self._late_duals: Callable[[], Iterable[tuple[BindingBase, ArrayLike]]] | None = None
         self._more: list[tuple[np.ndarray, float]] = []
 
-    def _start(self, prog: MathematicalProgram, solver_id: SolverId) -> None:
-        """Empties it for the variables of a program."""
-        self.__init__()  # type: ignore[misc]
-        self._variables, self._places, _ = parts_of(prog).variables.decisions()
-        self._x = np.full(len(self._variables), np.nan)
-        self._solver_id = solver_id
+    def _start(self, prog: MathematicalProgram, solver: str) -> None:
+        """Empties it for the variables of a program, and the name of a solver, which is to `_finish` it."""
+        variables, places, _ = parts_of(prog).variables.decisions()
+        self._set(variables, places, solver)
 
     def _finish(self, result: SolutionResult, x: ArrayLike | None, cost: float) -> None:
         """Says how the solve ended; without a feasible point the cost is inf, if unbounded -inf."""
         self._result = result
-        if x is not None:
-            self._x = np.array(x, dtype=float)
+        self._x = np.full(len(self._variables), np.nan) if x is None else np.array(x, dtype=float)
         self._cost = float(cost)
         if result is SolutionResult.kInfeasibleConstraints:
             self._cost = np.inf
@@ -98,7 +95,7 @@ class MathematicalProgramResult:
 
     def get_solver_id(self) -> SolverId:
         """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "Simplex"."""
-        return self._solver_id
+        return SolverId(self._solver)
 
     def get_solver_details(self) -> Any:
         """Returns what this solver tells beyond the solution.
@@ -227,7 +224,7 @@ class MathematicalProgramResult:
         if found is None:
             raise ValueError(
                 "Either this constraint does not belong to the mathematical program for which the result is obtained, "
-                f"or {self._solver_id.name()} does not currently support getting dual solution yet."
+                f"or {self._solver} does not currently support getting dual solution yet."
             )
         return found.copy()
 

@@ -561,7 +561,7 @@ def _branch_and_bound(prog: MathematicalProgram) -> MathematicalProgramResult:
     tree = MixedIntegerBranchAndBound(prog, ClarabelSolver.id())
     outcome = tree.Solve()
     result = MathematicalProgramResult()
-    result._start(prog, ClarabelSolver.id())
+    result._start(prog, ClarabelSolver._name)
     if outcome is SolutionResult.kSolutionFound:
         result._finish(outcome, tree.GetSolution(prog.decision_variables()), tree.GetOptimalCost())
     else:
@@ -572,12 +572,7 @@ def _branch_and_bound(prog: MathematicalProgram) -> MathematicalProgramResult:
 def _with_values(result: MathematicalProgramResult, values: dict[Any, float]) -> MathematicalProgramResult:
     """The outcome of a solve with other variables' values."""
     out = MathematicalProgramResult()
-    out._result, out._cost, out._solver_id, out._details = (
-        result._result,
-        result._cost,
-        result._solver_id,
-        result._details,
-    )
+    out._result, out._cost, out._solver, out._details = result._result, result._cost, result._solver, result._details
     out._variables = list(values)
     out._places = {v.get_id(): i for i, v in enumerate(values)}
     out._x = np.array(list(values.values()), dtype=float)

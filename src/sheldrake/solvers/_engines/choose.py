@@ -96,12 +96,26 @@ _CANDIDATES = {
 }
 
 
+class _Choice:
+    """The solver to use for a program, whatever its bounds, linear costs and constants (see `ChooseBestSolver`)."""
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        self.solver = _first_that_fits(prog)
+
+    def moved(self, prog: MathematicalProgram) -> _Choice:
+        """The same for other numbers."""
+        return self
+
+
 def _best(prog: MathematicalProgram) -> type[SolverInterface]:
-    """The solver to use for a program (see `ChooseBestSolver`)."""
+    return parts_of(prog).form(_Choice, prog).solver
+
+
+def _first_that_fits(prog: MathematicalProgram) -> type[SolverInterface]:
     has = parts_of(prog).bindings.attributes()
     kind = type_of_program(prog, has)
     for cls in _CANDIDATES[kind]:
-        if has <= cls._attributes and _usable(cls) and cls().AreProgramAttributesSatisfied(prog):
+        if has <= cls._attributes and _usable(cls) and not cls()._restriction(prog):
             return cls
     if kind in _MIXED:
         raise ValueError(

@@ -71,7 +71,7 @@ class ClarabelSolver(SolverInterface):
         x, z = np.array(found.x), np.array(found.z)
         outcome = _RESULTS.get(status, SolutionResult.kSolverSpecificError)
         result._details = self._told(found, outcome, form.constant)
-        result._finish(outcome, form.x(x), form.cost(x))
+        result._finish(outcome, form.x(x), found.obj_val + form.constant)
         if outcome is SolutionResult.kSolutionFound:
             result._set_duals_late(functools.partial(form.duals, z))
 
@@ -110,7 +110,7 @@ class _Prepared:
             found = form.idle.pop()  # another thread may be solving the same program
         except IndexError:
             return cls(clarabel, form, settings)
-        fits = found.settings == settings and np.array_equal(found._q, form.q)
+        fits = found.settings == settings and found._q is form.q
         return found if fits else cls(clarabel, form, settings)
 
     def solve(self, form: ConicForm) -> Any:

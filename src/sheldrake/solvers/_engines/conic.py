@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.linear_rows import LinearRows, entries
+from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -80,7 +80,8 @@ class ConicForm:
         slacks = len(self.prog.l2norm_costs())
         self._first_slack = self.num_vars
         self.num_vars += slacks
-        q, self.constant = linear_objective(self.prog)
+        self._linear_objective = LinearObjective(self.prog)
+        q, self.constant = self._linear_objective.now()
         self.q = np.concatenate((q, np.ones(slacks))) if slacks else q
 
     # Rows
@@ -124,8 +125,9 @@ class ConicForm:
         None where the form has other rows then.
         """
         table = self._table.again()
-        out = copy.copy(self)
-        out.q, out.constant = linear_objective(prog)
+        out = another(self)
+        q, out.constant = self._linear_objective.now()
+        out.q = self.q if (q == self.q).all() else q
         if table is self._table:
             return out
         if not np.array_equal(_kinds_of_rows(table.lower, table.upper), self._kinds):
@@ -246,15 +248,20 @@ def _kinds_of_rows(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     return np.array([equal, ~equal & np.isfinite(upper), ~equal & np.isfinite(lower), never])
 
 
-def linear_objective(prog: MathematicalProgram) -> tuple[np.ndarray, float]:
-    """c and constant: linear and quadratic costs are c' x + constant and quadratic terms."""
-    c, constant = np.zeros(prog.num_vars()), 0.0
-    quadratic, linear = prog.quadratic_costs(), prog.linear_costs()
-    if quadratic or linear:
-        slopes = [b._evaluator._b for b in quadratic] + [b._evaluator._a for b in linear]
-        np.add.at(c, parts_of(prog).bindings.places(*quadratic, *linear), np.concatenate(slopes))
-    for b in quadratic:
-        constant += b._evaluator._c
-    for cost in linear:
-        constant += cost._evaluator._b
-    return c, constant
+class LinearObjective:
+    """c' x + constant, which linear and quadratic costs are beside quadratic terms.
+
+    Args:
+        prog: The program.
+    """
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        quadratic, linear = prog.quadratic_costs(), prog.linear_costs()
+        self._quadratic, self._linear = [b._evaluator for b in quadratic], [b._evaluator for b in linear]
+        self._at, self._n = parts_of(prog).bindings.places(*quadratic, *linear), prog.num_vars()
+
+    def now(self) -> tuple[np.ndarray, float]:
+        """c and constant as the costs have them now."""
+        slopes = _arrays.joined([e._b for e in self._quadratic] + [e._a for e in self._linear], float)
+        constant = sum([e._c for e in self._quadratic]) + sum([e._b for e in self._linear])
+        return np.bincount(self._at, slopes, self._n), float(constant)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._engines.equality import quadratic_objective
+from sheldrake.solvers._engines.conic import LinearObjective
+from sheldrake.solvers._engines.equality import quadratic_form
 from sheldrake.solvers._engines.highs import linear_rows, set_box_duals, variable_bounds
 from sheldrake.solvers._engines.interface import SolverInterface, is_installed
 from sheldrake.solvers._ids import ProgramAttribute as A
@@ -76,7 +77,7 @@ class DaqpSolver(SolverInterface):
         import daqp
 
         n = prog.num_vars()
-        Q, c, constant = quadratic_objective(prog)
+        Q, (c, constant) = quadratic_form(prog), LinearObjective(prog).now()
         M, low, high, places = linear_rows(prog)
         x_low, x_high = variable_bounds(prog)
         lower, upper = np.concatenate((x_low, low)), np.concatenate((x_high, high))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import copy
 import functools
+import math
 
 import numpy as np
 
-from sheldrake.solvers._engines.conic import linear_objective
+from sheldrake.solvers._engines.conic import LinearObjective
 from sheldrake.solvers._engines.interface import SolverInterface
-from sheldrake.solvers._engines.linear_rows import LinearRows
+from sheldrake.solvers._engines.linear_rows import LinearRows, another
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
@@ -33,13 +33,14 @@ class EquationsForm:
         m, n = self._table.num_rows, prog.num_vars()
         rows, cols, values = self._table.rows, self._table.cols, self._table.values
         self.M = np.bincount(rows * n + cols, values, m * n).reshape(m, n)
-        self.Q, self.c, self.constant = quadratic_objective(prog)
+        self.Q, self._objective = quadratic_form(prog), LinearObjective(prog)
+        self.c, self.constant = self._objective.now()
 
     def moved(self, prog: MathematicalProgram) -> EquationsForm:
         """The form of the program with other right hand sides and linear costs."""
-        out = copy.copy(self)
+        out = another(self)
         out.rhs = self._table.again().lower
-        out.c, out.constant = linear_objective(prog)
+        out.c, out.constant = self._objective.now()
         return out
 
     @functools.cached_property
@@ -65,12 +66,18 @@ class LeastSquares:
         self._A = A
         self._inverse = np.linalg.pinv(A, rcond=np.finfo(float).eps * max(A.shape)) if max(A.shape) <= _MOST else None
 
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """x for this b."""
+    def solve(self, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x for this b, and b - A x."""
         if self._inverse is None:
-            return np.linalg.lstsq(self._A, b, rcond=None)[0]
-        x = self._inverse @ b
-        return x + self._inverse @ (b - self._A @ x)  # what rounding left
+            x = np.linalg.lstsq(self._A, b, rcond=None)[0]
+        else:
+            x = self._inverse.dot(b)
+            x += self._inverse.dot(b - self._A.dot(x))  # what rounding left
+        return x, b - self._A.dot(x)
+
+
+def _length(v: np.ndarray) -> float:
+    return math.sqrt(v.dot(v))
 
 
 def _required(solver: str, attribute: str) -> str:
@@ -92,9 +99,8 @@ class LinearSystemSolver(SolverInterface):
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         form = parts_of(prog).form(EquationsForm, prog)
-        x = form.equations.solve(form.rhs)
-        off = np.abs(form.M @ x - form.rhs).max(initial=0.0)
-        fits = off <= 1e-9 * max(1.0, np.abs(form.rhs).max(initial=0.0))
+        x, off = form.equations.solve(form.rhs)
+        fits = _length(off) <= 1e-9 * max(1.0, _length(form.rhs))
         result._finish(SolutionResult.kSolutionFound if fits else SolutionResult.kInfeasibleConstraints, x, 0.0)
 
 
@@ -121,27 +127,24 @@ class EqualityConstrainedQPSolver(SolverInterface):
         n = prog.num_vars()
         tolerance = self._options(options, {"FeasibilityTol": 1e-12})["FeasibilityTol"]
         form = parts_of(prog).form(EquationsForm, prog)
-        Q, c, M, rhs = form.Q, form.c, form.M, form.rhs
-        m = len(rhs)
-        found = form.optimum.solve(np.concatenate((-c, rhs))) if n + m else np.zeros(0)
+        c, rhs = form.c, form.rhs
+        found, off = form.optimum.solve(np.concatenate((-c, rhs)))
         x, dual = found[:n], found[n:]
-        scale = max(1.0, np.abs(rhs).max(initial=0.0))
-        if m and np.abs(M @ x - rhs).max() > max(tolerance, 1e-9) * scale:
+        if _length(off[n:]) > max(tolerance, 1e-9) * max(1.0, _length(rhs)):
             result._finish(SolutionResult.kInfeasibleConstraints, x, np.inf)
             return
-        slope = Q @ x + c - M.T @ dual
-        if np.abs(slope).max(initial=0.0) > 1e-8 * max(1.0, np.abs(c).max(initial=0.0)):
-            result._finish(SolutionResult.kUnbounded, np.full(n, np.nan), -np.inf)
+        if _length(off[:n]) > 1e-8 * max(1.0, _length(c)):
+            result._finish(SolutionResult.kUnbounded, None, -np.inf)
             return
-        result._finish(SolutionResult.kSolutionFound, x, 0.5 * x @ Q @ x + c @ x + form.constant)
+        result._finish(SolutionResult.kSolutionFound, x, x.dot(0.5 * form.Q.dot(x) + c) + form.constant)
         result._set_duals_late(lambda: [(b, dual[rows]) for b, rows in form.places])
 
 
-def quadratic_objective(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray, float]:
-    """Q, c, constant with linear and quadratic costs adding up to 1/2 x' Q x + c' x + constant."""
+def quadratic_form(prog: MathematicalProgram) -> np.ndarray:
+    """Q with quadratic costs adding up to 1/2 x' Q x and linear terms."""
     n = prog.num_vars()
     Q = np.zeros((n, n))
     for b in prog.quadratic_costs():
         at = parts_of(prog).bindings.places(b)
         np.add.at(Q, (at[:, None], at[None, :]), b._evaluator._Q)
-    return Q, *linear_objective(prog)
+    return Q

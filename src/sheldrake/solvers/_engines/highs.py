@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
-from sheldrake.solvers._engines.conic import linear_objective
+from sheldrake.solvers._engines.conic import LinearObjective
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.linear import SMALL, maximize_small
-from sheldrake.solvers._engines.linear_rows import LinearRows
+from sheldrake.solvers._engines.linear_rows import LinearRows, another
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._ids import ProgramAttribute as A
-from sheldrake.solvers._ids import SolutionResult, SolverId, SolverOptions
+from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import LINEAR
@@ -107,16 +106,16 @@ class LinearForm:
     """
 
     def __init__(self, prog: MathematicalProgram) -> None:
-        self.rows = LinearRows(prog, prog.GetLinearConstraints())
+        self.rows, self._objective = LinearRows(prog, prog.GetLinearConstraints()), LinearObjective(prog)
         self._take_numbers(prog)
 
     def _take_numbers(self, prog: MathematicalProgram) -> None:
-        self.c, self.constant = linear_objective(prog)
+        self.c, self.constant = self._objective.now()
         self.boxes = Boxes(prog)
 
     def moved(self, prog: MathematicalProgram) -> LinearForm:
         """The form of the program with other bounds and costs."""
-        out = copy.copy(self)
+        out = another(self)
         out.rows = self.rows.again()
         out.__dict__.pop("inequalities", None)
         out._take_numbers(prog)
@@ -225,7 +224,7 @@ def _solve_small(form: LinearForm, result: MathematicalProgramResult) -> bool:
     found = maximize_small(-form.c, A, b)
     if found.x is None or found.y is None:
         return False
-    result._solver_id = SolverId("Simplex")
+    result._solver = "Simplex"
     result._details = ClpSolverDetails(_CLP_STATUS[0])
     result._finish(SolutionResult.kSolutionFound, found.x, form.c @ found.x + form.constant)
 
@@ -278,7 +277,7 @@ class HighsSolver(SolverInterface):
     ) -> None:
         from scipy.optimize import Bounds, LinearConstraint, milp
 
-        c, constant = linear_objective(prog)
+        c, constant = LinearObjective(prog).now()
         M, low, high, _ = linear_rows(prog)
         binary = np.array([v.get_type() is Variable.Type.BINARY for v in prog.decision_variables()], dtype=bool)
         lower, upper = variable_bounds(prog)

@@ -147,7 +147,7 @@ class SolverInterface:
     ) -> Any:
         """`Solve` of a program that this solver is known to take."""
         out = object.__new__(MathematicalProgramResult) if result is None else result
-        out._start(prog, SolverId(self._method or self._name))
+        out._start(prog, self._method or self._name)
         guess = prog.initial_guess() if initial_guess is None else np.asarray(initial_guess, dtype=float).ravel()
         if guess.size != prog.num_vars():
             raise ValueError(f"Solve expects initial guess of size {prog.num_vars()}, got {guess.size} instead.")
@@ -178,6 +178,8 @@ class SolverInterface:
             RuntimeError: one of them is not among the known ones.
         """
         given = options._of(self._name)
+        if not given:
+            return {}
         unknown = given.keys() - set(known)
         if unknown:
             raise RuntimeError(

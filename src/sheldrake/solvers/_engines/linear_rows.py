@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
+import operator
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -67,6 +67,16 @@ def _of_dense(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.
     return rows, kept + (first - before)[rows], values[kept]
 
 
+Form = TypeVar("Form")
+
+
+def another(form: Form) -> Form:
+    """An object with the same attributes, in less time than copy.copy()."""
+    out: Form = object.__new__(type(form))
+    out.__dict__.update(form.__dict__)
+    return out
+
+
 class LinearRows:
     """lower <= A x <= upper, x being all decision variables.
 
@@ -93,17 +103,14 @@ class LinearRows:
         self._take_bounds()
 
     def _take_bounds(self) -> None:
-        self._lowers, self._uppers = [e._lower for e in self._evaluators], [e._upper for e in self._evaluators]
-        self.lower, self.upper = _arrays.joined(self._lowers, float), _arrays.joined(self._uppers, float)
+        self._bounds = [e._lower for e in self._evaluators] + [e._upper for e in self._evaluators]
+        self.lower, self.upper = _arrays.joined(self._bounds, float).reshape(2, -1)
 
     def again(self) -> LinearRows:
         """The same with the bounds that the constraints have now; itself if these are the same."""
-        bounds = [(e._lower, e._upper) for e in self._evaluators]
-        if all([low is a and high is b for (low, high), a, b in zip(bounds, self._lowers, self._uppers)]):
-            return self
-        out = copy.copy(self)
+        out = another(self)
         out._take_bounds()
-        return out
+        return self if all(map(operator.is_, out._bounds, self._bounds)) else out
 
     def of(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The entries of some rows, which are numbered anew from zero in the order given."""

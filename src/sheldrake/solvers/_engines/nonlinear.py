@@ -11,7 +11,7 @@ from sheldrake.common._blas import one_thread
 from sheldrake.solvers._engines.highs import set_box_duals
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
-from sheldrake.solvers._ids import SolutionResult, SolverId, SolverOptions
+from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import NONLINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
@@ -76,7 +76,7 @@ class NonlinearSolver(SolverInterface):
         seconds: float,
         result: MathematicalProgramResult,
     ) -> None:
-        result._solver_id = SolverId(outcome.by)
+        result._solver = outcome.by
         (cost, rows), violation = form.values(y), form.violation(y)
         spent = outcome.iterations_spent
         if violation > settings.feasibility:

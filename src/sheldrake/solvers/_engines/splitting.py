@@ -12,8 +12,8 @@ import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.conic import ConicForm
-from sheldrake.solvers._engines.equality import quadratic_objective
+from sheldrake.solvers._engines.conic import ConicForm, LinearObjective
+from sheldrake.solvers._engines.equality import quadratic_form
 from sheldrake.solvers._engines.highs import set_box_duals, variable_bounds
 from sheldrake.solvers._engines.interface import SolverInterface, is_installed
 from sheldrake.solvers._engines.linear_rows import LinearRows
@@ -107,7 +107,7 @@ class OsqpSolver(SolverInterface):
     ) -> None:
         import osqp
 
-        Q, c, constant = quadratic_objective(prog)
+        Q, (c, constant) = quadratic_form(prog), LinearObjective(prog).now()
         n, table = prog.num_vars(), LinearRows(prog, prog.GetLinearConstraints())
         row, col, value, lower, upper = table.rows, table.cols, table.values, table.lower, table.upper
         m, boxed = len(lower), bool(prog.bounding_box_constraints())

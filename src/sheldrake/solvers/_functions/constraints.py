@@ -12,7 +12,7 @@ from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import quadratic_symbols, range_of_eigenvalues, symmetric
-from sheldrake.solvers._functions.evaluators import Constraint
+from sheldrake.solvers._functions.evaluators import Changes, Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.solvers._text import latex_bounds, latex_matrix
 from sheldrake.symbolic import Formula, logical_and
@@ -130,6 +130,7 @@ class LinearConstraint(Constraint):
         A = self._A.toarray() if _arrays.is_sparse(self._A) else self._A.copy()
         A[np.abs(A) <= tol] = 0.0
         self._A = self._dense = A
+        Changes.note()
 
     def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._functions.evaluators import Cost, EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Changes, Cost, EvaluatorBase
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.symbolic import Expression, ToLatex
 
@@ -89,16 +89,19 @@ class LinearCost(Cost):
         new_a = _arrays.float_vector(new_a)
         same_count(new_a.size, self._num_vars)
         self._a, self._b = new_a, float(new_b)
+        Changes.note()
 
     @checked
     def update_coefficient_entry(self, i: int, val: float) -> None:
         """Sets one coefficient."""
         self._a = self._a.copy()  # arrays never change in place: a kept form of the program knows them by identity
         self._a[i] = val
+        Changes.note()
 
     def update_constant_term(self, new_b: float) -> None:
         """Sets the constant."""
         self._b = float(new_b)
+        Changes.note()
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array([self._a @ x + self._b])
@@ -192,12 +195,14 @@ class QuadraticCost(Cost):
         Raises:
             RuntimeError: sizes are others.
         """
-        Q, b = symmetric(new_Q), _arrays.float_vector(new_b)
-        same_count(Q.shape[0], self._num_vars)
+        Q, b = _arrays.float_matrix(new_Q), _arrays.float_vector(new_b)
         same_count(b.size, self._num_vars)
+        is_same = is_convex is None and Q.shape == self._Q.shape and (Q == self._Q).all()
+        if not is_same:  # else what was made of the matrix still fits
+            same_count(Q.shape[0], self._num_vars)
+            self._Q, self._is_convex = symmetric_part(Q), None if is_convex is None else bool(is_convex)
         self._b, self._c = b, float(new_c)
-        if is_convex is not None or not np.array_equal(Q, self._Q):  # else what was made of the matrix still fits
-            self._Q, self._is_convex = Q, None if is_convex is None else bool(is_convex)
+        Changes.note()
 
     @checked
     def UpdateHessianEntry(self, i: int, j: int, val: float, is_hessian_psd: bool | None = None) -> None:
@@ -205,16 +210,19 @@ class QuadraticCost(Cost):
         self._Q = self._Q.copy()
         self._Q[i, j] = self._Q[j, i] = val
         self._is_convex = None if is_hessian_psd is None else bool(is_hessian_psd)
+        Changes.note()
 
     @checked
     def update_linear_coefficient_entry(self, i: int, val: float) -> None:
         """Sets b(i)."""
         self._b = self._b.copy()
         self._b[i] = val
+        Changes.note()
 
     def update_constant_term(self, new_c: float) -> None:
         """Sets the constant."""
         self._c = float(new_c)
+        Changes.note()
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array([0.5 * (x @ (self._Q @ x)) + self._b @ x + self._c])

@@ -36,6 +36,17 @@ class Many(Protocol):
         """Second derivatives of the values times weights of shape (evaluators, m), shape (evaluators, n, n)."""
 
 
+class Changes:
+    """Tells whether numbers of any evaluator changed: `latest` is another object after each time."""
+
+    latest = object()
+
+    @classmethod
+    def note(cls) -> None:
+        """Says that some did; what was made of programs may not fit any more."""
+        cls.latest = object()
+
+
 class EvaluatorBase:
     """A function from a vector to a vector, with its derivatives. Not made directly: costs and constraints are."""
 
@@ -178,6 +189,7 @@ class Constraint(EvaluatorBase):
         if squares != squares:
             raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
         self._lower, self._upper = lower.astype(float), upper.astype(float)
+        Changes.note()
 
     def lower_bound(self) -> np.ndarray:
         """Returns the least values, shape `(num_constraints,)`."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -81,6 +81,7 @@ class ProgramBindings:
         self._variables = variables
         self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {kind: [] for kind in ATTRIBUTES}
         self._attributes: frozenset[ProgramAttribute] | None = None  # of the costs and constraints, once known
+        self.version = object()  # another one when there are other bindings
 
     def copy(self, variables: ProgramVariables) -> ProgramBindings:
         """The same evaluators in lists of their own, bound to a copy of the variables."""
@@ -101,7 +102,7 @@ class ProgramBindings:
         out = as_kind(kind, binding)
         if not isinstance(binding._evaluator, Constraint) or binding._evaluator.num_constraints():
             self._lists[kind].append(out)
-            self._attributes = None
+            self._attributes, self.version = None, object()
         return cast("BindingBase[Kind]", out)
 
     def of(self, kind: type[Kind]) -> list[BindingBase[Kind]]:
@@ -115,26 +116,21 @@ class ProgramBindings:
     def contents(self) -> tuple[list[object], list[object]] | None:
         """What linear constraints, linear and quadratic costs are made of; None where there is more in the program.
 
-        First what matrices of the program depend on, then bounds, linear costs and constants. As arrays of evaluators
-        never change in place, whatever was made of a program still fits while these are the very same objects.
+        First matrices, then bounds, linear costs and constants. As arrays of evaluators never change in place, whatever
+        was made of these bindings still fits while these are the very same objects.
         """
         if any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT]):
             return None
-        fixed: list[object] = [self._variables.decisions()]
-        moving: list[object] = []
-        for kind in _FLAT:
-            for b in self._lists[kind]:
-                e: Any = b._evaluator
-                if kind is QuadraticCost:
-                    fixed += (b, e._Q)
-                    moving += (e._b, e._c)
-                elif kind is LinearCost:
-                    fixed.append(b)
-                    moving += (e._a, e._b)
-                else:
-                    fixed += (b, e) if kind is BoundingBoxConstraint else (b, e._A)
-                    moving += (e._lower, e._upper)
-        return fixed, moving
+        quadratic, linear, rows, equations, boxes = ([b._evaluator for b in self._lists[kind]] for kind in _FLAT)
+        rows += equations
+        matrices = [e._Q for e in quadratic] + [e._A for e in rows]
+        costs = [e._b for e in quadratic + linear] + [e._c for e in quadratic] + [e._a for e in linear]
+        rows += boxes
+        return matrices, costs + [e._lower for e in rows] + [e._upper for e in rows]
+
+    def are_convex(self) -> bool:
+        """Whether each quadratic cost is convex."""
+        return QuadraticCost.are_convex([b._evaluator for b in self._lists[QuadraticCost]])
 
     def places(self, *bindings: BindingBase) -> np.ndarray:
         """Places of the variables of bindings among the decision variables, one binding after the other, shape (n,)."""
@@ -267,7 +263,7 @@ class ProgramBindings:
         return self._remove(callback)
 
     def _remove(self, binding: BindingBase) -> int:
-        removed, self._attributes = 0, None
+        removed, self._attributes, self.version = 0, None, object()
         for kind, bindings in self._lists.items():
             kept = [b for b in bindings if b != binding]
             removed += len(bindings) - len(kept)

@@ -9,9 +9,10 @@ epigraphs, polynomials       what is said with new variables and the constraints
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from sheldrake.solvers._functions.evaluators import Changes
 from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.cones import ProgramCones
 from sheldrake.solvers._program.constraints import ProgramConstraints
@@ -25,10 +26,9 @@ if TYPE_CHECKING:
 
 
 Form = TypeVar("Form")
-_NOTHING: list[object] = []
 
 
-def _same(a: list[object], b: list[object]) -> bool:
+def _same(a: Sequence[object], b: Sequence[object]) -> bool:
     """Whether both are the very same objects."""
     return len(a) == len(b) and all(map(operator.is_, a, b))
 
@@ -49,7 +49,9 @@ class ProgramParts:
         self.cones = ProgramCones(variables, bindings)
         self.epigraphs = ProgramEpigraphs(variables, self.costs, self.constraints, self.cones)
         self.polynomials = ProgramPolynomials(variables, bindings, self.cones)
-        self._kept: dict[Any, tuple[tuple[list[object], list[object]], Any]] = {}
+        self._seen: tuple[object, ...] = ()
+        self._contents: tuple[list[Any], list[Any]] | None = None
+        self._forms: dict[Any, tuple[list[object], Any]] = {}  # each with the numbers that it has
 
     def form(self, kind: Callable[[MathematicalProgram], Form], program: MathematicalProgram) -> Form:
         """The program in the form of a solver, kept while the program stays the same.
@@ -59,18 +61,27 @@ class ProgramParts:
                 None where it must be made anew.
             program: The program of these parts.
         """
-        contents = self.bindings.contents()
+        contents = self._look()
         if contents is None:
             return kind(program)
-        before, found = self._kept.get(kind, ((_NOTHING, _NOTHING), None))
-        if not _same(before[0], contents[0]):
-            found = kind(program)
-        elif not _same(before[1], contents[1]):
-            found = found.moved(program) or kind(program)
-        else:
-            return found
-        self._kept[kind] = contents, found
+        numbers, found = self._forms.get(kind, (None, None))
+        if numbers is not contents[1]:
+            found = (found and found.moved(program)) or kind(program)
+            self._forms[kind] = contents[1], found
         return found
+
+    def _look(self) -> tuple[list[Any], list[Any]] | None:
+        """What is in the program now, the same while nothing changes; forgets forms that do not fit any more."""
+        seen = Changes.latest, self.bindings.version, self.variables.decisions()
+        if _same(seen, self._seen):
+            return self._contents
+        before, now = self._contents, self.bindings.contents()
+        if not (before and now and _same(seen[1:], self._seen[1:]) and _same(before[0], now[0])):
+            self._forms.clear()
+        elif _same(before[1], now[1]):
+            now = before
+        self._seen, self._contents = seen, now
+        return now
 
     def copy(self) -> ProgramParts:
         """The same variables and evaluators, in lists of their own."""
