@@ -135,7 +135,7 @@ def _matrix(value: ArrayLike) -> np.ndarray:
 def complement(basis: np.ndarray) -> np.ndarray:
     """An orthonormal basis of the directions across independent columns, shape (n, n - m)."""
     n, m = basis.shape
-    return np.linalg.svd(basis, full_matrices=True)[0][:, m:] if m else np.eye(n)
+    return np.linalg.svd(basis, full_matrices=True)[0][:, m:] if 0 < m < n else np.eye(n, n - m)
 
 
 def column_space(M: np.ndarray, tol: float) -> np.ndarray:

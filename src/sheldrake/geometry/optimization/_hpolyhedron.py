@@ -58,14 +58,7 @@ class HPolyhedron(ConvexSet):
     @typing_overload
     def __init__(self, prog: MathematicalProgram) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        ways = [
-            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            overload(HPolyhedron._set, A=_arrays.float_matrix, b=vector),
-            geometry_overload(HPolyhedron._set_of_geometry),
-            overload(HPolyhedron._set_of_vertices, vpoly=instance_of(VPolytope), tol=(_arrays.number, 1e-9)),
-            overload(lambda self, prog: self._set(*_rows_of(prog)), prog=instance_of(MathematicalProgram)),
-        ]
-        dispatch("HPolyhedron", ways, self, args, kwargs)
+        dispatch("HPolyhedron", _WAYS, self, args, kwargs)
 
     def _set(self, A: np.ndarray, b: np.ndarray) -> None:
         if A.shape[0] != b.size:
@@ -327,7 +320,7 @@ class HPolyhedron(ConvexSet):
         into.nonnegative(scale)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
-        return bool(np.all(self._A @ x <= self._b + tol))
+        return bool((self._A.dot(x) <= self._b + tol).all())
 
     def _bounded(self) -> bool:
         return programs.is_bounded(self._A, self._b)
@@ -404,3 +397,14 @@ def _rows_of(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
                     rows.append(sign * row.reshape(1, -1))
                     bounds.append(np.array([sign * bound]))
     return np.vstack(rows), np.concatenate(bounds)
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+        overload(HPolyhedron._set, A=_arrays.float_matrix, b=vector),
+        geometry_overload(HPolyhedron._set_of_geometry),
+        overload(HPolyhedron._set_of_vertices, vpoly=instance_of(VPolytope), tol=(_arrays.number, 1e-9)),
+        overload(lambda self, prog: self._set(*_rows_of(prog)), prog=instance_of(MathematicalProgram)),
+    ]
+)

@@ -7,6 +7,7 @@ import numpy as np
 from sheldrake.geometry.optimization._affine_subspace import column_space, complement
 
 _SAME = 1e-9  # Facets whose unit normals and offsets differ by less are one face.
+_AT_ONCE = 10**6  # numbers that are compared in one step
 
 
 def half_spaces(vertices: np.ndarray, tol: float) -> tuple[np.ndarray, np.ndarray]:
@@ -22,20 +23,19 @@ def half_spaces(vertices: np.ndarray, tol: float) -> tuple[np.ndarray, np.ndarra
     elif basis.shape[1] == 1:
         A, b = np.array([[1.0], [-1.0]]), np.array([local.max(), -local.min()])
     else:
-        rows = _distinct(ConvexHull(local.T).equations)
+        rows = ConvexHull(local.T).equations
+        rows = _distinct(rows, rows[:, -1])
         A, b = rows[:, :-1], -rows[:, -1]
     A = np.vstack((A @ basis.T, across.T, -across.T))
     return A, np.concatenate((b, np.zeros(2 * across.shape[1]))) + A @ start
 
 
-def _distinct(rows: np.ndarray) -> np.ndarray:
-    """Rows without those that repeat an earlier one."""
-    kept: list[np.ndarray] = []
-    size = max(1.0, np.abs(rows[:, -1]).max())
-    for row in rows:
-        if not kept or np.abs(np.array(kept) - row).max(axis=1).min() > _SAME * size:
-            kept.append(row)
-    return np.array(kept)
+def _distinct(rows: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Rows without those that repeat an earlier one, up to a part of the greatest of the sizes."""
+    tol, step = _SAME * max(1.0, np.abs(sizes).max()), max(1, _AT_ONCE // rows.size)
+    blocks = (np.abs(rows[i : i + step, None] - rows) <= tol for i in range(0, len(rows), step))
+    first = np.concatenate([same.all(axis=2).argmax(axis=1) for same in blocks])
+    return rows[first == np.arange(len(rows))]
 
 
 def extreme_points(vertices: np.ndarray, tol: float) -> np.ndarray:
@@ -63,9 +63,4 @@ def vertices_of(A: np.ndarray, b: np.ndarray, inside: np.ndarray) -> np.ndarray:
         return np.array([[np.max(b[down] / A[down, 0]), np.min(b[up] / A[up, 0])]])
     corners = HalfspaceIntersection(np.column_stack((A, -b)), inside).intersections
     corners = corners[np.isfinite(corners).all(axis=1)]
-    kept: list[np.ndarray] = []
-    size = max(1.0, np.abs(corners).max())
-    for corner in corners:
-        if not kept or np.abs(np.array(kept) - corner).max(axis=1).min() > _SAME * size:
-            kept.append(corner)
-    return np.array(kept).T
+    return _distinct(corners, corners).T

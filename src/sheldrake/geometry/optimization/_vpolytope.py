@@ -9,7 +9,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Convex
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -71,13 +71,7 @@ class VPolytope(ConvexSet):
         self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
     ) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        ways = [
-            overload(lambda self: self._set(np.zeros((0, 0)))),
-            overload(VPolytope._set, vertices=_arrays.float_matrix),
-            overload(VPolytope._set_of_half_spaces, H=_polyhedron, tol=(_arrays.number, 1e-9)),
-            geometry_overload(lambda self, at: self._set(corners(VPolytope, at))),
-        ]
-        dispatch("VPolytope", ways, self, args, kwargs)
+        dispatch("VPolytope", _WAYS, self, args, kwargs)
 
     def _set(self, vertices: np.ndarray) -> None:
         self._vertices, self._dimension = np.array(vertices), vertices.shape[0]
@@ -224,3 +218,13 @@ class VPolytope(ConvexSet):
 
     def _shape(self) -> tuple[Shape, RigidTransform]:
         return self.ToShapeConvex(), RigidTransform()
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)))),
+        overload(VPolytope._set, vertices=_arrays.float_matrix),
+        overload(VPolytope._set_of_half_spaces, H=_polyhedron, tol=(_arrays.number, 1e-9)),
+        geometry_overload(lambda self, at: self._set(corners(VPolytope, at))),
+    ]
+)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -126,7 +126,8 @@ class ProgramBindings:
         """
         if any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT]):
             return None
-        quadratic, linear, rows, equations, boxes = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
+        found = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
+        quadratic, linear, rows, equations, boxes = found
         rows += equations
         matrices = [e._Q for e in quadratic] + [e._A for e in rows]
         costs = [e._b for e in quadratic + linear] + [e._c for e in quadratic] + [e._a for e in linear]

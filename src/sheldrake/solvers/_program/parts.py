@@ -78,7 +78,7 @@ class ProgramParts:
         if contents is None:
             return kind(program)
         numbers, found = self._forms.get(kind, (None, None))
-        if numbers is not contents[1]:
+        if found is None or numbers is not contents[1]:
             found = (found and found.moved(program)) or kind(program)
             self._forms[kind] = contents[1], found
         return found
