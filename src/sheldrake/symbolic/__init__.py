@@ -179,7 +179,7 @@ __all__ = [
 ]
 
 # Expressions, formulas and what is done with them need each other: the classes come first and are told the rest here.
-_arguments._build, _arguments.expression.takes = _build, (Expression,)
+_arguments._build, _arguments.expression.takes = _build, (Expression,)  # type: ignore[attr-defined]
 _operators._build, _operators._formula, _operators._Expression = _build, _formula, Expression
 _expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
 _expression._decompose, _expression._text, _expression._traverse = _decompose, _text, _traverse

@@ -25,7 +25,7 @@ from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
     from sheldrake.symbolic._formula import Formula
 
@@ -44,7 +44,7 @@ _new = object.__new__
 
 
 def _node(kind: int, args: tuple) -> Expression:
-    """A node whose parts are in order and have numbers."""
+    """A node whose parts are in order and have numbers, or get them when it gets its own."""
     e = _new(Expression)
     e._kind, e._made = kind, args
     e._number, e._order, e._variables = 0, (), None
@@ -110,7 +110,7 @@ number_of = table.number
 
 
 def numbered(e: Expression) -> Expression:
-    """The same; it has a number now, as parts of others must."""
+    """The same; it has a number now."""
     if not e._number:
         number_of(e)
     return e
@@ -140,12 +140,24 @@ def _identity(e: Expression) -> tuple:
 
 def in_order(e: Expression) -> tuple:
     """Constant and terms of a sum or a product, in order; kept with it."""
-    e._made = (e._constant, tuple(sorted(e._terms.values(), key=_term_key)))
+    e._made = (e._constant, tuple(in_order_of_first(e._terms.values())))
     return e._made
 
 
-def _term_key(item: tuple) -> tuple:
+def in_order_of_first(items: Collection[tuple]) -> list[tuple]:
+    """Tuples in the order of the different expressions they begin with; keys are made only where kinds do not tell."""
+    if len(items) < 2:
+        return list(items)
+    kinds = [item[0]._kind for item in items if item[0]._kind != _VAR]
+    return sorted(items, key=_key_of_first if len(kinds) > len(set(kinds)) else _kind_of_first)
+
+
+def _key_of_first(item: tuple) -> tuple:
     return item[0]._order or key_of(item[0])
+
+
+def _kind_of_first(item: tuple) -> tuple:
+    return item[0]._order or (item[0]._kind,)
 
 
 def key_of(e: Expression) -> tuple:
@@ -312,6 +324,8 @@ def add(a: Expression, b: Expression) -> Expression:
         return a
     if a._kind == _ADD:
         terms, c0 = a._terms.copy(), a._constant
+    elif a._kind == _VAR:
+        terms, c0 = {a._number: (a, 1.0)}, 0.0
     else:
         if a is ZERO:
             return b
@@ -342,9 +356,8 @@ def subtract(a: Expression, b: Expression) -> Expression:
     """a - b."""
     if b is ZERO:
         return a
-    if a._kind == b._kind and (a._kind not in _COMMUTATIVE or a._terms.keys() == b._terms.keys()):
-        if a._serial == b._serial:
-            return ZERO  # even where it holds infinities
+    if _are_equal(a, b):
+        return ZERO  # even where it holds infinities
     return add(a, negate(b))
 
 
@@ -478,7 +491,14 @@ def divide(a: Expression, b: Expression) -> Expression:
         return a
     if a._kind == _CONSTANT and b._kind == _CONSTANT:
         return constant(_numbers.divide(a._made[0], b._made[0]))
-    return ONE if numbered(a)._number == numbered(b)._number else _node(k.DIV, (a, b))
+    return ONE if _are_equal(a, b) else _node(k.DIV, (a, b))
+
+
+def _are_equal(a: Expression, b: Expression) -> bool:
+    """Whether both have the same structure; neither gets a number where it is plain that they have not."""
+    if a._kind != b._kind or (a._kind in _COMMUTATIVE and a._terms.keys() != b._terms.keys()):
+        return False
+    return a._serial == b._serial
 
 
 def power(base: Expression, exponent: Expression) -> Expression:

@@ -129,6 +129,10 @@ class _Gradient:
         parts: dict[Variable, list[Expression]] = {}
         for n, (base, exponent) in e._terms.items():
             if exponent._kind == k.CONSTANT:
+                if base._kind == k.VAR:
+                    if base._made[0] in self._wanted:
+                        parts.setdefault(base._made[0], []).append(_without_one(e, n, base, exponent, ONE))
+                    continue
                 for v, slope in of(base).items():
                     parts.setdefault(v, []).append(_without_one(e, n, base, exponent, slope))
                 continue

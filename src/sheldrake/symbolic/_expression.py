@@ -90,7 +90,7 @@ class Expression(Operators):
 
     def GetVariables(self) -> Variables:
         """Returns the variables in it."""
-        return Variables(_traverse.variables_of(self))
+        return Variables._of(_traverse.variables_of(self))
 
     GetFreeVariables = GetVariables
 

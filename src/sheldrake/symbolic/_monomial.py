@@ -132,7 +132,7 @@ class Monomial:
         out = 1.0
         try:
             for v, exponent in self._powers.items():
-                out *= env[v] ** exponent
+                out *= env[v] if exponent == 1 else env[v] ** exponent
         except KeyError:
             raise RuntimeError(
                 f"Monomial {self} cannot be evaluated with the given environment which does not provide an entry "
@@ -142,16 +142,17 @@ class Monomial:
 
     def _evaluate_many(self, vars: Symbolics, values: ArrayLike) -> np.ndarray:
         values = np.atleast_2d(np.asarray(values, dtype=float))
-        return self._values(dict(zip(variable_list("Evaluate", vars), values)), values.shape[1])
+        return self._values(dict(zip(variable_list("Evaluate", vars), values)), values.shape[1]).copy()
 
     def _values(self, rows: Mapping[Variable, np.ndarray], count: int) -> np.ndarray:
         """The values for many of each variable, shape (count,)."""
-        out = np.ones(count)
+        out = None
         for v, exponent in self._powers.items():
             if v not in rows:
                 raise ValueError(f"Monomial::Evaluate(): {v} is not present in vars")
-            out = out * (rows[v] if exponent == 1 else rows[v] ** exponent)
-        return out
+            factor = rows[v] if exponent == 1 else rows[v] ** exponent
+            out = factor if out is None else out * factor
+        return np.ones(count) if out is None else out
 
     @checked
     def EvaluatePartial(self, env: dict[Variable, float]) -> tuple[float, Monomial]:

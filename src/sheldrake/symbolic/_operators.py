@@ -23,7 +23,8 @@ class Operators:
 
     __slots__ = ()
 
-    if TYPE_CHECKING:  # bound below
+    if TYPE_CHECKING:  # bound below, but for the node that a variable has
+        _expression: Any
         log: Callable[[], Expression]
         abs: Callable[[], Expression]
         exp: Callable[[], Expression]
@@ -45,47 +46,47 @@ class Operators:
 
     def __add__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.add(own, e)
 
     def __radd__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.add(e, own)
 
     def __sub__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.subtract(own, e)
 
     def __rsub__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.subtract(e, own)
 
     def __mul__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.multiply(own, e)
 
     def __rmul__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.multiply(e, own)
 
     def __truediv__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.divide(own, e)
 
     def __rtruediv__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.divide(e, own)
 
     def __pow__(self, other: Symbolic) -> Expression:
         e = other if other.__class__ is _Expression else _build.as_expression(other)
-        own = self if self.__class__ is _Expression else _build.as_expression(self)
+        own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.power(own, e)
 
     def __neg__(self) -> Expression:

@@ -52,8 +52,8 @@ class Polynomial:
     """
 
     __slots__ = ("_known_decisions", "_known_indeterminates", "_made", "_numbers")
-    _known_decisions: Variables | None
-    _known_indeterminates: Variables | None
+    _known_decisions: Variables | frozenset[Variable] | None
+    _known_indeterminates: Variables | frozenset[Variable] | None
     _made: dict[Monomial, Expression] | None  # once it has been asked for
     _numbers: Numbers | None  # the same, if it is known that all coefficients are numbers
 
@@ -64,12 +64,12 @@ class Polynomial:
         overload(e=expression, indeterminates=(variables, None)),
     )
     def __init__(self, e: Expression, indeterminates: Variables | None):
-        chosen = set(variables_of(e)) if indeterminates is None else set(indeterminates)
+        chosen = variables_of(e) if indeterminates is None else frozenset(indeterminates)
         self._made, self._numbers = None, Numbers.of_expression(e, chosen)
         if self._numbers is None:
             found = _decompose.decompose(e, chosen)
             self._set_map({m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()})
-        self._known_indeterminates, self._known_decisions = Variables(chosen), Variables(variables_of(e) - chosen)
+        self._known_indeterminates, self._known_decisions = chosen, variables_of(e) - chosen
 
     def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
         self._made, self._numbers = {m: c for m, c in coefficients.items() if not is_zero(c)}, None
@@ -105,17 +105,21 @@ class Polynomial:
 
     @property
     def _indeterminates(self) -> Variables:
-        if self._known_indeterminates is None:
+        found: Any = self._known_indeterminates
+        if found is None:
             found = {v for m in self._map for v in m._powers} if self._numbers is None else self._numbers.variables()
-            self._known_indeterminates = Variables(found)
-        return self._known_indeterminates
+        if found.__class__ is not Variables:
+            self._known_indeterminates = found = Variables._of(found)
+        return found
 
     @property
     def _decisions(self) -> Variables:
-        if self._known_decisions is None:
-            coefficients = self._map.values() if self._numbers is None else ()
-            self._known_decisions = Variables(set().union(*map(variables_of, coefficients)))
-        return self._known_decisions
+        found: Any = self._known_decisions
+        if found is None:
+            found = frozenset().union(*map(variables_of, self._map.values() if self._numbers is None else ()))
+        if found.__class__ is not Variables:
+            self._known_decisions = found = Variables._of(found)
+        return found
 
     def indeterminates(self) -> Variables:
         """Returns the variables of the monomials."""
@@ -176,11 +180,13 @@ class Polynomial:
             RuntimeError: a variable has no value.
         """
         values = numbers_by_variable("Evaluate", env)
-        total = 0.0
-        for m, c in self._map.items():
-            coefficient = c._made[0] if c._kind == k.CONSTANT else evaluate_nodes([c], values)[0]
-            total += coefficient * m._value(values)
-        return total
+        return sum(
+            [
+                (c._made[0] if c._kind == k.CONSTANT else evaluate_nodes([c], values)[0]) * m._value(values)
+                for m, c in self._map.items()
+            ],
+            0.0,
+        )
 
     @overloaded(
         overload(env=by_variable),

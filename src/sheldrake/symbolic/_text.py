@@ -20,16 +20,18 @@ def text_of(e: Expression) -> str:
 
 def _text(e: Expression, of: Callable[[Expression], str]) -> str:
     kind, args = e._kind, e._args
-    if kind == k.CONSTANT:
-        return number(args[0])
     if kind == k.VAR:
         return args[0]._name
     if kind == k.ADD:
-        return _sum(args[0], [(of(t), c) for t, c in args[1]])
+        return _sum(args[0], [(t._made[0]._name if t._kind == k.VAR else of(t), c) for t, c in args[1]])
     if kind == k.MUL:
         factors = [number(args[0])] if args[0] != 1.0 else []
-        factors += [of(b) if x is ONE else f"pow({of(b)}, {of(x)})" for b, x in args[1]]
+        for b, x in args[1]:
+            base = b._made[0]._name if b._kind == k.VAR else of(b)
+            factors.append(base if x is ONE else f"pow({base}, {of(x)})")
         return f"({' * '.join(factors)})"
+    if kind == k.CONSTANT:
+        return number(args[0])
     if kind == k.DIV:
         return f"({of(args[0])} / {of(args[1])})"
     if kind == k.NAN:
@@ -37,17 +39,15 @@ def _text(e: Expression, of: Callable[[Expression], str]) -> str:
     if kind == k.IF_THEN_ELSE:
         return f"(if {args[0]} then {of(args[1])} else {of(args[2])})"
     if kind == k.UNINTERPRETED:
-        return f"{args[0]}({', '.join(of(a) for a in args[1])})"
-    name = k.UNARY_NAMES.get(kind) or k.BINARY_NAMES[kind]
-    return f"{name}({', '.join(of(a) for a in args)})"
+        return f"{args[0]}({', '.join([of(a) for a in args[1]])})"
+    if len(args) == 1:
+        return f"{k.UNARY_NAMES[kind]}({of(args[0])})"
+    return f"{k.BINARY_NAMES[kind]}({of(args[0])}, {of(args[1])})"
 
 
 def _sum(c0: float, terms: list[tuple[str, float]]) -> str:
     text = number(c0) if c0 != 0.0 else ""
     for term, c in terms:
-        if c > 0.0:
-            text += " + " if text else ""
-        else:
-            text += " - "
-        text += term if abs(c) == 1.0 else f"{number(abs(c))} * {term}"
+        sign = " - " if not c > 0.0 else " + " if text else ""
+        text += f"{sign}{term}" if c == 1.0 or c == -1.0 else f"{sign}{number(abs(c))} * {term}"
     return f"({text})"

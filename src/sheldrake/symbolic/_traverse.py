@@ -39,8 +39,8 @@ def variables_of(e: Expression) -> frozenset[Variable]:
             for child in _build.children(node):
                 if child._kind == k.VAR:
                     found.add(child._made[0])
-                elif child._kind != k.CONSTANT and child._number not in seen:
-                    seen.add(child._number)
+                elif child._kind != k.CONSTANT and child._serial not in seen:
+                    seen.add(child._serial)
                     stack.append(child)
         e._variables = frozenset(found)
     return e._variables
@@ -230,20 +230,18 @@ class _Substitution:
 
     def _of_sum(self, e: Expression, of: Callable[[Expression], int]) -> _Step | None:
         kept: _build.Terms = {}
-        constant, changed = e._constant, []
+        constant, changed, places = e._constant, [], self._places
         for t, c in e._terms.values():
-            i = of(t)
+            i = places.get(t._made[0], -1) if t._kind == k.VAR else of(t)
             if i < 0:
                 constant += _build.add_scaled_into(kept, c, t)
             else:
-                changed.append((i, t, c))
-        if len(changed) > 1:  # as sums of floats depend on their order
-            changed.sort(key=lambda item: item[1]._key)
-        places = [(i, c) for i, _, c in changed]
+                changed.append((t, i, c))
+        moved = [(i, c) for _, i, c in _build.in_order_of_first(changed)]  # as sums of floats depend on their order
 
         def step(values: list[Expression]) -> Expression:
             terms, total = kept.copy(), constant
-            for i, c in places:
+            for i, c in moved:
                 new = values[i]
                 if c == -1.0 and new._kind == k.ADD:
                     total += _build.add_into(terms, _build.negate(new))
@@ -254,7 +252,10 @@ class _Substitution:
         return step if changed or kept.keys() != e._terms.keys() else None  # as 2 (1 / x), added again, is (2 / x)
 
     def _of_product(self, e: Expression, of: Callable[[Expression], int]) -> _Step | None:
-        factors = [(of(base), base, of(exponent), exponent) for base, exponent in e._args[1]]
+        factors, places = [], self._places
+        for base, exponent in e._args[1]:
+            i = places.get(base._made[0], -1) if base._kind == k.VAR else of(base)
+            factors.append((i, base, -1 if exponent._kind == k.CONSTANT else of(exponent), exponent))
         first = next((n for n, (i, _, j, _) in enumerate(factors) if i >= 0 or j >= 0), None)
         if first is None:
             if e._constant != -1.0 or factors[0][1]._kind != k.ADD:

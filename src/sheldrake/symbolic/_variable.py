@@ -119,6 +119,13 @@ class Variables:
             items.sort(key=_age)
         self._set = {v._id: v for v in items}
 
+    @classmethod
+    def _of(cls, variables: Iterable[Variable]) -> Variables:
+        """That of what are known to be variables."""
+        out = object.__new__(cls)
+        out._set = {v._id: v for v in sorted(variables, key=_age)}
+        return out
+
     def size(self) -> int:
         """Returns how many there are."""
         return len(self._set)
@@ -196,22 +203,24 @@ class Variables:
 
     def __add__(self, other: Variables | Variable) -> Variables:
         if isinstance(other, Variable):
-            return Variables([*self, other])
-        return Variables([*self, *other]) if isinstance(other, Variables) else NotImplemented
+            return Variables._of([*self, other])
+        return Variables._of([*self, *other]) if isinstance(other, Variables) else NotImplemented
 
     def __radd__(self, other: Variables | Variable) -> Variables:
-        return Variables([*self, other]) if isinstance(other, Variable) else NotImplemented
+        return Variables._of([*self, other]) if isinstance(other, Variable) else NotImplemented
 
     def __sub__(self, other: Variables | Variable) -> Variables:
         if isinstance(other, Variable):
-            return Variables([v for v in self if v is not other])
-        return Variables([v for v in self if v not in other]) if isinstance(other, Variables) else NotImplemented
+            return Variables._of([v for v in self if v is not other])
+        return Variables._of([v for v in self if v not in other]) if isinstance(other, Variables) else NotImplemented
 
     def __copy__(self) -> Variables:
-        return Variables(self)
+        out = object.__new__(Variables)
+        out._set = self._set.copy()
+        return out
 
     def __deepcopy__(self, memo: dict) -> Variables:
-        return Variables(self)
+        return self.__copy__()
 
     def __str__(self) -> str:
         return "{" + ", ".join(v._name for v in self) + "}"

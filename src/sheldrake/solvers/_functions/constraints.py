@@ -79,7 +79,7 @@ class LinearConstraint(Constraint):
                 f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."
             )
         self._A, self._dense = A, A if isinstance(A, np.ndarray) else None
-        values = A.data if self._dense is None else A
+        values: Any = A.data if self._dense is None else A
         # The sum of squares is one pass over them; where it is not finite, it may have overflowed.
         if not math.isfinite(np.vdot(values, values)) and not np.isfinite(values).all():
             raise _not_finite(type(self))
