@@ -176,6 +176,11 @@ class Ways(list[Overload]):
             return way, values + tail
         return None
 
+    def takes_as_given(self, types: tuple[type, ...]) -> bool:
+        """Whether the first way that may take arguments of these types, met before, takes them as they are."""
+        plans = self._plans.get(types)
+        return bool(plans) and not plans[0].tail and all(convert is None for convert, _ in plans[0].steps)
+
     def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         """What the first way gives that takes the arguments, called with these alone (see `dispatch`)."""
         return dispatch(call, self, _NO_TARGET, args, kwargs)
@@ -217,9 +222,13 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
         all_ways = Ways([way if way.function is not None else way._replace(function=body) for way in ways])
         is_method = body.__code__.co_varnames[:1] in (("self",), ("cls",))
         constructor = body.__name__ == "__init__"
+        as_given: dict[tuple[type, ...], Callable[..., Any]] = {}  # where nothing is left to look at or to convert
 
         @functools.wraps(body)
         def call(*args: Any, **kwargs: Any) -> Any:
+            types = tuple(map(type, args))
+            if not kwargs and (function := as_given.get(types)) is not None:
+                return function(*args)
             if not is_method:
                 return dispatch(body.__name__, all_ways, _NO_TARGET, args, kwargs)
             found = all_ways.first(args[1:], kwargs)
@@ -227,6 +236,8 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
                 name = pretty_class_name(type(args[0])) if constructor else call.__qualname__
                 raise incompatible(name, [str(way) for way in all_ways], args[1:], kwargs, constructor=constructor)
             way, values = found
+            if not kwargs and all_ways.takes_as_given(types[1:]) and len(as_given) < _MOST_PLANS:
+                as_given[types] = way.function  # type: ignore[assignment]
             return way.function(args[0], *values)  # type: ignore[misc]
 
         del call.__wrapped__  # its parameters are not those of the call
