@@ -179,6 +179,11 @@ class Ways(list[Overload]):
                 continue
         return None
 
+    def takes_as_given(self, types: tuple[type, ...]) -> bool:
+        """Whether the first way that may take arguments of these types, met before, takes them as they are."""
+        plans = self._plans.get(types)
+        return bool(plans) and not plans[0].tail and not any(plans[0].steps)
+
     def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         """What the first way gives that takes the arguments, called with these alone (see `dispatch`)."""
         found = self.first(args, kwargs)
@@ -231,13 +236,19 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
     def decorate(body: Callable[..., Any]) -> Any:
         all_ways = Ways([way if way.function is not None else way._replace(function=body) for way in ways])
         constructor = body.__name__ == "__init__"
+        as_given: dict[tuple[type, ...], Callable[..., Any]] = {}  # where nothing is left to look at or to convert
 
         def method(self: Any, /, *args: Any, **kwargs: Any) -> Any:
+            types = tuple(map(type, args))
+            if not kwargs and (function := as_given.get(types)) is not None:
+                return function(self, *args)
             found = all_ways.first(args, kwargs)
             if found is None:
                 name = pretty_class_name(type(self)) if constructor else call.__qualname__
                 raise incompatible(name, [str(way) for way in all_ways], args, kwargs, constructor=constructor)
             function, values = found
+            if not kwargs and all_ways.takes_as_given(types) and len(as_given) < _MOST_PLANS:
+                as_given[types] = function
             return function(self, *values)
 
         def free(*args: Any, **kwargs: Any) -> Any:

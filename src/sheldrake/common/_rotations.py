@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._kernels.vec import quaternion_of_rotation
 from sheldrake.common._scalar_math import all_of, atan2, cos, select, sin, sqrt
 from sheldrake.common._scalars import new_array
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sheldrake.common._types import Number
+
+_of_floats = quaternion_of_rotation.py_func
 
 
 def norm2(x: Number, y: Number, z: Number, w: Number) -> Number:
@@ -100,29 +103,12 @@ def matrix_to_quaternion(M: np.ndarray) -> tuple:
     return select(trace > 0.0, from_trace, from_largest)
 
 
-def _by_largest(t: tuple, odd: tuple, even: tuple) -> tuple[float, float, float, float]:
-    """(w, x, y, z) of unit length, of plain numbers: trace and diagonal, differences and sums of what is beside it."""
-    trace, a, e, i = t
-    (p, q, r), (u, v, s) = odd, even
-    if trace >= a and trace >= e and trace >= i:
-        w, x, y, z = 1.0 + trace, p, q, r
-    elif a >= e and a >= i:
-        w, x, y, z = p, (a - (e + i)) + 1.0, s, v
-    elif e >= i:
-        w, x, y, z = q, s, (e - (i + a)) + 1.0, u
-    else:
-        w, x, y, z = r, v, u, (i - (a + e)) + 1.0
-    k = 1.0 / math.sqrt(norm2(x, y, z, w))
-    return w * k, x * k, y * k, z * k
-
-
 def matrix_to_canonical_quaternion(M: np.ndarray) -> tuple:
     """(w, x, y, z) of unit length with w >= 0, from a matrix that is orthonormal to round-off."""
     (a, b, c), (d, e, f), (g, h, i) = M.tolist()
+    if type(a) is float:
+        return _of_floats((a, b, c, d, e, f, g, h, i))
     trace = a + (e + i)
-    if type(trace) is float:
-        found = _by_largest((trace, a, e, i), (h - f, c - g, d - b), (f + h, c + g, b + d))
-        return found if found[0] >= 0.0 else (-found[0], -found[1], -found[2], -found[3])
 
     def largest_of_diagonal() -> tuple:
         return select(

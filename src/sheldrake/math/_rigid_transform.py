@@ -158,6 +158,20 @@ class RigidTransform(ScalarBase):
         return new
 
     @classmethod
+    def _make_each(cls, Ms: np.ndarray, ps: np.ndarray) -> list[Any]:
+        """`_make` of the rows of two arrays that nobody else will write, in less time."""
+        if cls._T is not float:
+            return list(map(cls._make, Ms, ps))
+        Ms.setflags(False)  # type: ignore[call-arg]  # and so are the rows
+        ps.setflags(False)  # type: ignore[call-arg]
+        poses = []
+        for M, p in zip(Ms, ps):
+            new, R = _new(RigidTransform), _new(RotationMatrix)
+            R._M, new._R, new._p = M, R, p
+            poses.append(new)
+        return poses
+
+    @classmethod
     def _maker(cls, rotation: Callable[[], np.ndarray], position: Callable[[], np.ndarray]) -> Callable[[], Any]:
         """A function that makes a pose, unchecked, of the read-only arrays that two others give."""
         from sheldrake.common.calls import object_query

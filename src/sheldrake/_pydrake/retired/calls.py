@@ -17,8 +17,7 @@ def takes_retired_keywords(call: str, today: dict[str, str]) -> Callable:
 
     def wrap(function: Callable) -> Callable:
         def wrapper(*args: Any, **kwargs: Any) -> Any:
-            retired = [name for name in kwargs if name in today]
-            if retired:
+            if kwargs and (retired := [name for name in kwargs if name in today]):
                 hint(f"{call}(): " + ", ".join(f"{name} is now {today[name]}" for name in retired) + ".")
                 kwargs = {today.get(name, name): value for name, value in kwargs.items()}
             return function(*args, **kwargs)

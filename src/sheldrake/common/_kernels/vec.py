@@ -128,6 +128,25 @@ def rotation_of_quaternion(quat):
     )  # fmt: skip
 
 
+@kernel(strict=True)
+def quaternion_of_rotation(R):
+    """The quaternion of unit length with w >= 0 of a rotation, in Drake's order of operations."""
+    a, b, c, d, e, f, g, h, i = R
+    trace = a + (e + i)
+    if trace >= a and trace >= e and trace >= i:
+        w, x, y, z = 1.0 + trace, h - f, c - g, d - b
+    elif a >= e and a >= i:
+        w, x, y, z = h - f, (a - (e + i)) + 1.0, b + d, c + g
+    elif e >= i:
+        w, x, y, z = c - g, b + d, (e - (i + a)) + 1.0, f + h
+    else:
+        w, x, y, z = d - b, c + g, f + h, (i - (a + e)) + 1.0
+    k = 1.0 / sqrt((x * x + z * z) + (y * y + w * w))
+    if w < 0.0:
+        k = -k
+    return (w * k, x * k, y * k, z * k)
+
+
 @kernel
 def quaternion_rate(quat, w_WB):
     """Time derivative of a quaternion for an angular velocity in W [rad/s]: 1/2 (0, w) times it, of any length."""

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _NUMBERS = "numbers of the source"
 """Where a context keeps what `_numbers_of_source` found, until its ports are connected otherwise."""
+_NOWHERE: tuple[Any, dict[FrameId, int]] = (None, {})
 
 
 class Poses:
@@ -129,16 +130,11 @@ class Poses:
 
     def _pose_in_world(self, frame: FrameId) -> RigidTransform:
         """X_WF of one frame; of one in the world at the cost of a look, once its source was asked for it."""
-        state = self._state
-        record = state.frames[frame]
-        known = self._places.get(record.source)
-        if known is not None and record.parent == WORLD_FRAME_ID:
-            _, context = self._required()
-            read = context._reads.get(self._port_of(record.source)._index)
-            rows = None if read is None else read()._rows
-            source = state.sources[record.source]
-            if rows is not None and known[0] is source.frames and known[1] is rows[0] and frame in known[2]:
-                return _pose_of(rows[1][known[2][frame]])
+        record = self._state.frames[frame]
+        if frame != WORLD_FRAME_ID and record.parent == WORLD_FRAME_ID:
+            view, row_of = self._shown_by(record.source)
+            if frame in row_of:
+                return _pose_of(view.X_WB()[row_of[frame]])
         return self._world_poses([frame])[frame]
 
     def _world_matrices(self, frames: list[FrameId], memo: dict) -> np.ndarray:
@@ -196,35 +192,48 @@ class Poses:
         None if there are several, or the source shows no such thing: then its port is asked.
         """
         _, context = self._required()
-        store, reads = context._store, context._reads
-        if store.uncached or store.frozen or store.unsettled:
-            return None
-        known = reads.get(_NUMBERS)
+        known = context._reads.get(_NUMBERS)
         if known is None or known[0] is not scene:
-            known = reads[_NUMBERS] = scene, *self._find_numbers(scene)
-        _, view, rows = known
-        return view.X_WB().take(rows, 0) if view is not None and view.S is store.S else None
+            known = context._reads[_NUMBERS] = scene, *self._find_numbers(scene)
+        _, source_id, rows = known
+        view, _ = _NOWHERE if source_id is None else self._shown_by(source_id)
+        return None if view is None else view.X_WB().take(rows, 0)
 
-    def _find_numbers(self, scene: QueryScene) -> tuple[Any, np.ndarray | None]:
-        """Whose `X_WB()` has the poses of a scene's bodies, and their rows; (None, None) if it is nobody's."""
+    def _find_numbers(self, scene: QueryScene) -> tuple[SourceId | None, np.ndarray | None]:
+        """The source whose numbers have the poses of a scene's bodies, and their rows; (None, None) if none has."""
         sources = self._numbers_of_sources(scene.moving)
         if len(sources) != 1 or None in sources:
             return None, None
+        (source_id,) = sources
+        _, row_of = self._shown_by(source_id)
+        if not set(scene.moving) <= set(row_of):
+            return None, None
+        places = np.zeros(scene.num_bodies, np.int64)  # the world's, and nothing is on other bodies
+        places[scene.bodies] = [row_of[frame] for frame in scene.moving]
+        return source_id, places
+
+    def _shown_by(self, source_id: SourceId) -> tuple[Any, dict[FrameId, int]]:
+        """Whose `X_WB()` has the poses that a source publishes, and the rows of its frames there; or `_NOWHERE`."""
         _, context = self._required()
-        port, store = self._port_of(next(iter(sources))), context._store
+        store, reads = context._store, context._reads
+        if store.uncached or store.frozen or store.unsettled:
+            return _NOWHERE
+        known = reads.get(source_id)
+        if known is None:
+            known = reads[source_id] = self._find_view(source_id)
+        return known if known[0] is None or known[0].S is store.S else _NOWHERE
+
+    def _find_view(self, source_id: SourceId) -> tuple[Any, dict[FrameId, int]]:
+        _, context = self._required()
+        port, store = self._port_of(source_id), context._store
         slot = port._slot(context) if port.HasValue(context) else None
         row = store.layout.rows[slot.row] if slot is not None and slot.row >= 0 else None
         numbers = getattr(getattr(getattr(row, "calc", None), "function", None), "numbers", None)
         found = numbers(store.systems[row.node], store.context(row.node)) if row and numbers else None
         if found is None:
-            return None, None
+            return _NOWHERE
         view, frames, rows = found
-        row_of = dict(zip(frames, rows.tolist()))
-        if not set(scene.moving) <= set(row_of):
-            return None, None
-        places = np.zeros(scene.num_bodies, np.int64)  # the world's, and nothing is on other bodies
-        places[scene.bodies] = [row_of[frame] for frame in scene.moving]
-        return view, places
+        return view, dict(zip(frames, rows.tolist()))
 
     def _port_of(self, source_id: SourceId) -> InputPort:
         """The port on which a source publishes its poses."""

@@ -50,7 +50,7 @@ class KinematicFunction:
         if not self._is_float:
             duals = np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(float(v)) for v in q], dtype=object)
             self._plant.SetPositions(self._context, duals)
-        elif self._plant.GetPositions(self._context).tobytes() != q.tobytes():
+        elif parts_of(self._plant).contexts.view(self._context).q.tobytes() != q.tobytes():
             self._plant.SetPositions(self._context, q)
 
     def _value(self, more: np.ndarray) -> np.ndarray:
@@ -67,7 +67,8 @@ class KinematicFunction:
     def _eval(self, x: np.ndarray) -> np.ndarray:
         q, more = self._split(x)
         self._place(q)
-        y = np.atleast_1d(self._value(more))
+        y = self._value(more)
+        y = y if type(y) is np.ndarray and y.ndim else np.atleast_1d(y)
         return _arrays.values_and_gradient(y)[0] if y.dtype == object else y
 
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,8 +100,8 @@ class KinematicFunction:
     def _point(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """p_AQ, shape (3,)."""
         if self._is_float:
-            X_AB = parts_of(self._plant).kinematics.relative_pose(self._context, frame_A, frame_B)
-            return X_AB[:9].reshape(3, 3) @ p_BQ + X_AB[9:]
+            parts = parts_of(self._plant)
+            return parts.kinematics.ask_point(parts.contexts.view(self._context), frame_B, frame_A)(p_BQ)
         return self._plant.CalcPointsPositions(self._context, frame_B, p_BQ.reshape(3, 1), frame_A)[:, 0]
 
     def _point_slope(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:

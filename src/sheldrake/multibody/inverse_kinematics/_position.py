@@ -62,6 +62,7 @@ class PositionConstraint(KinematicFunction, Constraint):
     ):
         self._A, self._B = A, B
         call = "PositionConstraint"
+        self._turns = X_AbarA is not None
         X_AAbar = (RigidTransform() if X_AbarA is None else X_AbarA).inverse()
         self._R, self._p = X_AAbar.rotation().matrix(), X_AAbar.translation()
         self._p_BQ = None if p_BQ is None else vector3(call, "p_BQ", p_BQ)
@@ -70,7 +71,8 @@ class PositionConstraint(KinematicFunction, Constraint):
 
     def _value(self, more: np.ndarray) -> np.ndarray:
         if self._p_BQ is not None:
-            return self._R @ self._point(self._B, self._p_BQ, self._A) + self._p
+            p_AbarQ = self._point(self._B, self._p_BQ, self._A)
+            return self._R @ p_AbarQ + self._p if self._turns else p_AbarQ
         p_AbarB = self._point(self._B, np.zeros(3), self._A)
         return self._R @ (p_AbarB + self._rotation(self._A, self._B) @ more) + self._p
 

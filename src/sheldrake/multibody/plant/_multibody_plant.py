@@ -199,44 +199,44 @@ class MultibodyPlant(LeafSystem):
 
     def get_state_output_port(self, model_instance: ModelInstanceIndex | None = None) -> OutputPort:
         """Output: positions, then velocities, of all or of one model instance."""
-        return self.get_output_port(self._parts.output_ports.number("state", model_instance))
+        return self._output_port(self._parts.output_ports.number("state", model_instance))
 
     def get_body_poses_output_port(self) -> OutputPort:
         """Output: a list of X_WB, by body."""
-        return self.get_output_port(self._parts.output_ports.number("body_poses"))
+        return self._output_port(self._parts.output_ports.number("body_poses"))
 
     def get_body_spatial_velocities_output_port(self) -> OutputPort:
         """Output: a list of V_WB, by body."""
-        return self.get_output_port(self._parts.output_ports.number("body_spatial_velocities"))
+        return self._output_port(self._parts.output_ports.number("body_spatial_velocities"))
 
     def get_body_spatial_accelerations_output_port(self) -> OutputPort:
         """Output: a list of A_WB, by body."""
-        return self.get_output_port(self._parts.output_ports.number("body_spatial_accelerations"))
+        return self._output_port(self._parts.output_ports.number("body_spatial_accelerations"))
 
     def get_generalized_acceleration_output_port(self, model_instance: ModelInstanceIndex | None = None) -> OutputPort:
         """Output: vdot of all or of one model instance."""
-        return self.get_output_port(self._parts.output_ports.number("generalized_acceleration", model_instance))
+        return self._output_port(self._parts.output_ports.number("generalized_acceleration", model_instance))
 
     @checked
     def get_generalized_contact_forces_output_port(self, model_instance: ModelInstanceIndex) -> OutputPort:
         """Output: generalized contact forces of one model instance [N or N m]."""
-        return self.get_output_port(self._parts.output_ports.number("generalized_contact_forces", model_instance))
+        return self._output_port(self._parts.output_ports.number("generalized_contact_forces", model_instance))
 
     def get_net_actuation_output_port(self, model_instance: ModelInstanceIndex | None = None) -> OutputPort:
         """Output: efforts that actuators exert, limits and controllers considered, of all or of one model instance."""
-        return self.get_output_port(self._parts.output_ports.number("net_actuation", model_instance))
+        return self._output_port(self._parts.output_ports.number("net_actuation", model_instance))
 
     def get_reaction_forces_output_port(self) -> OutputPort:
         """Output: a list of F_CJc_Jc, the spatial force on each joint's child at its frame M, expressed in M."""
-        return self.get_output_port(self._parts.output_ports.number("reaction_forces"))
+        return self._output_port(self._parts.output_ports.number("reaction_forces"))
 
     def get_contact_results_output_port(self) -> OutputPort:
         """Output: ContactResults."""
-        return self.get_output_port(self._parts.output_ports.number("contact_results"))
+        return self._output_port(self._parts.output_ports.number("contact_results"))
 
     def get_surface_displacements_output_port(self) -> OutputPort:
         """Output: a BusValue with how far surfaces that run have come, by the scoped names of the bodies [m]."""
-        return self.get_output_port(self._parts.output_ports.number("surface_displacements"))
+        return self._output_port(self._parts.output_ports.number("surface_displacements"))
 
     # --- How it advances, and how contact is modelled
 

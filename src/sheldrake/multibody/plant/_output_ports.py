@@ -90,6 +90,8 @@ class OutputPorts:
         Raises:
             RuntimeError: before Finalize(), or there is no such model instance.
         """
+        if model_instance is None and (what, None) in self.numbers:
+            return self.numbers[what, None]
         call = f"get_{what}_output_port"
         self._elements.require_finalized(call)
         if model_instance is not None:
@@ -162,8 +164,9 @@ class OutputPorts:
         self, plant: LeafSystem, instance: ModelInstanceIndex | None, what: str, size: int, tickets: set[Any]
     ) -> None:
         """An output port with the part of a vector of the whole plant that belongs to a model instance."""
+        at: Any = slice(None)
         if instance is None:
-            name, at = what, np.arange(size)
+            name = what
         elif what == "net_actuation":
             name, at = self._name(instance, what), self._coordinates.input_indices(what, instance)
         else:
@@ -177,12 +180,7 @@ class OutputPorts:
 
     def values(self, what: str, context: Context) -> np.ndarray:
         """What a port shows of the whole plant."""
-        calc = {
-            "generalized_acceleration": self._reports.vdot,
-            "generalized_contact_forces": self._reports.generalized_contact_forces,
-            "net_actuation": self._reports.net_actuation,
-        }
-        return calc[what](context)
+        return getattr(self._reports, what)(context)
 
     def _name(self, instance: ModelInstanceIndex, what: str) -> str:
         return f"{self._elements.GetModelInstanceName(instance)}_{what}"
@@ -282,14 +280,12 @@ class OutputPorts:
     def body_velocities(self, context: Context) -> list[SpatialVelocity]:
         """V_WB by body."""
         view = self._contexts.view(context)
-        V, make = view.body_velocities(), view.of(SpatialVelocity_)._make
-        return list(map(make, V[view.frozen.rows]))
+        return view.of(SpatialVelocity_)._make_each(view.body_velocities()[view.frozen.rows])
 
     def body_accelerations(self, context: Context) -> list[SpatialAcceleration]:
         """A_WB by body."""
         view = self._contexts.view(context)
-        A, make = self._accelerations.in_last_step(context), view.of(SpatialAcceleration_)._make
-        return list(map(make, A[view.frozen.rows]))
+        return view.of(SpatialAcceleration_)._make_each(self._accelerations.in_last_step(context)[view.frozen.rows])
 
     def contact_results(self, context: Context) -> ContactResults:
         """All contacts."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
 
 _FLOAT64 = np.dtype(np.float64)
+_FLOATS = frozenset((float, np.float64))
 
 
 class Element:
@@ -55,7 +56,7 @@ class Element:
 
     def _finalized(self, call: str) -> Owner:
         """The owner, after Finalize()."""
-        owner = self._required_owner(call)
+        owner = self._owner or self._required_owner(call)
         owner.elements.require_finalized(call)
         return owner
 
@@ -169,10 +170,7 @@ def nonnegative(call: str, **numbers: object) -> None:
 
 def are_finite(values: Any) -> bool:
     """Whether these are floats, none of them infinite or nan; False where that takes a closer look."""
-    for value in values:
-        if type(value) is not float and type(value) is not np.float64:
-            return False
-    return math.isfinite(sum(values))
+    return _FLOATS.issuperset(map(type, values)) and math.isfinite(sum(values))
 
 
 def finite_pose(call: str, name: str, X: RigidTransform) -> RigidTransform:

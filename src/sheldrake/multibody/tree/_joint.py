@@ -13,7 +13,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import NamedElement, are_finite, finite, of_scalar, require_numbers, vector
+from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
@@ -429,20 +429,30 @@ class Joint(NamedElement):
         return np.array(owner.contexts.velocities(context)[self._v_start : self._v_start + self.num_velocities()])
 
     def _write_q(self, context: Context, call: str, values: Vector, at: int = 0) -> Self:
-        owner = self._finalized(call)
-        if not are_finite(values):
+        contexts, start = self._finalized(call).contexts, self._q_start + at
+        if not contexts.write(context, "q", start, values):
             require_numbers(f"{type(self).__name__}.{call}", values)
             finite(f"{type(self).__name__}.{call}", "the positions", values)
-        owner.contexts.write_positions(context, self._q_start + at, values)
+            contexts.write_positions(context, start, values)
         return self
 
+    def _write_one_q(self, context: Context, call: str, value: Any, at: int = 0) -> Self:
+        if self._finalized(call).contexts.write(context, "q", self._q_start + at, value):
+            return self
+        return self._write_q(context, call, [value], at)
+
     def _write_v(self, context: Context, call: str, values: Vector, at: int = 0) -> Self:
-        owner = self._finalized(call)
-        if not are_finite(values):
+        contexts, start = self._finalized(call).contexts, self._v_start + at
+        if not contexts.write(context, "v", start, values):
             require_numbers(f"{type(self).__name__}.{call}", values)
             finite(f"{type(self).__name__}.{call}", "the velocities", values)
-        owner.contexts.write_velocities(context, self._v_start + at, values)
+            contexts.write_velocities(context, start, values)
         return self
+
+    def _write_one_v(self, context: Context, call: str, value: Any, at: int = 0) -> Self:
+        if self._finalized(call).contexts.write(context, "v", self._v_start + at, value):
+            return self
+        return self._write_v(context, call, [value], at)
 
     # --- locking
 

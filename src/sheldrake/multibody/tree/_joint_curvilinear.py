@@ -94,7 +94,7 @@ class CurvilinearJoint(OneVelocityJoint):
 
     def set_distance(self, context: Context, distance: float) -> CurvilinearJoint:
         """Sets the distance along the path [m]."""
-        return self._write_q(context, "set_distance", [distance])
+        return self._write_one_q(context, "set_distance", distance)
 
     def get_tangential_velocity(self, context: Context) -> float:
         """The speed along the path [m/s]."""
@@ -102,7 +102,7 @@ class CurvilinearJoint(OneVelocityJoint):
 
     def set_tangential_velocity(self, context: Context, tangential_velocity: float) -> CurvilinearJoint:
         """Sets the speed along the path [m/s]."""
-        return self._write_v(context, "set_tangential_velocity", [tangential_velocity])
+        return self._write_one_v(context, "set_tangential_velocity", tangential_velocity)
 
     def get_default_distance(self) -> float:
         """The distance in a default context [m]."""

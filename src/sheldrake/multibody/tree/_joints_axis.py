@@ -178,7 +178,7 @@ class RevoluteJoint(_AxisJoint):
 
     def set_angle(self, context: Context, angle: float) -> RevoluteJoint:
         """Sets the angle [rad]."""
-        return self._write_q(context, "set_angle", [angle])
+        return self._write_one_q(context, "set_angle", angle)
 
     def get_angular_rate(self, context: Context) -> float:
         """The rate of the angle [rad/s]."""
@@ -186,7 +186,7 @@ class RevoluteJoint(_AxisJoint):
 
     def set_angular_rate(self, context: Context, angle: float) -> RevoluteJoint:
         """Sets the rate of the angle [rad/s]."""
-        return self._write_v(context, "set_angular_rate", [angle])
+        return self._write_one_v(context, "set_angular_rate", angle)
 
     def get_default_angle(self) -> float:
         """The angle in a default context [rad]."""
@@ -224,7 +224,7 @@ class PrismaticJoint(_AxisJoint):
 
     def set_translation(self, context: Context, translation: float) -> PrismaticJoint:
         """Sets the translation [m]."""
-        return self._write_q(context, "set_translation", [translation])
+        return self._write_one_q(context, "set_translation", translation)
 
     def get_translation_rate(self, context: Context) -> float:
         """The rate of the translation [m/s]."""
@@ -232,7 +232,7 @@ class PrismaticJoint(_AxisJoint):
 
     def set_translation_rate(self, context: Context, translation_dot: float) -> PrismaticJoint:
         """Sets the rate of the translation [m/s]."""
-        return self._write_v(context, "set_translation_rate", [translation_dot])
+        return self._write_one_v(context, "set_translation_rate", translation_dot)
 
     def get_default_translation(self) -> float:
         """The translation in a default context [m]."""
@@ -319,7 +319,7 @@ class ScrewJoint(OneDampingJoint):
 
     def set_rotation(self, context: Context, theta: float) -> ScrewJoint:
         """Sets the angle [rad]."""
-        return self._write_q(context, "set_rotation", [theta])
+        return self._write_one_q(context, "set_rotation", theta)
 
     def get_translation(self, context: Context) -> float:
         """The translation along the axis [m]."""
@@ -327,7 +327,7 @@ class ScrewJoint(OneDampingJoint):
 
     def set_translation(self, context: Context, translation: float) -> ScrewJoint:
         """Sets the translation along the axis [m]."""
-        return self._write_q(context, "set_translation", [self._angle_of("set_translation", translation)])
+        return self._write_one_q(context, "set_translation", self._angle_of("set_translation", translation))
 
     def get_angular_velocity(self, context: Context) -> float:
         """The rate of the angle [rad/s]."""
@@ -335,7 +335,7 @@ class ScrewJoint(OneDampingJoint):
 
     def set_angular_velocity(self, context: Context, theta_dot: float) -> ScrewJoint:
         """Sets the rate of the angle [rad/s]."""
-        return self._write_v(context, "set_angular_velocity", [theta_dot])
+        return self._write_one_v(context, "set_angular_velocity", theta_dot)
 
     def get_translational_velocity(self, context: Context) -> float:
         """The speed along the axis [m/s]."""
@@ -344,7 +344,7 @@ class ScrewJoint(OneDampingJoint):
     def set_translational_velocity(self, context: Context, translation_dot: float) -> ScrewJoint:
         """Sets the speed along the axis [m/s]."""
         rate = self._angle_of("set_translational_velocity", translation_dot)
-        return self._write_v(context, "set_translational_velocity", [rate])
+        return self._write_one_v(context, "set_translational_velocity", rate)
 
     def get_default_rotation(self) -> float:
         """The angle in a default context [rad]."""

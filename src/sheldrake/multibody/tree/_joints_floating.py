@@ -59,7 +59,7 @@ class _FloatingJoint(Joint):
         return [*self._rotation_positions(X_FM.rotation()), *X_FM.translation().tolist()]
 
     def _velocities_of(self, V_FM: SpatialVelocity) -> Vector:
-        return V_FM.get_coeffs().tolist()
+        return V_FM.get_coeffs()
 
     def default_angular_damping(self) -> float:
         """Viscous damping of w_FM [N m s]."""
@@ -123,6 +123,13 @@ class QuaternionFloatingJoint(_FloatingJoint):
         length = math.sqrt(squared)  # of unit length: nothing is left to check
         w, x, y, z = wxyz.tolist()
         return RigidTransform._make(numbers_to_matrix(w / length, x / length, y / length, z / length), q[4:].copy())
+
+    def SetPose(self, context: Context, X_FM: RigidTransform) -> Self:
+        """Sets the positions that put M at X_FM."""
+        contexts = self._finalized("SetPose").contexts
+        if type(X_FM) is RigidTransform and contexts.write(context, "pose", self._q_start, X_FM._R._M, X_FM._p):
+            return self
+        return super().SetPose(context, X_FM)
 
     def SetOrientation(self, context: Context, R: RotationMatrix) -> Self:
         """Turns M to R, which is R_FM."""

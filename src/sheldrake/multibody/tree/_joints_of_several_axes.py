@@ -58,7 +58,7 @@ class PlanarJoint(Joint):
 
     def set_rotation(self, context: Context, theta: float) -> PlanarJoint:
         """Sets the angle about z [rad]."""
-        return self._write_q(context, "set_rotation", [theta], 2)
+        return self._write_one_q(context, "set_rotation", theta, 2)
 
     def set_pose(self, context: Context, p_FoMo_F: Scalars, theta: float) -> PlanarJoint:
         """Sets x and y [m] and the angle [rad]."""
@@ -79,7 +79,7 @@ class PlanarJoint(Joint):
 
     def set_angular_velocity(self, context: Context, theta_dot: float) -> PlanarJoint:
         """Sets the rate of the angle [rad/s]."""
-        return self._write_v(context, "set_angular_velocity", [theta_dot], 2)
+        return self._write_one_v(context, "set_angular_velocity", theta_dot, 2)
 
     def get_default_translation(self) -> np.ndarray:
         """x and y in a default context [m], shape (2,)."""

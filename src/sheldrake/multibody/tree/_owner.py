@@ -59,6 +59,9 @@ class ContextNumbers(Protocol):
     def velocities(self, context: Context) -> np.ndarray:
         """All v, to be read only."""
 
+    def write(self, context: Context, part: str, start: int, values: Any, *more: Any) -> bool:
+        """Sets positions, velocities or a pose if they are finite floats; whether it did."""
+
     def write_positions(self, context: Context, start: int, values: Vector) -> None:
         """Sets positions from number `start` on."""
 

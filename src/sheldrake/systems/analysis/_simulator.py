@@ -36,17 +36,7 @@ if TYPE_CHECKING:
 
 Simulated = TypeVar("Simulated", bound=System)
 _Reason = SimulatorStatus.ReturnReason
-_HAS_COMMIT, _HAS_WITNESS, _HAS_MONITOR, _HAS_EVERY_STEP, _BUDGET, _FRESH = map(
-    operator.index,
-    (
-        RunWords.has_commit,
-        RunWords.has_witness,
-        RunWords.has_monitor,
-        RunWords.has_every_step,
-        RunWords.budget,
-        RunWords.fresh,
-    ),
-)
+_BUDGET, _FRESH = operator.index(RunWords.budget), operator.index(RunWords.fresh)
 _TERMINATE, _STATUS = operator.index(SideWords.terminate), operator.index(SideWords.status)
 
 
@@ -266,6 +256,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         self._watch: Any = None
         if store.layout.witness_nodes:
             self._watch = WitnessWatch(self._system, self._span, self._integrator)
+        self._run.has_commit, self._run.has_witness = store.layout.num_abstract > 0, self._watch is not None
         self._integrator._join(self._span)
 
     def _witness_before(self) -> None:
@@ -316,15 +307,16 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             TypeError: the time is no number.
             RuntimeError: the time lies in the past, or an event handler reported failure.
         """
-        if isinstance(boundary_time, str):
-            ways = ["(boundary_time: float, interruptible: bool = True)"]
-            raise incompatible("Simulator.AdvanceTo", ways, (boundary_time,), {})
-        T = float(plain(boundary_time))
-        return self._alone("AdvanceTo", self._advance_to, T)
+        if type(boundary_time) is not float:
+            if isinstance(boundary_time, str):
+                ways = ["(boundary_time: float, interruptible: bool = True)"]
+                raise incompatible("Simulator.AdvanceTo", ways, (boundary_time,), {})
+            boundary_time = float(plain(boundary_time))
+        return self._alone("AdvanceTo", self._advance_to, boundary_time)
 
     def _advance_to(self, T: float) -> SimulatorStatus:
         self._get_ready()
-        store, count = self._context._store, self._count
+        store = self._context._store
         t = store.S.item(0)
         if not t <= T:
             raise RuntimeError(
@@ -332,13 +324,12 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             )
         if not abs(t) < self._horizon:
             self._check_time(float(t), "AdvanceTo")
-        count[_HAS_COMMIT], count[_HAS_WITNESS] = store.layout.num_abstract > 0, self._watch is not None
-        count[_HAS_MONITOR], count[_HAS_EVERY_STEP] = self._monitor is not None, self._publish_every_step
-        count[_FRESH] = 1
+        self._count[_FRESH] = 1
         try:
             code = self._advance(T)
         finally:
-            self._call_visitors(True)
+            if self._between:
+                self._call_visitors(True)
             t = self._last_time = store.S.item(0)
             store.stopped = (float(t), type(self._integrator).__name__, self._integrator._memory())
         return self._status(T, code)
@@ -400,7 +391,8 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
                 code = self._advance_span(span, T)
                 elapsed = time.monotonic() - begin
                 self._seconds += elapsed
-                self._call_visitors(False)
+                if self._between:
+                    self._call_visitors(False)
                 if self._interrupt is not None:
                     self._interrupt()
                 if code == _program.ERROR:
@@ -483,7 +475,6 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         store, span = self._context._store, self._span
         program, side = store.layout.program, store.side
         side.terminate = 0
-        self._run.has_commit = store.layout.num_abstract > 0
         logs.grow(store)
         _loop.trigger(program, side, _program.PER_STEP)
         for kind in (_program.UNRESTRICTED, _program.DISCRETE):

@@ -44,14 +44,8 @@ def computing(store: Store) -> Iterator[None]:
 
 def prepare(store: Store, r: int) -> None:
     """Brings up to date what kernel row `r` reads."""
-    layout, row = store.layout, store.layout.rows[r]
-    for slot in row.reads.values():
-        if slot.row >= 0:
-            store.pull(slot.row)
-    if row.native and "u" in row.calc.names:
-        for slot in layout.places[row.node].inputs:
-            if slot.row >= 0 and slot.vector:
-                store.pull(slot.row)
+    for k in store.layout.read_by_kernel(r):
+        store.pull(k)
 
 
 def run_stages(store: Store, first: int) -> Any:
@@ -74,17 +68,15 @@ def derivatives(store: Store, n: int) -> None:
     """Fills the derivatives of all leaves under node `n`, as far as they are out of date."""
     if store.unsettled:
         store.settle()
+    i, stamp0, rows = store.i, store.layout.stamp0, store.layout.derivative_rows(n)
+    old = [r for r in rows if i[stamp0 + r] != i[2] or store.uncached]
+    if not old:
+        return
     store.enter()
     try:
-        layout, i = store.layout, store.i
-        for m in leaves_under(store, n):
-            r = layout.places[m].derivatives
-            if r < 0:
-                continue
-            at = layout.stamp0 + r
-            if i[at] != i[2] or store.uncached:
-                run_stages(store, r)
-                i[at] = i[2]
+        for r in old:
+            run_stages(store, r)
+            i[stamp0 + r] = i[2]
     finally:
         store.leave()
 

@@ -25,7 +25,7 @@ from sheldrake.systems.framework._scalar_conversion import ScalarConversion
 from sheldrake.systems.framework._state import State
 from sheldrake.systems.framework._system_ports import SystemPorts
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
-from sheldrake.systems.framework._vector import lifted
+from sheldrake.systems.framework._vector import BasicVector, lifted
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -164,8 +164,9 @@ class System(ScalarConversion, SystemPorts):
         self.ValidateContext(context)
         store = context._store
         _evaluate.derivatives(store, context._node)
-        layout = store.layout
-        return context._continuous_view(context._place.xc[0] + layout.xdot[0] - layout.xc[0]).Clone()
+        place = context._place
+        (a, b), shift = place.xc, store.layout.xdot[0] - store.layout.xc[0]
+        return ContinuousState._view(BasicVector._view(store.S[a + shift : b + shift].copy()), place.parts)
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""

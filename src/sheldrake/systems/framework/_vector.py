@@ -181,7 +181,7 @@ class VectorBase:
         if self._on_write is not None:
             self._on_write()  # first: it refuses other threads
         if kind is np.ndarray and value.dtype is v.dtype is _FLOAT and value.shape == v.shape:
-            v[:] = value
+            v[...] = value
         elif not (kind is list and v.dtype is _FLOAT and len(value) == v.size and _filled(v, value)):
             v[:] = self._checked(value)
 

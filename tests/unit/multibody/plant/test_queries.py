@@ -314,11 +314,13 @@ def test_a_free_body_is_where_its_positions_say_and_the_pose_is_the_callers():
     wxyz = plant.GetPositions(context)[:4]
     assert X.rotation().IsValid() and body.is_floating_base_body()
     expected = RigidTransform(Quaternion(wxyz / np.sqrt(wxyz @ wxyz)), plant.GetPositions(context)[4:7])
-    np.testing.assert_array_equal(X.GetAsMatrix34(), expected.GetAsMatrix34())
+    as_asked = plant.EvalBodyPoseInWorld(context, body).GetAsMatrix34()  # kernels contract products
+    np.testing.assert_array_equal(X.GetAsMatrix34(), as_asked)
+    np.testing.assert_allclose(as_asked, expected.GetAsMatrix34(), rtol=0, atol=4 * np.finfo(float).eps)
     plant.SetFreeBodyPose(context, body, RigidTransform([9.0, 9.0, 9.0]))
-    np.testing.assert_array_equal(X.GetAsMatrix34(), expected.GetAsMatrix34())
+    np.testing.assert_array_equal(X.GetAsMatrix34(), as_asked)
     plant.SetPositions(context, np.zeros(plant.num_positions()))
-    with pytest.raises(RuntimeError, match="is not a rotation matrix"), np.errstate(invalid="ignore"):
+    with pytest.raises(RuntimeError, match="is not a rotation matrix"), np.errstate(all="ignore"):
         plant.GetFreeBodyPose(context, body)
 
 
@@ -405,3 +407,49 @@ def test_positions_of_a_model_instance_are_set_whole_or_not_at_all():
         with pytest.raises(RuntimeError):
             plant.SetPositions(context, second, wrong)
     assert plant.GetPositions(context).tolist() == [0.0, 0.3]
+
+
+def with_a_free_body():
+    """A revolute joint on the world, and a body that floats."""
+    plant, M = MultibodyPlant(0.0), SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
+    arm, free = (plant.AddRigidBody(name, M) for name in ("arm", "free"))
+    joint = plant.AddJoint(RevoluteJoint("j", plant.world_frame(), arm.body_frame(), [0.0, 0.6, 0.8]))
+    plant.Finalize()
+    return plant, plant.CreateDefaultContext(), joint, free
+
+
+def test_one_body_and_one_joint_are_set_with_the_bits_of_setting_all_positions():
+    plant, context, joint, free = with_a_free_body()
+    at, j = free.floating_positions_start(), joint.position_start()
+    rng = np.random.default_rng(3)
+    for angle in rng.normal(size=10):
+        wxyz = rng.normal(size=4)
+        X = RigidTransform(Quaternion(wxyz / np.linalg.norm(wxyz)), rng.normal(size=3))
+        expected = plant.GetPositions(context)
+        plant.SetFreeBodyPose(context, free, X)
+        expected[at : at + 4], expected[at + 4 : at + 7] = X.rotation().ToQuaternion().wxyz(), X.translation()
+        np.testing.assert_array_equal(plant.GetPositions(context), expected)
+        np.testing.assert_allclose(plant.GetFreeBodyPose(context, free).GetAsMatrix34(), X.GetAsMatrix34(), atol=1e-15)
+        for value in (float(angle), np.float64(angle), 2):
+            X_WB = plant.EvalBodyPoseInWorld(context, joint.child_body())  # out of date by what follows
+            joint.set_angle(context, value)
+            expected[j] = value
+            np.testing.assert_array_equal(plant.GetPositions(context), expected)
+            same = X_WB.IsExactlyEqualTo(plant.EvalBodyPoseInWorld(context, joint.child_body()))
+            assert same == (type(value) is np.float64)
+
+
+def test_one_body_or_joint_is_not_set_to_what_is_no_finite_number():
+    plant, context, joint, free = with_a_free_body()
+    before = plant.GetPositionsAndVelocities(context)
+    for wrong in (np.nan, -np.inf):
+        with pytest.raises(RuntimeError, match="the positions must be finite"):
+            plant.SetFreeBodyPose(context, free, RigidTransform([0.0, 0.0, wrong]))
+        with pytest.raises(RuntimeError, match="the positions must be finite"):
+            joint.set_angle(context, wrong)
+        with pytest.raises(RuntimeError, match="the velocities must be finite"):
+            joint.set_angular_rate(context, wrong)
+    for not_one in ("1", None, [1.0]):
+        with pytest.raises(TypeError, match="Takes a number"):
+            joint.set_angle(context, not_one)
+    np.testing.assert_array_equal(plant.GetPositionsAndVelocities(context), before)

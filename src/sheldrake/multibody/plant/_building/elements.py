@@ -103,7 +103,8 @@ class Elements:
 
     def require_finalized(self, call: str) -> None:
         """Raises RuntimeError before Finalize()."""
-        self.model(call)
+        if self._frozen is None:
+            self.model(call)
 
     def require_not_finalized(self, call: str) -> None:
         """Raises RuntimeError after Finalize()."""

@@ -136,19 +136,32 @@ class Contexts:
         """All v, to be read only."""
         return self.view(context).v
 
+    def write(self, context: Context, part: str, start: int, values: Any, *more: Any) -> bool:
+        """Sets positions ("q") or velocities ("v") if they are what kernels take: an array of finite numbers, or one.
+
+        For "pose" the arguments are the rotation matrix and the position that a quaternion and three positions say.
+
+        Returns:
+            Whether it did; otherwise nothing has changed.
+        """
+        view = self.view(context)
+        if context._store.claimed:
+            context._store.check_thread()
+        size = len(values) if type(values) is np.ndarray else 0
+        ask = view.writers.get((part, start, size)) or view.writer(part, start, size)
+        return not ask(values, *more)
+
     def write_positions(self, context: Context, start: int, values: Sequence[Any] | np.ndarray) -> None:
         """Sets positions from number `start` on."""
         view = self.view(context)
-        context._store.check_thread()
+        context._store.touch(view.level, view.source)  # first: it refuses other threads
         view.q[start : start + len(values)] = values if view.T is float else lifted(np.asarray(values), view.T)
-        self.wrote(context, view)
 
     def write_velocities(self, context: Context, start: int, values: Sequence[Any] | np.ndarray) -> None:
         """Sets velocities from number `start` on."""
         view = self.view(context)
-        context._store.check_thread()
+        context._store.touch(view.level, view.source)  # first: it refuses other threads
         view.v[start : start + len(values)] = values if view.T is float else lifted(np.asarray(values), view.T)
-        self.wrote(context, view)
 
     def wrote(self, context: Context, view: View) -> None:
         """To be called after writing into the state: what depends on it is out of date."""
@@ -229,9 +242,8 @@ class Contexts:
 
     def transforms(self, context: Context, numbers: np.ndarray) -> list[RigidTransform]:
         """The same of many rows of twelve numbers."""
-        make = self.view(context).of(RigidTransform_)._make
-        R, p = numbers[:, :9].reshape(-1, 3, 3), numbers[:, 9:12].copy()
-        return list(map(make, R, p))
+        make_each = self.view(context).of(RigidTransform_)._make_each
+        return make_each(numbers[:, :9].reshape(-1, 3, 3), numbers[:, 9:12].copy())
 
     def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
         """A SpatialInertia, of the context's scalar, of the ten parameters of a body."""

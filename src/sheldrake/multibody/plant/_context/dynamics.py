@@ -18,7 +18,7 @@ from sheldrake.multibody.plant._context.kinematics import Kinematics, Motion, po
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels import integrate, jacobians
+from sheldrake.multibody.tree._kernels import jacobians
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
@@ -115,33 +115,20 @@ class Dynamics:
     def MapVelocityToQDot(self, context: Context, v: ArrayLike) -> np.ndarray:
         """qdot = N(q) v, shape (nq,)."""
         view = self._contexts.view(context)
-        values = vector("MapVelocityToQDot", "v", v, view.nv)
-        if view.frozen.v_is_qdot and values.dtype == view.dtype:
-            return values
-        qdot = view.buffer("qdot_out", view.nq)
-        arguments = view.model, view.q, view.buffer("v", view.nv), qdot
-        ask = view.query(integrate.qdot_of_velocity, *arguments, given=("v",), needs=0, answer=qdot)
-        return _mapped("MapVelocityToQDot", ask(values))
+        if type(found := view.ask_qdot(v)) is int:
+            found = view.ask_qdot(vector("MapVelocityToQDot", "v", v, view.nv))
+        return _mapped("MapVelocityToQDot", found)
 
     def MapQDotToVelocity(self, context: Context, qdot: ArrayLike) -> np.ndarray:
         """v = N⁺(q) qdot, shape (nv,)."""
         view = self._contexts.view(context)
-        values = vector("MapQDotToVelocity", "qdot", qdot, view.nq)
-        if view.frozen.v_is_qdot and values.dtype == view.dtype:
-            return values
-        v = view.buffer("v_out", view.nv)
-        arguments = view.model, view.q, view.buffer("qdot", view.nq), v
-        ask = view.query(integrate.velocity_of_qdot, *arguments, given=("qdot",), needs=0, answer=v)
-        return _mapped("MapQDotToVelocity", ask(values))
+        if type(found := view.ask_velocity_of_qdot(qdot)) is int:
+            found = view.ask_velocity_of_qdot(vector("MapQDotToVelocity", "qdot", qdot, view.nq))
+        return _mapped("MapQDotToVelocity", found)
 
     def qdot_to_velocity(self, context: Context) -> np.ndarray:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
-        view = self._contexts.view(context)
-        columns = view.buffer("qdot_map", view.nq, view.nv)
-        unit, v = view.buffer("qdot_unit", view.nq), view.buffer("v_of_unit", view.nv)
-        arguments = view.model, view.q, unit, v, columns
-        ask = view.query(integrate.velocity_of_qdot_map, *arguments, given=(), needs=0, answer=columns)
-        return ask().T
+        return self._contexts.view(context).ask_qdot_map().T
 
     @checked
     def MakeVelocityToQDotMap(self, context: Context) -> csc_matrix:
@@ -204,15 +191,15 @@ class Dynamics:
     def _by_variable(
         self, context: Context, call: str, J: np.ndarray, with_respect_to: JacobianWrtVariable
     ) -> np.ndarray:
-        """A new Jacobian with respect to v or qdot, from one with respect to v."""
-        if with_respect_to is JacobianWrtVariable.kV:
-            return J.copy()
+        """A Jacobian with respect to v or qdot, from one with respect to v."""
+        if with_respect_to is _KV:
+            return J
         if with_respect_to is not JacobianWrtVariable.kQDot:
             raise Mismatch(
                 f"{call}(): incompatible function arguments. with_respect_to must be a JacobianWrtVariable, not "
                 f"{with_respect_to!r}."
             )
-        return J.copy() if self._contexts.view(context).frozen.v_is_qdot else J @ self.qdot_to_velocity(context)
+        return J if self._contexts.view(context).frozen.v_is_qdot else J @ self.qdot_to_velocity(context)
 
     def CalcJacobianSpatialVelocity(
         self,
@@ -258,8 +245,7 @@ class Dynamics:
         call = "CalcJacobianTranslationalVelocity"
         p_BoBi_B = points(call, "p_BoBi_B", p_BoBi_B)
         if p_BoBi_B.shape[1] == 1:
-            point = np.ascontiguousarray(p_BoBi_B[:, 0])
-            J = self._frame_jacobian(context, call, frame_B, point, frame_A, frame_E)[3:]
+            J = self._frame_jacobian(context, call, frame_B, p_BoBi_B.ravel(), frame_A, frame_E)[3:]
             return self._by_variable(context, call, J, with_respect_to)
         given = np.ascontiguousarray(p_BoBi_B.T)
         rows = [self._frame_jacobian(context, call, frame_B, point, frame_A, frame_E)[3:] for point in given]

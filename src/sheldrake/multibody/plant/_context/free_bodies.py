@@ -15,7 +15,7 @@ from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._spatial_vectors import SpatialVector
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.topology import Topology
-from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.kinematics import Kinematics
 from sheldrake.multibody.plant._enums import BaseBodyJointType
 from sheldrake.multibody.tree import (
     BodyIndex,
@@ -40,11 +40,11 @@ class FreeBodies:
     Args:
         elements: The bodies and the joints by which they float.
         topology: Tells which frames are anchored.
-        contexts: Where positions are.
+        kinematics: Tells where they are.
     """
 
-    def __init__(self, elements: Elements, topology: Topology, contexts: Contexts) -> None:
-        self._elements, self._topology, self._contexts = elements, topology, contexts
+    def __init__(self, elements: Elements, topology: Topology, kinematics: Kinematics) -> None:
+        self._elements, self._topology, self._kinematics = elements, topology, kinematics
         self.default_poses: dict[int, RigidTransform] = {}
         """Of free bodies, by number."""
         self._joint_types: dict[ModelInstanceIndex | None, BaseBodyJointType] = {
@@ -134,13 +134,13 @@ class FreeBodies:
             )
         return found[0]
 
-    @checked
     def GetFreeBodyPose(self, context: Context, body: RigidBody) -> RigidTransform:
         """Pose of a free body: X_PB in its inboard frame, the world's unless a joint says otherwise."""
-        joint = self._free_joint("GetFreeBodyPose", body)
-        return joint._pose_at(self._contexts.view(context).q[joint._q_start : joint._q_start + joint.num_positions()])
+        joint = self._joints.get(body) or self._free_joint("GetFreeBodyPose", body)
+        X_FM = self._kinematics.CalcRelativeTransform(context, joint._F, joint._M)
+        first = X_FM._R._M.item(0)
+        return joint.GetPose(context) if type(first) is float and first != first else X_FM  # which says what is wrong
 
-    @checked
     def SetFreeBodyPose(
         self,
         context: Context,

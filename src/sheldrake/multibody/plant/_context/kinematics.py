@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common.calls import Query
 from sheldrake.math import RigidTransform, RotationMatrix, RotationMatrix_
 from sheldrake.multibody.math import (
     SpatialAcceleration,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
     from sheldrake.common._types import Scalar, Scalars
 
+_FLOAT64 = np.dtype(np.float64)
 _ALL = slice(1, None)
 """Rows of all bodies but the world."""
 
@@ -103,10 +105,16 @@ class Kinematics:
 
     def EvalBodySpatialVelocityInWorld(self, context: Context, body: RigidBody) -> SpatialVelocity:
         """V_WB of the body origin, expressed in W."""
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._contexts.family:
+                return view.twists[body]()
+        except (AttributeError, KeyError, TypeError):
+            pass
         if not self._elements.has(body):
             self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
         view = self._contexts.view(context)
-        return view.of(SpatialVelocity_)._make(view.body_velocities()[view.frozen.row_of(body)])
+        return view.body_velocity(body, view.frozen.row_of(body))()
 
     def accelerations(self, context: Context, vdot: np.ndarray) -> np.ndarray:
         """Spatial accelerations of the body origins, by row, for given vdot; shape (num_bodies, 6).
@@ -186,6 +194,12 @@ class Kinematics:
         ask = view.places.get(key) or view.relative_pose(key, (*self.place(view, frame_A), *self.place(view, frame_B)))
         return ask()
 
+    def ask_point(self, view: View, frame_B: Frame, frame_A: Frame) -> Query:
+        """A query for the position in frame A of a given point of frame B."""
+        key = "point", frame_A, frame_B
+        ask = view.places.get(key)
+        return ask or view.point_position(key, (*self.place(view, frame_A), *self.place(view, frame_B)))
+
     def place(self, view: View, frame: Frame) -> tuple[int, int]:
         """Row of the body of a frame, and row of the frame.
 
@@ -203,6 +217,9 @@ class Kinematics:
 
     def CalcPointsPositions(self, context: Context, frame_B: Frame, p_BQi: ArrayLike, frame_A: Frame) -> np.ndarray:
         """Positions in frame A of points given in frame B [m], shape (3, n)."""
+        view = self._contexts.view(context)
+        if view.T is float and type(p_AQ := self.ask_point(view, frame_B, frame_A)(p_BQi)) is not int:
+            return p_AQ.reshape(3, 1)  # of one point
         X_AB = self.relative_pose(context, frame_A, frame_B)
         p_BQi = points("CalcPointsPositions", "p_BQi", p_BQi)
         duals = alike(X_AB.tolist()) if X_AB.dtype == object and p_BQi.dtype == float else None
@@ -413,7 +430,9 @@ def points(call: str, name: str, value: ArrayLike) -> np.ndarray:
     array = np.asarray(value)
     if array.ndim == 0:
         raise Mismatch(f"{call}(): incompatible function arguments. {name} must have shape (3, n), not {value!r}.")
-    if array.dtype != object or all(isinstance(x, (float, int)) for x in array.flat):
+    if array.dtype is _FLOAT64:
+        pass
+    elif array.dtype != object or all(isinstance(x, (float, int)) for x in array.flat):
         array = array.astype(float)
     array = array.reshape(-1, 1) if array.ndim == 1 else array
     if array.ndim != 2 or array.shape[0] != 3:

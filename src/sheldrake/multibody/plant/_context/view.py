@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.common.calls import Calls, Query
+from sheldrake.common.calls import Calls, Query, object_query
 from sheldrake.common.kernel import MISFIT, Kernel
 from sheldrake.math import RigidTransform, RigidTransform_
+from sheldrake.multibody.math import SpatialVelocity, SpatialVelocity_
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.dual_calls import DualCalls
-from sheldrake.multibody.plant._kernels.ports import write_finite
+from sheldrake.multibody.plant._kernels.ports import write_finite, write_number, write_pose
 from sheldrake.multibody.tree import Frame, RigidBody
-from sheldrake.multibody.tree._kernels import dynamics, jacobians, kinematics, queries
+from sheldrake.multibody.tree._kernels import dynamics, integrate, jacobians, kinematics, queries
 from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
 from sheldrake.systems.framework import Context
 
@@ -98,6 +99,8 @@ class View:
         self.places: dict[Any, Query] = {}
         self.transforms: dict[tuple[Frame, Frame], Callable[[], RigidTransform]] = {}
         self.poses: dict[RigidBody, Callable[[], RigidTransform]] = {}
+        self.writers: dict[tuple[str, int, int], Query] = {}
+        self.twists: dict[RigidBody, Callable[[], SpatialVelocity]] = {}
 
     # --- arrays
 
@@ -193,10 +196,27 @@ class View:
     # --- writing
 
     def _writer(self, target: np.ndarray) -> Query:
+        return self._query_to_write(write_finite, (target,), target)
+
+    def _query_to_write(self, kernel: Kernel, given: tuple, target: np.ndarray) -> Query:
         if self.T is not float:
             return _refuse
-        arguments = (target, target, self._changes, self._by_python, self.written, self.level)
-        return self.calls.query(write_finite, *arguments, given=("given",))
+        arguments = (*given, target, self._changes, self._by_python, self.written, self.level)
+        return self.calls.query(kernel, *arguments, given=kernel.names[: len(given)])
+
+    def writer(self, part: str, at: int, size: int) -> Query:
+        """Sets positions ("q") or velocities ("v") from number `at` on: 0 when they are finite; kept in `writers`.
+
+        They are given as an array of `size` numbers, or for 0 as a number; for "pose" as a rotation matrix and a
+        position.
+        """
+        target = (self.v if part == "v" else self.q)[at : at + (7 if part == "pose" else size or 1)]
+        if part == "pose":
+            ask = self._query_to_write(write_pose, (np.eye(3), np.zeros(3)), target)
+        else:
+            ask = self._writer(target) if size else self._query_to_write(write_number, (0.0,), target)
+        self.writers[part, at, size] = ask
+        return ask
 
     @cached_property
     def write_q(self) -> Query:
@@ -277,6 +297,27 @@ class View:
         E, needs = self.zeros(1), self.POSES | self.INERTIAS
         return self.calls.query(queries.calc_gravity_energy, self.model, self.work, E, needs=needs, answer=E)
 
+    @cached_property
+    def ask_qdot(self) -> Query:
+        """N(q) v, given v."""
+        qdot = self.zeros(self.nq)
+        arguments = self.model, self.q, self.zeros(self.nv), qdot
+        return self.calls.query(integrate.qdot_of_velocity, *arguments, given=("v",), answer=qdot)
+
+    @cached_property
+    def ask_velocity_of_qdot(self) -> Query:
+        """N⁺(q) qdot, given qdot."""
+        v = self.zeros(self.nv)
+        arguments = self.model, self.q, self.zeros(self.nq), v
+        return self.calls.query(integrate.velocity_of_qdot, *arguments, given=("qdot",), answer=v)
+
+    @cached_property
+    def ask_qdot_map(self) -> Query:
+        """The transpose of N⁺(q)."""
+        columns = self.zeros(self.nq, self.nv)
+        arguments = self.model, self.q, self.zeros(self.nq), self.zeros(self.nv), columns
+        return self.calls.query(integrate.velocity_of_qdot_map, *arguments, answer=columns)
+
     def ask_accelerations(self, vdot: np.ndarray) -> np.ndarray:
         """A_WB of the body origins by row for given vdot; an int where it is no vector of the context's scalar."""
         A = self.buffer("A_WB", self.nb, 6)
@@ -356,6 +397,15 @@ class View:
         ask = self.calls.query(jacobians.calc_relative_pose, *arguments, needs=self.POSES, answer=X)
         return self._keep_place(key, ask)
 
+    def point_position(self, key: tuple, ends: tuple) -> Query:
+        """A query for the position of a given point of a frame in another, shape (3,); as `relative_pose`."""
+        position, places = self.zeros(3), jacobians.Frames(np.array((*ends, 0, -1), np.int64))
+        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), position), self.POSES
+        ask = self.calls.query(
+            jacobians.calc_point_position, *arguments, given=("point",), needs=needs, answer=position
+        )
+        return self._keep_place(key, ask)
+
     def transform(self, key: tuple[Frame, Frame], ends: tuple[int, ...]) -> Callable[[], RigidTransform]:
         """The same as a RigidTransform; kept in `transforms`."""
         X = self.zeros(12)
@@ -375,6 +425,13 @@ class View:
         ask_R = self.calls.stages(self.POSES, answer=R_WB, frozen=True)
         ask_p = self.calls.stages(self.POSES, answer=p_WB, frozen=True)
         ask = self.poses[body] = self.of(RigidTransform_)._maker(ask_R, ask_p)
+        return ask
+
+    def body_velocity(self, body: RigidBody, row: int) -> Callable[[], SpatialVelocity]:
+        """A query for the spatial velocity of a body's origin; kept in `twists`."""
+        needs = self.POSES | self.VELOCITIES | self.ORIGINS
+        ask_V = self.calls.stages(needs, answer=self.V_WB[row], frozen=True)
+        ask = self.twists[body] = object_query(self.of(SpatialVelocity_), _c=ask_V)
         return ask
 
     def _keep_place(self, key: tuple, ask: Query) -> Query:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from sheldrake.common.kernel import IntVector, Vector, kernel
+from sheldrake.common._kernels.vec import quaternion_of_rotation, read3, write3, write4
+from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 
 # ---- state
 
@@ -23,12 +24,48 @@ def write_finite(
             return 1
     for k in range(given.shape[0]):
         target[k] = given[k]
+    count_change(changes, from_python, written, level)
+    return 0
+
+
+@kernel(top=True)
+def write_number(
+    given: float, target: Vector, changes: IntVector, from_python: IntVector, written: IntVector, level: int
+) -> int:
+    """`write_finite` of one number."""
+    if not (given >= -LARGEST and given <= LARGEST):
+        return 1
+    target[0] = given
+    count_change(changes, from_python, written, level)
+    return 0
+
+
+@kernel(top=True)
+def write_pose(
+    R: Matrix, p: Vector, target: Vector, changes: IntVector, from_python: IntVector, written: IntVector, level: int
+) -> int:
+    """`write_finite` of a pose, as a quaternion and a position."""
+    for i in range(3):
+        for k in range(3):
+            if not (R[i, k] >= -LARGEST and R[i, k] <= LARGEST):
+                return 1
+        if not (p[i] >= -LARGEST and p[i] <= LARGEST):
+            return 1
+    R_FM = (R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2], R[2, 0], R[2, 1], R[2, 2])
+    write4(target, 0, quaternion_of_rotation(R_FM))
+    write3(target, 4, read3(p, 0))
+    count_change(changes, from_python, written, level)
+    return 0
+
+
+@kernel
+def count_change(changes, from_python, written, level):
+    """What `Store.touch` does."""
     for k in range(level, 3):
         changes[k] += 1
         from_python[k] += 1
     from_python[3] += 1
     written[0] += 1
-    return 0
 
 
 # ---- ports

@@ -20,7 +20,7 @@ from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
 from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
-from sheldrake.multibody.plant._step.input_ports import read_inputs, sees_geometry
+from sheldrake.multibody.plant._step.input_ports import sees_geometry, vector_inputs
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
@@ -159,28 +159,37 @@ class Advance:
         view = self._contexts.view(context)
         connected, geometry = sees_geometry(context), self._models.geometry_of(context)
         models, prototype = self._models.of(connected, geometry), self.prototype(geometry)
-        rehearsal: Rehearsal | None = view.rehearsal
+        late = context._store.unsettled
+        rehearsal: Rehearsal | None = None if late else view.rehearsal
         if rehearsal is None or not rehearsal.serves(prototype, models):
-            rehearsal = self._new_rehearsal(context, prototype, models)
-            view.rehearsal = rehearsal if view.native else None
+            rehearsal = self._new_rehearsal(context, prototype, models, vector_inputs(context))
+            view.rehearsal = rehearsal if view.native and not late else None
         work = rehearsal.afresh()
-        self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
-        getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
-        read_inputs(context, rehearsal.u)
+        if self._applied.are_given(context):
+            self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
+        if self._speeds.any():
+            getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
+        for row in rehearsal.rows:
+            context._store.pull(row)
         if self._models.misses_geometry(connected):
             raise self._failures.explain(GEOMETRY_NOT_CONNECTED, context)
         if self._elements.constraints and not self._settings.is_discrete():
             raise self._failures.explain(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
         return work, rehearsal.run()
 
-    def _new_rehearsal(self, context: Context, prototype: StepWork, models: dict[str, Any]) -> Rehearsal:
-        view = self._contexts.view(context)
+    def _new_rehearsal(
+        self,
+        context: Context,
+        prototype: StepWork,
+        models: dict[str, Any],
+        inputs: tuple[tuple[np.ndarray, ...], list[int]],
+    ) -> Rehearsal:
+        view, (u, rows) = self._contexts.view(context), inputs
         work, originals = in_one_piece(view.copy_of(prototype))
-        u = tuple(view.zeros(context._system.get_input_port(i).size()) for i in range(context.num_input_ports()))
         values = dict(work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=view.zeros(len(view.x)))
         chain = Chain(self.equations.stages(models))
         run = chain.bind(**values) if view.native else partial(chain, **values)
-        return Rehearsal(prototype, models, work, originals, u, run)
+        return Rehearsal(prototype, models, work, originals, rows, run)
 
 
 class Rehearsal(NamedTuple):
@@ -191,8 +200,8 @@ class Rehearsal(NamedTuple):
     work: StepWork
     originals: list[tuple[np.ndarray, np.ndarray]]
     """The memory of the scratch, and what the prototype says there."""
-    u: tuple[np.ndarray, ...]
-    """Values of the input ports, to be filled in before it runs."""
+    rows: list[int]
+    """Rows of the store that feed its input ports, to be brought up to date before it runs."""
     run: Callable[[], int]
 
     def serves(self, prototype: StepWork, models: dict[str, Any]) -> bool:

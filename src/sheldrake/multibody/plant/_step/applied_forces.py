@@ -81,6 +81,10 @@ class AppliedForces:
         rows = self._elements.model("MultibodyPlant").row_list
         return offers(plant, rows, root.feeding(self._inputs.spatial_force))
 
+    def are_given(self, context: Context) -> bool:
+        """Whether the applied_spatial_force port has a value."""
+        return has_value(context, self._inputs.spatial_force)
+
     def as_generalized(self, context: Context) -> np.ndarray:
         """Generalized forces of the applied spatial forces, shape (nv,)."""
         view = self._contexts.view(context)

@@ -116,7 +116,7 @@ class ContinuousDynamics:
     ) -> None:
         """Puts the contacts into results."""
         forces = work.flow.contact[: int(work.table.num_contacts)]
-        felt = (forces[:, _FORCE] != 0.0).any(axis=1).nonzero()[0]  # others separate faster than their springs push
+        felt = np.logical_or.reduce(forces[:, _FORCE] != 0.0, 1).nonzero()[0]  # others part faster than springs push
         forces, points = forces[felt], work.table.point[felt]  # copies, which outlive the scratch
         bodies = view.frozen.body_indices
         arrays = PointContactArrays(work.table.pair[felt], geometry.ids, bodies, forces[:, _FORCE], forces[:, _WHERE])

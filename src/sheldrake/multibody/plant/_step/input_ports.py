@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -103,25 +102,21 @@ class InputPorts:
         self.surface_speeds = int(plant.DeclareAbstractInputPort("surface_speeds", bus).get_index())
 
 
-def input_vector(context: Context, i: int) -> np.ndarray:
-    """Value of an input port: empty for an abstract one, zeros for one without a value."""
-    port = context._system.get_input_port(i)
-    if port.size() == 0:
-        return np.zeros(0)
-    return np.array(port.Eval(context)) if port.HasValue(context) else np.zeros(port.size())
+def vector_inputs(context: Context) -> tuple[tuple[np.ndarray, ...], list[int]]:
+    """Values of the input ports, in the memory of the context: empty where abstract, zero or NaN without a value.
 
-
-def read_inputs(context: Context, vectors: Sequence[np.ndarray]) -> None:
-    """Fills vectors, one for each port, with the values of the input ports; see `input_vector`."""
-    store = context._store
-    for i, values in enumerate(vectors):
-        if not len(values):
-            continue
-        slot = None if store.unsettled else store.layout.input_slot(context._node, i)
-        if slot is None or slot.free < 0:
-            values[:] = input_vector(context, i)
-        else:  # what is not fixed is zero, or NaN: see `forget_desired_states`
-            values[:] = store.S[slot.span[0] : slot.span[1]]
+    Returns:
+        The values, and the rows of the store to be brought up to date before they are read. Where an input has a value
+        that waits for memory to move (see `Store.settle`), this value.
+    """
+    store, rows, values = context._store, [], []
+    for i in range(context.num_input_ports()):
+        slot = store.layout.input_slot(context._node, i)
+        late = store.late_input(context._node, i) if slot.vector else None
+        values.append(store.S[slice(*(slot.span if slot.vector else (0, 0)))] if late is None else np.array(late))
+        if slot.vector and slot.row >= 0:
+            rows.append(slot.row)
+    return tuple(values), rows
 
 
 def has_value(context: Context, i: int) -> bool:

@@ -66,20 +66,19 @@ class Reactions:
         sampled), tip to base: what moves a body, less what acts on it otherwise, comes through its inboard joint.
         """
         view, work = self._contexts.view(context), self._advance.results(context)
-        model, vdot = view.frozen, self._reports.vdot(context)
-        make = SpatialForce_[view.T]._make
-        if self._settings.sampled and not np.any(work.tree.inertia[1:, BodyInertia.mass] != 0.0):
-            return [make(view.zeros(6)) for _ in model.rows_by_joint]  # before the first step
+        model, make_each = view.frozen, view.of(SpatialForce_)._make_each
+        no_step_yet = self._settings.sampled and not np.count_nonzero(work.tree.inertia[1:, BodyInertia.mass])
+        if no_step_yet:
+            return make_each(view.zeros(len(model.rows_by_joint), 6))
         results = self._reports.contact_results(context)
         room = self._room_for(view, work.tree, results.num_point_pair_contacts())
         _fill_contacts(room, results, model.row_list)
-        room.vdot[:] = vdot
+        room.vdot[:] = self._reports.generalized_acceleration(context)
         room.other[:] = 0.0 if view.dtype == float else view.zeros(1)[0]
         self._add_other_forces(context, work, results, room.other)
         if status := room.run():
             raise RuntimeError(f"reaction_forces: calc_reactions() returned status {status}.")
-        numbers = room.reactions[model.rows_by_joint]
-        return [make(F_CJc_Jc) for F_CJc_Jc in numbers]
+        return make_each(room.reactions[model.rows_by_joint])
 
     def _room_for(self, view: View, tree: TreeWork, contacts: int) -> _Room:
         """What the kernel works on, and the kernel bound to it; kept while the scratch is the same."""

@@ -26,7 +26,7 @@ class Reports:
     def __init__(self, plant: Any, contexts: Contexts, models: KernelModels, advance: Advance) -> None:
         self._plant, self._contexts, self._models, self._advance = plant, contexts, models, advance
 
-    def vdot(self, context: Context) -> np.ndarray:
+    def generalized_acceleration(self, context: Context) -> np.ndarray:
         """Generalized accelerations in the last step, shape (nv,)."""
         return self._advance.vdot(context, sampled=True)
 

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from sheldrake.common._kernels.vec import add3, column3, cross3, read3, rotate, rotate_back, scale3, store_column3, sub3
+from sheldrake.common._kernels.vec import (
+    add3,
+    column3,
+    cross3,
+    read3,
+    rotate,
+    rotate_back,
+    scale3,
+    store_column3,
+    sub3,
+    write3,
+)
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integer, numbers, table
 from sheldrake.multibody.tree._kernels.kinematics import from_root, pose_of_frame, relative_pose, velocity_at
@@ -151,6 +162,16 @@ def calc_relative_pose(model: TreeModel, p: Vector, work: TreeWork, ends: Frames
     """X_AB of frame B in frame A; needs `position_kinematics`."""
     X_WA = pose_of_frame(model, p, work, ends.body_A, ends.frame_A)
     pose[0].X_AB = relative_pose(X_WA, pose_of_frame(model, p, work, ends.body_B, ends.frame_B))
+
+
+@kernel(top=True, short_loops=True)
+def calc_point_position(
+    model: TreeModel, p: Vector, work: TreeWork, ends: Frames, point: Vector, position: Vector
+) -> None:
+    """Position in frame A [m] of a point of frame B, both of shape (3,); needs `position_kinematics`."""
+    X_WA = pose_of_frame(model, p, work, ends.body_A, ends.frame_A)
+    R_AB, p_AB = relative_pose(X_WA, pose_of_frame(model, p, work, ends.body_B, ends.frame_B))
+    write3(position, 0, add3(p_AB, rotate(R_AB, read3(point, 0))))
 
 
 @kernel(top=True, short_loops=True)

@@ -85,15 +85,3 @@ class ContextBase:
     def is_cache_frozen(self) -> bool:
         """Whether `FreezeCache` is in force."""
         return self._store.frozen
-
-
-class Toucher:
-    """Announces writes to one source; a small callable, as vectors hold it."""
-
-    __slots__ = ("level", "source", "store")
-
-    def __init__(self, store: Store, level: int, *source: object):
-        self.store, self.level, self.source = store, level, source
-
-    def __call__(self) -> None:
-        self.store.touch(self.level, self.source)

@@ -8,6 +8,7 @@ asked for.
 from __future__ import annotations
 
 import operator
+from functools import partial
 from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
@@ -16,7 +17,7 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._context import text
-from sheldrake.systems.framework._context.base import ContextBase, Toucher
+from sheldrake.systems.framework._context.base import ContextBase
 from sheldrake.systems.framework._engine.store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._state import Parameters, State
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
@@ -49,10 +50,12 @@ class Context(ContextBase):
         Raises:
             RuntimeError: this is not a root context.
         """
-        self._must_be_root("SetTime")
-        self._store.check_thread()
-        self._store.S[0] = _scalar(self._store, time_sec, "SetTime")
-        self._store.touch(CONTINUOUS, "t")
+        if self._node:
+            self._must_be_root("SetTime")
+        store = self._store
+        time = time_sec if type(time_sec) is store.scalar else _scalar(store, time_sec, "SetTime")
+        store.touch(CONTINUOUS, "t")  # first: it refuses other threads
+        store.S[0] = time
 
     def _must_be_root(self, call: str) -> None:
         if self._node != 0:
@@ -159,14 +162,11 @@ class Context(ContextBase):
     def _discrete_view(self, shift: int = 0, touch: bool = False) -> DiscreteValues:
         store = self._store
         first, last = self._place.groups
-        return DiscreteValues._view(
-            [
-                self._vector(
-                    a + shift, b + shift, Toucher(store, SAMPLED, "xd", first + k) if touch else None, "_xd_models", k
-                )
-                for k, (a, b) in enumerate(store.layout.groups[first:last])
-            ]
-        )
+        groups = []
+        for k, (a, b) in enumerate(store.layout.groups[first:last]):
+            on_write = partial(store.touch, SAMPLED, ("xd", first + k)) if touch else None
+            groups.append(self._vector(a + shift, b + shift, on_write, "_xd_models", k))
+        return DiscreteValues._view(groups)
 
     def _state_view(self, shift: int, abstract: list[AbstractValue]) -> State:
         return State._view(
@@ -183,7 +183,7 @@ class Context(ContextBase):
     def get_continuous_state(self) -> ContinuousState:
         """The continuous state; the same object until its memory moves."""
         if self._continuous is None:
-            self._continuous = self._continuous_view(None, Toucher(self._store, CONTINUOUS, "xc", self._node))
+            self._continuous = self._continuous_view(None, partial(self._store.touch, CONTINUOUS, ("xc", self._node)))
         return self._continuous
 
     def get_mutable_continuous_state(self) -> ContinuousState:
@@ -204,10 +204,9 @@ class Context(ContextBase):
 
     def SetContinuousState(self, xc: Scalars) -> None:
         """Sets the continuous state."""
-        self.get_continuous_state_vector().SetFromVector(xc)
+        (self._continuous or self.get_continuous_state())._vector.SetFromVector(xc)
 
-    @checked
-    def SetTimeAndContinuousState(self, time_sec: float, xc: Any) -> None:
+    def SetTimeAndContinuousState(self, time_sec: Any, xc: Scalars) -> None:
         """Sets time [s] and the continuous state."""
         self.SetTime(time_sec)
         self.SetContinuousState(xc)
@@ -285,7 +284,9 @@ class Context(ContextBase):
     def get_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`."""
         first, last = self._place.abstract
-        values = AbstractValues._view(self._store.abstract[first:last], Toucher(self._store, SAMPLED, "xa", self._node))
+        values = AbstractValues._view(
+            self._store.abstract[first:last], partial(self._store.touch, SAMPLED, ("xa", self._node))
+        )
         return values if index is None else values.get_value(index)
 
     @overload
@@ -325,7 +326,7 @@ class Context(ContextBase):
         first, last = self._place.parameters
         numeric = DiscreteValues._view([self._numeric_parameter(k) for k in range(last - first)])
         first, last = self._place.abstract_parameters
-        touch = Toucher(store, CONSTANT, "pa", self._node)
+        touch = partial(store.touch, CONSTANT, ("pa", self._node))
         return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
 
     def _numeric_parameter(self, k: int) -> BasicVector:
@@ -336,7 +337,7 @@ class Context(ContextBase):
         if found is None:
             group = self._place.parameters[0] + k
             a, b = self._store.layout.parameter_groups[group]
-            touch = Toucher(self._store, CONSTANT, "pn", group)
+            touch = partial(self._store.touch, CONSTANT, ("pn", group))
             found = known[k] = self._vector(a, b, touch, "_pn_models", k)
         return found
 

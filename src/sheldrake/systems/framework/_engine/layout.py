@@ -57,10 +57,11 @@ class Row:
     reads: dict[str, Slot] = dataclasses.field(default_factory=dict)
     """Inputs of another system that a kernel reads, by parameter name."""
 
-    @property
-    def native(self) -> bool:
-        """Whether a kernel computes it."""
-        return isinstance(self.calc, Kernel)
+    native: bool = dataclasses.field(init=False)
+    """Whether a kernel computes it."""
+
+    def __post_init__(self) -> None:
+        self.native = isinstance(self.calc, Kernel)
 
 
 class Layout(Memory):
@@ -90,6 +91,8 @@ class Layout(Memory):
         self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
+        self._derivatives: dict[int, list[int]] = {}
+        self._read_by_kernel: dict[int, list[int]] = {}
         self._sources: dict[int, Sources | None] = {}
         self._takes_all = [
             self.systems[n]._ports_are_lookups or Ticket.ALL_SOURCES in self.systems[n]._outputs[j].tickets
@@ -366,6 +369,23 @@ class Layout(Memory):
         if r not in self._pulls:
             self._pulls[r] = self.upstream([r])
         return self._pulls[r]
+
+    def read_by_kernel(self, r: int) -> list[int]:
+        """The output rows that row `r` reads, if a kernel computes it."""
+        if r not in self._read_by_kernel:
+            row = self.rows[r]
+            slots = list(row.reads.values())
+            if row.native and "u" in row.calc.names:
+                slots += [slot for slot in self.places[row.node].inputs if slot.vector]
+            self._read_by_kernel[r] = [slot.row for slot in slots if slot.row >= 0]
+        return self._read_by_kernel[r]
+
+    def derivative_rows(self, n: int) -> list[int]:
+        """The rows of the derivatives of all leaves under node `n`, in order."""
+        if n not in self._derivatives:
+            leaves = self.leaves[self.nodes[n].first_leaf : self.nodes[n].last_leaf]
+            self._derivatives[n] = [r for m in leaves if (r := self.places[m].derivatives) >= 0]
+        return self._derivatives[n]
 
     def sources_named_by(self, r: int) -> Sources | None:
         """What output row `r` is computed from, if it is a function that names that; None if it takes everything."""

@@ -33,12 +33,14 @@ def call(store: Store, r: int, row: Row) -> Any:
     if isinstance(row.calc, PythonStage):
         return row.calc.function(system, context)
     if row.event is None:
-        compute = functools.partial(row.calc, system, context, _target(store, r, row, context))
-        sources = store.layout.sources_named_by(r)
-        return compute() if sources is None else _if_changed(store, r, sources, compute)
+        target, sources = _target(store, r, row, context), store.layout.sources_named_by(r)
+        if sources is None:
+            return row.calc(system, context, target)
+        return _if_changed(store, r, sources, functools.partial(row.calc, system, context, target))
     if row.kind == PUBLISH:
         return row.event.call(system, context)
-    return row.event.call(system, context, event_argument(store, row.kind, context))
+    argument = _target(store, r, row, context) if row.kind == DISCRETE else event_argument(store, row.kind, context)
+    return row.event.call(system, context, argument)
 
 
 def bound(store: Store, r: int) -> Callable[[], Any]:
@@ -68,16 +70,22 @@ def _if_changed(store: Store, r: int, sources: Sources, compute: Callable[[], An
 def _target(
     store: Store, r: int, row: Row, context: Context
 ) -> ContinuousState | BasicVector | DiscreteValues | State | AbstractValue:
-    """What an output, derivatives or a discrete update fills."""
+    """What an output, derivatives or a discrete update fills; the same object until memory moves."""
+    target = store.targets.get(r)
+    if target is not None:
+        return target
     if row.kind == DISCRETE:
-        return context._discrete_view(store.layout.plus)
-    if row.kind == DERIVATIVES:
-        return context._continuous_view(row.out[0])
-    if not store.layout.places[row.node].outputs[row.output].vector:
+        target = context._discrete_view(store.layout.plus)
+    elif row.kind == DERIVATIVES:
+        target = context._continuous_view(row.out[0])
+    elif not store.layout.places[row.node].outputs[row.output].vector:
         return store.output_value(r)
-    model = store.systems[row.node]._outputs[row.output].model
-    view = store.S[slice(*row.out)]
-    return model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
+    else:
+        model = store.systems[row.node]._outputs[row.output].model
+        view = store.S[slice(*row.out)]
+        target = model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
+    store.targets[r] = target
+    return target
 
 
 def event_argument(store: Store, kind: int, context: Context) -> State | DiscreteValues | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
+from collections import defaultdict
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._system import System
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
+_BESIDES_CONTINUOUS = ((0, 1), (1,), ())
+"""Counters that grow, beside that of what is continuous, when a source of a level is written."""
 FAILED = -1000
 """Status of a Python row that raised, or reported failure."""
 _KEPT = ("uncached", "frozen", "stopped", "goes_on")
@@ -126,12 +129,13 @@ class Store:
         self._slab_address = HERE.place(self.S)
         self.uncached = self.frozen = False
         self.cache: dict[tuple[int | str, int], Any] = {}
-        self.serials: dict[Any, int] = {}
+        self.serials: defaultdict[Any, int] = defaultdict(int)
         self.computed_from: dict[int, tuple] = {}  # stamps of output rows that name their sources
-        self.by_python = np.zeros(4, np.int64)  # how many of the changes in I came from Python; written sources
-        self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
+        self.mine = [0, 0, 0]  # how many of the changes in I are from Python; by_python: and its kernels; their writes
+        self.by_python = np.zeros(4, np.int64)
         self.written: list[tuple[Any, Any]] = []
-        self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
+        self.contexts: dict[int, weakref.ref[Any]] = {}
+        self.targets: dict[int, Any] = {}  # what rows that are Python functions fill
         self.python_arguments: dict[int, tuple] = {}
         self.chains: dict[Any, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
@@ -198,17 +202,17 @@ class Store:
 
     # Changes.
 
-    def touch(self, level: int, *sources: object) -> None:
+    def touch(self, level: int, source: object) -> None:
         """A source of this level was written from Python."""
         if self.claimed:
             self.check_thread()
         i, mine = self.i, self.mine
-        for k in range(level, 3):
+        for k in _BESIDES_CONTINUOUS[level]:
             i[k] += 1
             mine[k] += 1
-        serials = self.serials
-        for source in sources:
-            serials[source] = serials.get(source, 0) + 1
+        i[CONTINUOUS] += 1
+        mine[CONTINUOUS] += 1
+        self.serials[source] += 1
 
     def out_of_date(self) -> None:
         """All computed values become out of date."""
@@ -216,7 +220,8 @@ class Store:
 
     def stamp(self, sources: Sources) -> tuple:
         """Changes whenever one of the sources does."""
-        if self.mine[3]:
+        by_kernels = self.by_python
+        if by_kernels[3]:
             self._note_written()
         if self.scalar is float:
             numbers = [self.S[a:b].tobytes() for a, b in sources.places]
@@ -224,7 +229,7 @@ class Store:
         else:
             numbers, level, keys = [], sources.level, sources.keys
         get = self.serials.get
-        by_loop = self.i[level] - self.mine[level] if level else 0
+        by_loop = self.i[level] - self.mine[level] - int(by_kernels[level]) if level else 0
         return (by_loop, *numbers, *[get(key, 0) for key in keys])
 
     def count_writes_of(self, source: object) -> np.ndarray:
@@ -234,9 +239,9 @@ class Store:
         return number
 
     def _note_written(self) -> None:
-        self.mine[3] = 0
+        self.by_python[3] = 0
         for source, number in self.written:
-            self.serials[source] = self.serials.get(source, 0) + int(number[0])
+            self.serials[source] += int(number[0])
             number[0] = 0
 
     def fix(self, n: int, i: int, value: np.ndarray | AbstractValue, anew: bool = False) -> None:
@@ -349,15 +354,15 @@ class Store:
         store.I[: new.stamp0] = self.I[: old.stamp0]
         store.I[new.k0 : new.fixed0] = self.I[old.k0 : old.fixed0]
         cold = {new.row_of[old.ports[r]] for r in self._cold}
-        contexts, kept = dict(self.contexts), {name: getattr(self, name) for name in _KEPT}
+        contexts, kept = self.contexts, {name: getattr(self, name) for name in _KEPT}
         with self.moving:
             self.layout, self.S, self.I, self.fixed, self.values = new, store.S, store.I, store.fixed, {}
             self._begin()
         self.__dict__.update(kept)
         self._cold = cold
-        for m, context in contexts.items():
-            self.contexts[m] = context
-            context._place, context._kept = new.places[m], None
+        self.contexts = contexts
+        for context in self._living_contexts():
+            context._place, context._kept = new.places[context._node], None
             context._discrete = context._continuous = context._state = context._numeric = None
         self.forget_readers()
 
@@ -379,7 +384,7 @@ class Store:
             raise self._taken()
         self.busy += 1
         try:
-            for k in layout.pull_list(r):
+            for k in layout._pulls.get(r) or layout.pull_list(r):
                 if i[stamp0 + k] != i[level[k]] or self.uncached or k in self._cold:
                     self.compute(k)
                     i[stamp0 + k] = i[level[k]]
@@ -409,8 +414,11 @@ class Store:
 
     def forget_readers(self) -> None:
         """Contexts look up their ports anew."""
-        for context in self.contexts.values():
+        for context in self._living_contexts():
             context._reads.clear()
+
+    def _living_contexts(self) -> list[Context]:
+        return [context for known in self.contexts.values() if (context := known()) is not None]
 
     def _row_name(self, r: int) -> str:
         row = self.layout.rows[r]
@@ -421,13 +429,13 @@ class Store:
     def compute(self, r: int) -> Any:
         """Computes row `r` now, whatever its stamp says; what it needs must be up to date."""
         row = self.layout.rows[r]
-        if row.native:
+        if not row.native:
+            return python_rows.call(self, r, row)
+        if row.free:
             self.check_inputs(row)
-            status = self._call_kernel(r, row)
-            if status:
-                raise self.explain(row, status)
-            return None
-        return python_rows.call(self, r, row)
+        if status := self._call_kernel(r, row):
+            raise self.explain(row, status)
+        return None
 
     def check_inputs(self, row: Row) -> None:
         """A kernel sees all inputs: each must have a value.
@@ -531,7 +539,7 @@ class Store:
         for n, values in self.pending.items():
             first, last = self.layout.places[n].abstract
             self.abstract[first:last] = values
-            self.serials["xa", n] = self.serials.get(("xa", n), 0) + 1
+            self.serials["xa", n] += 1
         self.pending.clear()
 
     def output_value(self, r: int) -> AbstractValue:
@@ -545,12 +553,14 @@ class Store:
 
     def context(self, n: int) -> Context:
         """The context of node `n`; the same object while somebody holds it."""
-        context = self.contexts.get(n)
+        known = self.contexts.get(n)
+        context = None if known is None else known()
         if context is None:
             from sheldrake.systems.framework._context.context import DiagramContext, LeafContext
 
             kind = LeafContext if self.layout.nodes[n].leaf else DiagramContext
-            context = self.contexts[n] = kind._make(self, n, self.systems[n])
+            context = kind._make(self, n, self.systems[n])
+            self.contexts[n] = weakref.ref(context)
         return context
 
     # Copies.
