@@ -236,7 +236,8 @@ def BuildSchunkWsgControl(
     subscriber = add(
         f"{name}_wsg_command_subscriber", LcmSubscriberSystem.Make("SCHUNK_WSG_COMMAND", lcmt_schunk_wsg_command, lcm)
     )
-    controller = builder.AddSystem(SchunkWsgController(*(SchunkWsgDriver().pid_gains if pid_gains is None else pid_gains)))
+    gains = SchunkWsgDriver().pid_gains if pid_gains is None else pid_gains
+    controller = builder.AddSystem(SchunkWsgController(*gains))
     status = LcmPublisherSystem.Make("SCHUNK_WSG_STATUS", lcmt_schunk_wsg_status, lcm, _WSG_STATUS_PERIOD)
     publisher = add(f"{name}_wsg_status_publisher", status)
     sender = builder.AddSystem(SchunkWsgStatusSender())
