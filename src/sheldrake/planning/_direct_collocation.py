@@ -10,7 +10,9 @@ from sheldrake.common._checked import checked
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
+from sheldrake.solvers._functions.bindings import bind
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.trajectories import PiecewisePolynomial
@@ -237,13 +239,14 @@ class DirectCollocation(MultipleShooting):
         self._dynamics = constraint._dynamics
         self._set_up(self._dynamics.num_inputs, self._dynamics.num_states, num_time_samples, None, None, prog)
         self.AddTimeIntervalBounds(minimum_time_step, maximum_time_step)
+        bindings = parts_of(self._prog).bindings
         for i in range(num_time_samples - 1):
             samples = (self.state(i), self.state(i + 1), self.input(i), self.input(i + 1))
             # One constraint each, so that each has its name; they share the dynamics.
             one = constraint.__class__.__new__(constraint.__class__)
             one.__dict__.update(constraint.__dict__)
-            one.set_description(f"collocation constraint for segment {i}")
-            AddDirectCollocationConstraint(one, self.time_step(i), *samples, self._prog)
+            one._description = f"collocation constraint for segment {i}"
+            bindings.add(bind(Constraint, one, np.concatenate((self._h_vars[i : i + 1], *samples))))
 
     def _add_running_cost(self, g: Expression) -> None:
         """The trapezoidal rule."""

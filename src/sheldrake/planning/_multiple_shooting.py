@@ -301,11 +301,10 @@ class MultipleShooting:
         ):
             if not rows:
                 continue
-            for i in range(self._N):
-                value = np.full(rows, _UNKNOWN)
-                if trajectory.get_number_of_segments():
-                    value = np.asarray(trajectory.value(start + i * h), dtype=float).ravel()
-                self._prog.SetInitialGuess(self._sample(vars, rows, i), value)
+            values = np.full((self._N, rows), _UNKNOWN)
+            if trajectory.get_number_of_segments():
+                values[:] = [np.ravel(trajectory.value(start + i * h)) for i in range(self._N)]
+            self._prog.SetInitialGuess(vars, values.ravel())
 
     @checked
     def GetSampleTimes(self, result: MathematicalProgramResult) -> np.ndarray:

@@ -84,8 +84,8 @@ class NonlinearForm:
                 self.rows.append(Rows(b, slice(at, end)))
                 found.append((c, bindings.places(b), np.arange(at, end)))
                 free = _always_hold(c)
-                lower.append(np.where(free, -np.inf, c._lower))
-                upper.append(np.where(free, np.inf, c._upper))
+                lower.append(c._lower if free is None else np.where(free, -np.inf, c._lower))
+                upper.append(c._upper if free is None else np.where(free, np.inf, c._upper))
                 at = end
         for b in prog.linear_complementarity_constraints():
             n = len(b._variables)
@@ -221,12 +221,15 @@ class NonlinearForm:
         return dual, np.maximum(box, 0.0), np.minimum(box, 0.0)
 
 
-def _always_hold(constraint: Constraint) -> np.ndarray | bool:
-    """Which rows of a constraint have no coefficient and hold anyway: bounds of those only confuse solvers."""
+def _always_hold(constraint: Constraint) -> np.ndarray | None:
+    """Which rows of a constraint have no coefficient and hold anyway, None if all have some.
+
+    Bounds of such rows only confuse solvers.
+    """
     if not isinstance(constraint, LinearConstraint):
-        return False
-    idle = np.asarray(abs(constraint._A).sum(axis=1)).ravel() == 0.0
-    return idle & (constraint._lower <= 0.0) & (constraint._upper >= 0.0)
+        return None
+    has_some = constraint.GetDenseA().any(axis=1)
+    return None if has_some.all() else ~has_some & (constraint._lower <= 0.0) & (constraint._upper >= 0.0)
 
 
 class _Last:

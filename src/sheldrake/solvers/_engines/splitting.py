@@ -14,11 +14,11 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import ConicForm, LinearObjective
 from sheldrake.solvers._engines.equality import quadratic_form
-from sheldrake.solvers._engines.highs import set_box_duals, variable_bounds
 from sheldrake.solvers._engines.interface import SolverInterface, is_installed
-from sheldrake.solvers._engines.linear_rows import LinearRows
+from sheldrake.solvers._engines.linear_rows import LinearRows, another
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
@@ -82,6 +82,29 @@ _OSQP_RESULTS = {
 }
 
 
+class _OsqpForm:
+    """The least 1/2 x' P x + q' x + constant with lower <= A x <= upper, bounds of variables being the last rows.
+
+    Args:
+        prog: The program.
+    """
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        n, Q = prog.num_vars(), np.triu(quadratic_form(prog))
+        self.table = LinearRows(prog, [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()])
+        shape, at = (self.table.num_rows, n), Q.nonzero()
+        self.P = Columns.of_triplets(*at, Q[at], (n, n)).for_scipy()
+        self.A = Columns.of_triplets(self.table.rows, self.table.cols, self.table.values, shape).for_scipy()
+        self._objective = LinearObjective(prog)
+        self.q, self.constant = self._objective.now()
+
+    def moved(self, prog: MathematicalProgram) -> _OsqpForm:
+        """The form of the program with other bounds, linear costs and constants."""
+        out = another(self)
+        out.table, (out.q, out.constant) = self.table.again(), self._objective.now()
+        return out
+
+
 class OsqpSolver(SolverInterface):
     """Solves convex quadratic programs (Stellato et al., 2020). It stands on the package `osqp`."""
 
@@ -107,35 +130,21 @@ class OsqpSolver(SolverInterface):
     ) -> None:
         import osqp
 
-        Q, (c, constant) = quadratic_form(prog), LinearObjective(prog).now()
-        n, table = prog.num_vars(), LinearRows(prog, prog.GetLinearConstraints())
-        row, col, value, lower, upper = table.rows, table.cols, table.values, table.lower, table.upper
-        m, boxed = len(lower), bool(prog.bounding_box_constraints())
-        if boxed:
-            x_low, x_high = variable_bounds(prog)
-            row, col = np.concatenate((row, m + np.arange(n))), np.concatenate((col, np.arange(n)))
-            value = np.concatenate((value, np.ones(n)))
-            lower, upper = np.concatenate((lower, x_low)), np.concatenate((upper, x_high))
+        form = parts_of(prog).form(_OsqpForm, prog)
         settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 100000, "polishing": True}
         settings["verbose"] = self._prints(options)
         settings.update(self._given(options, _OSQP_OPTIONS))
         if "polish" in settings:
             settings["polishing"] = bool(settings.pop("polish"))
         solver = osqp.OSQP(algebra=_osqp_algebra())
-        i, j = np.triu(Q).nonzero()
-        P, A = Columns.of_triplets(i, j, Q[i, j], (n, n)), Columns.of_triplets(row, col, value, (len(lower), n))
-        solver.setup(P.for_scipy(), c, A.for_scipy(), lower, upper, **settings)
+        solver.setup(form.P, form.q, form.A, form.table.lower, form.table.upper, **settings)
         found = solver.solve(raise_error=False)
         result._details = _osqp_details(found.info, found.y)
         outcome = _OSQP_RESULTS.get(found.info.status, SolutionResult.kSolverSpecificError)
-        x = np.asarray(found.x, dtype=float)
-        result._finish(outcome, x, 0.5 * x @ Q @ x + c @ x + constant)
+        result._finish(outcome, found.x, found.info.obj_val + form.constant)
         if outcome is SolutionResult.kSolutionFound:
             dual = -np.asarray(found.y)
-            for b, rows in table.places:
-                result._set_dual(b, dual[rows])
-            box = dual[m:] if boxed else np.zeros(n)
-            set_box_duals(prog, result, np.maximum(box, 0.0), np.minimum(box, 0.0))
+            result._set_duals_late(lambda: [(b, dual[rows]) for b, rows in form.table.places])
 
 
 class ScsSolverDetails(NamedTuple):
