@@ -68,11 +68,10 @@ def _product_node(c: float, factors: Factors, unit: Expression | None) -> Expres
 
 def found_of(e: Expression) -> dict[Any, Any]:
     """What was found out about an expression before, by question: it is the same for ever, as the expression is."""
-    try:
-        return e._found
-    except AttributeError:
-        e._found = {}
-        return e._found
+    found = getattr(e, "_found", None)
+    if found is None:
+        found = e._found = {}
+    return found
 
 
 class _Table:
@@ -296,8 +295,10 @@ def add_into(terms: Terms, e: Expression) -> float:
 
 def add_scaled_into(terms: Terms, c: float, e: Expression) -> float:
     """Adds c e to the terms and returns the constant that is left; a sum is a term as it is, as in `scale`."""
+    if c == 1.0:
+        return add_into(terms, e)
     kind = e._kind
-    if c == 1.0 or c == 0.0 or kind == _CONSTANT or kind == k.DIV:
+    if c == 0.0 or kind == _CONSTANT or kind == k.DIV:
         return add_into(terms, scale(c, e))
     if kind == _MUL and e._constant != 1.0:
         c *= e._constant

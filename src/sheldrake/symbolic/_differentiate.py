@@ -122,8 +122,7 @@ class _Gradient:
                 constant = _build.add_scaled_into(terms, c, slope)
                 if constant:
                     numbers[v] += constant
-        found = {v: _build.make_sum(number, sums.get(v, {})) for v, number in numbers.items()}
-        return {v: slope for v, slope in found.items() if slope is not ZERO}
+        return {v: s for v, c in numbers.items() if (s := _build.make_sum(c, sums.get(v, {}))) is not ZERO}
 
     def _of_product(self, e: Expression, of: Gradients) -> Slopes:
         parts: dict[Variable, list[Expression]] = {}
@@ -140,8 +139,11 @@ class _Gradient:
             for v in {**of_base, **of_exponent}:
                 d = _of_power(base, exponent, of_base.get(v, ZERO), of_exponent.get(v, ZERO))
                 parts.setdefault(v, []).append(_times_others(e, n, d))
-        found = {v: terms[0] if len(terms) == 1 else _build.sum_of(terms) for v, terms in parts.items()}
-        return {v: slope for v, slope in found.items() if slope is not ZERO}
+        return {
+            v: slope
+            for v, terms in parts.items()
+            if (slope := terms[0] if len(terms) == 1 else _build.sum_of(terms)) is not ZERO
+        }
 
     def _of_conditional(self, e: Expression, of: Gradients) -> Slopes:
         found = {x: _of_conditional(e, x, of) for x in self._wanted if x in _traverse.variables_of(e)}
