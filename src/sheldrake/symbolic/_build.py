@@ -312,6 +312,13 @@ def add_scaled_into(terms: Terms, c: float, e: Expression) -> float:
     return 0.0
 
 
+def add_product_into(terms: Terms, c: float, e: Expression) -> float:
+    """Adds the product of c and e, where minus a sum is a sum, as `multiply` makes it; returns the constant left."""
+    if c == -1.0 and e._kind == _ADD:
+        return add_into(terms, negate(e))
+    return add_scaled_into(terms, c, e)
+
+
 def _set_term(terms: Terms, n: int, term: Expression, c: float) -> None:
     if c == 0.0:
         del terms[n]
@@ -412,7 +419,7 @@ def make_product(c: float, factors: Factors) -> Expression:
     return _product_node(c, factors, None)
 
 
-def _multiply_into(factors: Factors, e: Expression) -> float:
+def multiply_into(factors: Factors, e: Expression) -> float:
     """Multiplies the factors by e and returns the constant that is left."""
     if e._kind == _CONSTANT:
         return e._made[0]
@@ -466,8 +473,8 @@ def multiply(a: Expression, b: Expression) -> Expression:
     if other == _POW and b._made[0]._serial == a._serial:
         return power(a, add(b._made[1], ONE))
     factors: Factors = {}
-    c = _multiply_into(factors, a)
-    c *= _multiply_into(factors, b)
+    c = multiply_into(factors, a)
+    c *= multiply_into(factors, b)
     return ZERO if c == 0.0 else make_product(c, factors)
 
 

@@ -242,11 +242,7 @@ class _Substitution:
         def step(values: list[Expression]) -> Expression:
             terms, total = kept.copy(), constant
             for i, c in moved:
-                new = values[i]
-                if c == -1.0 and new._kind == k.ADD:
-                    total += _build.add_into(terms, _build.negate(new))
-                else:
-                    total += _build.add_scaled_into(terms, c, new)
+                total += _build.add_product_into(terms, c, values[i])
             return _build.make_sum(total, terms)
 
         return step if changed or kept.keys() != e._terms.keys() else None  # as 2 (1 / x), added again, is (2 / x)
