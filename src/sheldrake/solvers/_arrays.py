@@ -80,17 +80,22 @@ def float_vector(value: Any) -> np.ndarray:
     """
     if type(value) is np.ndarray and value.dtype == _FLOAT and value.ndim == 1:
         return value.copy()  # what is given most often
-    if np.ndim(value) == 0 or _is_object(value):
-        raise Mismatch
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise Mismatch from None
+    array = _array_of_floats(value)
     if array.ndim == 2 and 1 in array.shape:
         array = array.ravel()
     if array.ndim != 1:
         raise Mismatch
     return array
+
+
+def _array_of_floats(value: Any) -> np.ndarray:
+    """A new array of a sequence."""
+    if (not isinstance(value, (list, tuple)) and np.ndim(value) == 0) or _is_object(value):
+        raise Mismatch
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise Mismatch from None
 
 
 def _is_object(value: object) -> bool:
@@ -113,12 +118,7 @@ def float_matrix(value: Any) -> Matrix:
         return value.copy("K")
     if is_sparse(value):
         return value
-    if np.ndim(value) == 0 or _is_object(value):
-        raise Mismatch
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise Mismatch from None
+    array = _array_of_floats(value)
     if array.ndim == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2:

@@ -68,11 +68,10 @@ def _product_node(c: float, factors: Factors, unit: Expression | None) -> Expres
 
 def found_of(e: Expression) -> dict[Any, Any]:
     """What was found out about an expression before, by question: it is the same for ever, as the expression is."""
-    try:
-        return e._found
-    except AttributeError:
-        e._found = {}
-        return e._found
+    found = getattr(e, "_found", None)
+    if found is None:
+        found = e._found = {}
+    return found
 
 
 class _Table:
@@ -296,8 +295,10 @@ def add_into(terms: Terms, e: Expression) -> float:
 
 def add_scaled_into(terms: Terms, c: float, e: Expression) -> float:
     """Adds c e to the terms and returns the constant that is left; a sum is a term as it is, as in `scale`."""
+    if c == 1.0:
+        return add_into(terms, e)
     kind = e._kind
-    if c == 1.0 or c == 0.0 or kind == _CONSTANT or kind == k.DIV:
+    if c == 0.0 or kind == _CONSTANT or kind == k.DIV:
         return add_into(terms, scale(c, e))
     if kind == _MUL and e._constant != 1.0:
         c *= e._constant
@@ -309,6 +310,13 @@ def add_scaled_into(terms: Terms, c: float, e: Expression) -> float:
     else:
         _set_term(terms, n, e, known[1] + c)
     return 0.0
+
+
+def add_product_into(terms: Terms, c: float, e: Expression) -> float:
+    """Adds the product of c and e, where minus a sum is a sum, as `multiply` makes it; returns the constant left."""
+    if c == -1.0 and e._kind == _ADD:
+        return add_into(terms, negate(e))
+    return add_scaled_into(terms, c, e)
 
 
 def _set_term(terms: Terms, n: int, term: Expression, c: float) -> None:
@@ -411,7 +419,7 @@ def make_product(c: float, factors: Factors) -> Expression:
     return _product_node(c, factors, None)
 
 
-def _multiply_into(factors: Factors, e: Expression) -> float:
+def multiply_into(factors: Factors, e: Expression) -> float:
     """Multiplies the factors by e and returns the constant that is left."""
     if e._kind == _CONSTANT:
         return e._made[0]
@@ -465,8 +473,8 @@ def multiply(a: Expression, b: Expression) -> Expression:
     if other == _POW and b._made[0]._serial == a._serial:
         return power(a, add(b._made[1], ONE))
     factors: Factors = {}
-    c = _multiply_into(factors, a)
-    c *= _multiply_into(factors, b)
+    c = multiply_into(factors, a)
+    c *= multiply_into(factors, b)
     return ZERO if c == 0.0 else make_product(c, factors)
 
 

@@ -391,14 +391,14 @@ def expand(e: Expression) -> Expression:
         return e
     found = _build.found_of(e)
     expanded: Expression | None = found.get(_EXPANDED)
-    if expanded is None:
+    if expanded is None and _EXPANDED not in found:
         expanded = _expanded(e)
-        if expanded is not e:  # an expression that keeps itself would live until cycles are collected
-            found[_EXPANDED] = expanded
-    return expanded
+        found[_EXPANDED] = None if expanded is e else expanded
+        _build.found_of(expanded).setdefault(_EXPANDED, None)
+    return e if expanded is None else expanded
 
 
-_EXPANDED = "expanded"
+_EXPANDED = "expanded"  # None: as it is, as an expression that keeps itself would live until cycles are collected
 
 
 def _expanded(e: Expression) -> Expression:

@@ -12,6 +12,7 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic import _build, _formula, _traverse
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import (
+    MINUS_ONE,
     NOT_A_NUMBER,
     ONE,
     TWO,
@@ -119,11 +120,10 @@ class _Gradient:
                 if terms is None:
                     terms = sums[v] = {}
                     numbers.setdefault(v, 0.0)
-                constant = _build.add_scaled_into(terms, c, slope)
+                constant = _build.add_product_into(terms, c, slope)
                 if constant:
                     numbers[v] += constant
-        found = {v: _build.make_sum(number, sums.get(v, {})) for v, number in numbers.items()}
-        return {v: slope for v, slope in found.items() if slope is not ZERO}
+        return {v: s for v, c in numbers.items() if (s := _build.make_sum(c, sums.get(v, {}))) is not ZERO}
 
     def _of_product(self, e: Expression, of: Gradients) -> Slopes:
         parts: dict[Variable, list[Expression]] = {}
@@ -140,17 +140,28 @@ class _Gradient:
             for v in {**of_base, **of_exponent}:
                 d = _of_power(base, exponent, of_base.get(v, ZERO), of_exponent.get(v, ZERO))
                 parts.setdefault(v, []).append(_times_others(e, n, d))
-        found = {v: terms[0] if len(terms) == 1 else _build.sum_of(terms) for v, terms in parts.items()}
-        return {v: slope for v, slope in found.items() if slope is not ZERO}
+        return {
+            v: slope
+            for v, terms in parts.items()
+            if (slope := _alone(terms[0]) if len(terms) == 1 else _build.sum_of(terms)) is not ZERO
+        }
 
     def _of_conditional(self, e: Expression, of: Gradients) -> Slopes:
         found = {x: _of_conditional(e, x, of) for x in self._wanted if x in _traverse.variables_of(e)}
         return {v: slope for v, slope in found.items() if slope is not ZERO}
 
 
+def _alone(e: Expression) -> Expression:
+    """A derivative that has one part: the negative of a sum becomes a sum."""
+    if e._kind != k.MUL or e._constant != -1.0 or len(e._terms) > 1:
+        return e
+    ((base, exponent),) = e._terms.values()
+    return negate(power(base, exponent))
+
+
 def _without_one(e: Expression, n: int, base: Expression, exponent: Expression, slope: Expression) -> Expression:
     """The part of the derivative of a product that comes from one factor, whose exponent is a number."""
-    if slope is not ONE and (slope._kind != k.CONSTANT or exponent is not ONE or len(e._terms) > 2):
+    if slope is not ONE:
         return _times_others(e, n, _of_power(base, exponent, slope, ZERO))
     less = exponent._made[0] - 1.0
     rest = e._terms.copy()
@@ -158,21 +169,17 @@ def _without_one(e: Expression, n: int, base: Expression, exponent: Expression, 
         del rest[n]
     else:
         rest[n] = (base, _build.numbered(_build.constant(less)))
-    if slope is ONE:
-        return _build.make_product(e._constant * (less + 1.0), rest)
-    c = e._constant * slope._made[0]
-    if not rest:
-        return _build.constant(c)
-    ((other, power_of_it),) = rest.values()
-    return _build.scale(c, power(other, power_of_it))
+    return _build.make_product(e._constant * (less + 1.0), rest)
 
 
 def _times_others(e: Expression, n: int, d: Expression) -> Expression:
-    """A product in which d is in the place of one factor."""
-    for other, (base, exponent) in e._terms.items():
-        if other != n:
-            d = multiply(d, power(base, exponent))
-    return _build.scale(e._constant, d)
+    """A product in which d is in the place of one factor; a quotient stays a factor, as in Drake."""
+    factors = e._terms.copy()
+    del factors[n]
+    if not factors:
+        return _build.scale(e._constant, d)
+    c = e._constant * _build.multiply_into(factors, d)
+    return ZERO if c == 0.0 else _build.make_product(c, factors)
 
 
 def _of_power(f: Expression, g: Expression, df: Expression, dg: Expression) -> Expression:
@@ -240,16 +247,16 @@ _UNARY: dict[int, Any] = {
     k.LOG: lambda f, df: divide(df, f),
     k.ABS: _of_absolute,
     k.EXP: lambda f, df: multiply(unary(k.EXP, f), df),
-    k.SQRT: lambda f, df: divide(df, multiply(TWO, unary(k.SQRT, f))),
+    k.SQRT: lambda f, df: multiply(divide(ONE, multiply(TWO, unary(k.SQRT, f))), df),
     k.SIN: lambda f, df: multiply(unary(k.COS, f), df),
     k.COS: lambda f, df: multiply(negate(unary(k.SIN, f)), df),
-    k.TAN: lambda f, df: divide(df, power(unary(k.COS, f), TWO)),
-    k.ASIN: lambda f, df: divide(df, _one_minus_square(f)),
-    k.ACOS: lambda f, df: divide(negate(df), _one_minus_square(f)),
-    k.ATAN: lambda f, df: divide(df, add(ONE, power(f, TWO))),
+    k.TAN: lambda f, df: multiply(divide(ONE, power(unary(k.COS, f), TWO)), df),
+    k.ASIN: lambda f, df: multiply(divide(ONE, _one_minus_square(f)), df),
+    k.ACOS: lambda f, df: multiply(divide(MINUS_ONE, _one_minus_square(f)), df),
+    k.ATAN: lambda f, df: multiply(divide(ONE, add(ONE, power(f, TWO))), df),
     k.SINH: lambda f, df: multiply(unary(k.COSH, f), df),
     k.COSH: lambda f, df: multiply(unary(k.SINH, f), df),
-    k.TANH: lambda f, df: divide(df, power(unary(k.COSH, f), TWO)),
+    k.TANH: lambda f, df: multiply(divide(ONE, power(unary(k.COSH, f), TWO)), df),
     k.CEIL: _of_rounding,
     k.FLOOR: _of_rounding,
 }

@@ -14,13 +14,12 @@ from sheldrake.common._overloads import expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable, variables
-from sheldrake.symbolic._decompose import Numbers, add_to, is_linear, is_zero
+from sheldrake.symbolic._decompose import Numbers, add_to, is_zero
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
 from sheldrake.symbolic._traverse import (
     evaluate_nodes,
-    is_polynomial,
     numbers_by_variable,
     object_array,
     substitute,
@@ -68,7 +67,7 @@ class Polynomial:
         self._made, self._numbers = None, Numbers.of_expression(e, chosen)
         if self._numbers is None:
             found = _decompose.decompose(e, chosen)
-            self._set_map({m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()})
+            self._set_map(_decompose.expanded(found))
         self._known_indeterminates, self._known_decisions = chosen, variables_of(e) - chosen
 
     def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:

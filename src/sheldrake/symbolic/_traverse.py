@@ -242,11 +242,7 @@ class _Substitution:
         def step(values: list[Expression]) -> Expression:
             terms, total = kept.copy(), constant
             for i, c in moved:
-                new = values[i]
-                if c == -1.0 and new._kind == k.ADD:
-                    total += _build.add_into(terms, _build.negate(new))
-                else:
-                    total += _build.add_scaled_into(terms, c, new)
+                total += _build.add_product_into(terms, c, values[i])
             return _build.make_sum(total, terms)
 
         return step if changed or kept.keys() != e._terms.keys() else None  # as 2 (1 / x), added again, is (2 / x)
@@ -305,7 +301,7 @@ def expand(e: Expression) -> Expression:
 def _expanded(e: Expression, of: Callable[[Expression], Expression]) -> Expression:
     kind = e._kind
     if kind == k.ADD:
-        terms = [(c * d, s) for t, c in e._terms.values() for d, s in _terms(of(t))]
+        terms = [_weighted(c * d, s) for t, c in e._terms.values() for d, s in _terms(of(t))]
         return _build.combination(e._constant, terms)
     if kind == k.MUL:
         if all(b._kind == k.VAR and x._kind == k.CONSTANT for b, x in e._terms.values()):
@@ -320,7 +316,10 @@ def _expanded(e: Expression, of: Callable[[Expression], Expression]) -> Expressi
     if kind == k.POW:
         return _expanded_power(*parts)
     if kind == k.DIV and parts[1]._kind == k.CONSTANT and parts[1] is not _build.ZERO:
-        return times(_build.constant(1.0 / parts[1]._made[0]), parts[0])
+        c = 1.0 / parts[1]._made[0]
+        if parts[0]._kind == k.ADD:
+            return _build.combination(0.0, [(c * d, s) for d, s in _terms(parts[0])])
+        return times(_build.constant(c), parts[0])
     return _build.rebuild(e, parts)
 
 
@@ -332,19 +331,26 @@ def _terms(e: Expression) -> list[tuple[float, Expression]]:
     return head + [(c, t) for t, c in e._terms.values()]
 
 
+def _weighted(c: float, e: Expression) -> tuple[float, Expression]:
+    """A number and what it multiplies, as a term of an expanded sum: of a quotient it goes into the numerator."""
+    return (1.0, _times_one(_build.constant(c), e)) if c != 1.0 and e._kind == k.DIV else (c, e)
+
+
 def times(a: Expression, b: Expression) -> Expression:
     """The product of two expanded expressions, expanded."""
     if a._kind != k.ADD and b._kind != k.ADD:
         return _times_one(a, b)
-    return _build.combination(0.0, [(c * d, _times_one(s, t)) for c, s in _terms(a) for d, t in _terms(b)])
+    terms = [_weighted(c * d, _times_one(s, t)) for c, s in _terms(a) for d, t in _terms(b)]
+    return _build.combination(0.0, terms)
 
 
 def _times_one(a: Expression, b: Expression) -> Expression:
-    if a._kind == k.DIV and b._kind != k.CONSTANT:
-        return _build.divide(times(a._args[0], b), a._args[1])
-    if b._kind == k.DIV and a._kind != k.CONSTANT:
-        return _build.divide(times(a, b._args[0]), b._args[1])
-    return _build.multiply(a, b)
+    if a is _build.ONE or b is _build.ONE:
+        return b if a is _build.ONE else a
+    if a._kind != k.DIV and b._kind != k.DIV:
+        return _build.multiply(a, b)
+    (p, q), (r, s) = ((e._made if e._kind == k.DIV else (e, _build.ONE)) for e in (a, b))
+    return _build.divide(times(p, r), times(q, s))
 
 
 def _expanded_power(base: Expression, exponent: Expression) -> Expression:

@@ -97,6 +97,42 @@ def test_substitutions_give_the_same_text():
     assert not different, (len(different), count, different[:3])
 
 
+def test_derivatives_expansions_and_polynomials_have_the_same_text():
+    different, count = [], 0
+    for seed, (mine, my_leaves), (peer, peer_leaves) in pairs(300, 4):
+        for ask in (
+            lambda m, e, x: e.Differentiate(x),
+            lambda m, e, x: e.Expand(),
+            lambda m, e, x: m.Polynomial(e, m.Variables([x])),
+            lambda m, e, x: m.Polynomial(e.Expand(), m.Variables([x])).ToExpression(),
+        ):
+            try:
+                b = ask(theirs, peer, peer_leaves[0])
+            except RuntimeError:
+                with pytest.raises(RuntimeError):
+                    ask(ours, mine, my_leaves[0])
+                continue
+            a = ask(ours, mine, my_leaves[0])
+            count += 1
+            # A term that is nothing over something stays in Drake's sums, and is left out of ours.
+            if text(a) != text(b) and "(0 /" not in text(a) + text(b):
+                different.append((seed, str(mine), str(a), str(b)))
+    assert count > 750
+    assert not different, (len(different), count, different[:3])
+
+
+@pytest.mark.parametrize("function", "log abs exp sqrt sin cos tan asin acos atan sinh cosh tanh".split())
+def test_derivatives_of_functions_have_the_same_text(function):
+    for inner in ("x", "2 * x", "x * y", "y / x", "x + y", "-x", "x / (y + 1)", "x**2"):
+        for outer in ("{}", "z * {}", "-{} * (z + 1)"):
+            texts = []
+            for m in (ours, theirs):
+                space = {name: m.Variable(name) for name in "xyz"}
+                e = eval(outer.format(f"f({inner})"), {"f": getattr(m, function), **space})
+                texts.append(str(e.Differentiate(space["x"])))
+            assert texts[0] == texts[1], (function, inner, outer)
+
+
 def test_derivatives_and_expansions_have_the_same_values():
     at = (0.37, -1.21, 0.83)
     for seed, (mine, my_leaves), (peer, peer_leaves) in pairs(200, 3):

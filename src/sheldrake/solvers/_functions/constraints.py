@@ -146,7 +146,7 @@ class LinearConstraint(Constraint):
         self._set_bounds(self._lower, _bounds(new_ub, new_ub)[0])
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
-        return np.asarray(self._A @ x)
+        return np.asarray(self._A.dot(x))
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return self._A.toarray() if self._dense is None else self._dense
@@ -315,7 +315,7 @@ class QuadraticConstraint(Constraint):
         self._set_coefficients(Q, b, hessian_type)
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
-        return np.array([0.5 * (x @ (self._Q @ x)) + self._b @ x])
+        return np.array([0.5 * x.dot(self._Q.dot(x)) + self._b.dot(x)])
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return (self._Q @ x + self._b).reshape(1, -1)

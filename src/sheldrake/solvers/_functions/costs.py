@@ -105,7 +105,7 @@ class LinearCost(Cost):
         Changes.note()
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
-        return np.array([self._a @ x + self._b])
+        return np.array([self._a.dot(x) + self._b])
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return self._a.reshape(1, -1)
@@ -226,7 +226,7 @@ class QuadraticCost(Cost):
         Changes.note()
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
-        return np.array([0.5 * (x @ (self._Q @ x)) + self._b @ x + self._c])
+        return np.array([0.5 * x.dot(self._Q.dot(x)) + self._b.dot(x) + self._c])
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return (self._Q @ x + self._b).reshape(1, -1)

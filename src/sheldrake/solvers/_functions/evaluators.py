@@ -17,6 +17,7 @@ from sheldrake.symbolic import Expression, Formula, logical_and
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
     from sheldrake.solvers._arrays import VariablesLike
 
@@ -360,10 +361,19 @@ class PyFunctionConstraint(_PyFunction, Constraint):
     _scalar = False
 
     def __init__(self, num_vars: int, func: Callable, lb: ArrayLike, ub: ArrayLike, description: str = ""):
-        lower, upper = _arrays.float_vector(lb), _arrays.float_vector(ub)
+        self._set(num_vars, func, _arrays.float_vector(lb), _arrays.float_vector(ub), description)
+
+    def _set(self, num_vars: int, func: Callable, lower: np.ndarray, upper: np.ndarray, description: str) -> None:
         self._set_sizes(lower.size, num_vars, description)
-        self._set_bounds(lower, upper)
+        self._own_bounds(lower, upper)
         self._func = func
+
+    @classmethod
+    def _of(cls, num_vars: int, func: Callable, lower: np.ndarray, upper: np.ndarray, description: str) -> Self:
+        """The constraint with bounds that nobody else has."""
+        self = cls.__new__(cls)
+        self._set(num_vars, func, lower, upper, description)
+        return self
 
     def set_bounds(self, lower_bound: ArrayLike, upper_bound: ArrayLike) -> None:
         """Sets both bounds."""

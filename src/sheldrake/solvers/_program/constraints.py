@@ -188,7 +188,7 @@ class ProgramConstraints:
 def _of_function(
     func: Callable[..., Any], lb: np.ndarray, ub: np.ndarray, vars: np.ndarray, description: str
 ) -> BindingBase[Constraint]:
-    return bind(Constraint, PyFunctionConstraint(len(vars), func, lb, ub, description), vars)
+    return bind(Constraint, PyFunctionConstraint._of(len(vars), func, lb, ub, description), vars)
 
 
 @kind("Binding", refuses=(Expression, Formula))
