@@ -181,7 +181,7 @@ class Ways(list[Overload]):
 
     def takes_as_given(self, types: tuple[type, ...]) -> bool:
         """Whether the first way that may take arguments of these types, met before, takes them as they are."""
-        plans = self._plans.get(types)
+        plans = self._plans.get(types, [])
         return bool(plans) and not plans[0].tail and not any(plans[0].steps)
 
     def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:

@@ -10,6 +10,7 @@ from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.inverse_kinematics._orientation import OrientationConstraint
 from sheldrake.multibody.inverse_kinematics._position import PointToPointDistanceConstraint, PositionConstraint
 from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.multibody.tree import QuaternionFloatingJoint
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
 from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
@@ -46,11 +47,11 @@ class UnitQuaternionConstraint(Constraint):
 
 
 def _joints(plant: MultibodyPlant) -> list:
-    return [plant.get_joint(i) for i in plant.GetJointIndices()]
+    return list(parts_of(plant).elements.joints)
 
 
 def _has_quaternion(joint: Joint) -> bool:
-    return joint.num_positions() == 7 and joint.type_name() == "quaternion_floating"
+    return isinstance(joint, QuaternionFloatingJoint)
 
 
 def _add_unit_quaternions(
@@ -92,7 +93,7 @@ def AddUnitQuaternionConstraintOnPlant(plant: MultibodyPlant, q_vars: VariablesL
 
 
 def _limits(plant: MultibodyPlant, context: Context | None, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    lower, upper = np.array(plant.GetPositionLowerLimits()), np.array(plant.GetPositionUpperLimits())
+    lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     for start in starts:
         lower[start : start + 4] = np.maximum(lower[start : start + 4], -1.0)
         upper[start : start + 4] = np.minimum(upper[start : start + 4], 1.0)

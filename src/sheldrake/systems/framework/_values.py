@@ -169,7 +169,7 @@ class DiscreteValues:
 
     def Clone(self) -> DiscreteValues:
         """A copy with its own memory."""
-        return DiscreteValues([group.Clone() for group in self._groups])
+        return DiscreteValues._view([group.Clone() for group in self._groups])
 
     def __copy__(self) -> DiscreteValues:
         return self.Clone()

@@ -125,6 +125,11 @@ class FrozenModel:
         return np.array([row_of.get(int(joint.index()), 0) for joint in self.joints] or [0], np.int64)
 
     @cached_property
+    def joints_by_coordinate(self) -> list[Joint]:
+        """The joints that have positions, in the order of these, which is that of their velocities too."""
+        return sorted((joint for joint in self.joints if joint.num_positions()), key=lambda joint: joint._q_start)
+
+    @cached_property
     def mass_at(self) -> np.ndarray:
         """Where in p the mass of the body of each row is."""
         return np.array([self.start_of(body) for body in self.row_bodies], np.int64)

@@ -254,13 +254,8 @@ class Coordinates:
             kind: "position", "velocity" or "acceleration".
             side: 0 or 1.
         """
-        model = self._elements.model(call)
-        out = np.empty(model.nq if kind == "position" else model.nv)
-        for joint in model.joints:
-            values = joint._limits[kind][side]
-            start = joint._q_start if kind == "position" else joint._v_start
-            out[start : start + len(values)] = values
-        return out
+        joints = self._elements.model(call).joints_by_coordinate
+        return np.concatenate([joint._limits[kind][side] for joint in joints]) if joints else np.zeros(0)
 
     def _effort_limits(self, call: str) -> np.ndarray:
         """Upper limits of the efforts, shape (nu,)."""

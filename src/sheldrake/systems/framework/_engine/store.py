@@ -372,11 +372,14 @@ class Store:
         """Brings output row `r` up to date; who asks has settled before looking it up."""
         i, layout = self.i, self.layout
         stamp0, level = layout.stamp0, layout._stamps
-        if i[stamp0 + r] == i[level[r]] and not self.uncached and r not in self._cold:
-            return
+        if i[stamp0 + r] != i[level[r]] or ((self.uncached or r in self._cold) and not self.frozen):
+            self._update(r)
+
+    def _update(self, r: int) -> None:
+        """Computes what output row `r` needs and is out of date, and `r`, which is."""
+        i, layout = self.i, self.layout
+        stamp0, level = layout.stamp0, layout._stamps
         if self.frozen:
-            if i[stamp0 + r] == i[level[r]]:
-                return
             raise RuntimeError(
                 f"Cache is frozen: the value of {self._row_name(r)} is out of date and may not be computed."
             )
@@ -403,11 +406,11 @@ class Store:
         copy: Any = self.S[slot.span[0] : slot.span[1]].copy if slot.vector else self.output_value(r).get_value
         if r < 0:
             return copy
-        i, pull, stamp, level = self.i, self.pull, layout.stamp0 + r, layout._stamps[r]
+        i, update, stamp, level = self.i, self._update, layout.stamp0 + r, layout._stamps[r]
 
         def read() -> np.ndarray:
             if i[stamp] != i[level]:
-                pull(r)
+                update(r)
             return copy()
 
         return read
