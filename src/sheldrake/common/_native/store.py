@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
-import itertools
 import os
 import pathlib
 import platform
@@ -223,9 +222,12 @@ def _parts(kernel: Kernel) -> list[bytes | Kernel]:
     _visit_code(kernel.py_func.__code__, parts, _has_docstring(kernel.py_func.__code__))
     for name, value in _mentioned(kernel.py_func):
         _visit_value(name, value, parts)
-    joined = []
-    for is_code, group in itertools.groupby(parts, lambda part: isinstance(part, bytes)):
-        joined += [b"".join(group)] if is_code else group
+    joined: list[Any] = [b""]
+    for part in parts:
+        if isinstance(part, bytes) and isinstance(joined[-1], bytes):
+            joined[-1] += part
+        else:
+            joined.append(part)
     return joined
 
 
