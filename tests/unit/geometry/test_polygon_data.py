@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sheldrake.geometry import PolygonSurfaceMesh
-from sheldrake.geometry._compiled.hulls import _faces_around, _neighbours
+from sheldrake.geometry._compiled.hulls import _faces_around, _feet, _neighbours
 
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
 
@@ -31,3 +31,12 @@ def test_what_is_next_to_what():
     assert lengths.tolist() == [3, 2, 3, 2, 0] and numbers.tolist() == [1, 2, 3, 0, 2, 0, 1, 3, 0, 2]
     lengths, numbers = _faces_around(flat, sizes, 5)
     assert lengths.tolist() == [2, 2, 2, 1, 0] and numbers.tolist() == [0, 1, 0, 1, 0, 1, 0]
+
+
+def test_feet_of_a_face_with_very_many_corners_span_it():
+    """All pairs of its corners would take 10 GB."""
+    angle = 2.0 * np.pi * np.arange(20_000) / 20_000
+    circle = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    feet = circle[_feet(circle, list(range(20_000)))]
+    assert np.linalg.norm(feet[2] - feet[0]) > 1.9999 and np.linalg.norm(feet[3] - feet[1]) > 1.9999
+    assert abs((feet[2] - feet[0]) @ (feet[3] - feet[1])) < 0.02

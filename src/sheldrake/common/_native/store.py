@@ -178,13 +178,13 @@ def _machine() -> str:
     return f"abi{ABI}-python{python}-llvmlite{llvmlite.__version__}-{processor}"
 
 
+@functools.cache
 def fingerprint(kernel: Kernel) -> str:
     """A hash of what a kernel's machine code depends on: its code, all kernels it calls, constants, annotations and
     the records in them, and the compiler itself.
     """
     digest = hashlib.sha256()
-    seen: set[int] = set()
-    _visit(kernel, digest, seen)
+    _visit(kernel, digest, set())
     digest.update(repr([(p.name, p.kind, p.fields) for p in kernel.parameters]).encode())
     digest.update(repr([getattr(p.cls, "PARTS", ()) for p in kernel.parameters]).encode())
     digest.update(os.environ.get("SHELDRAKE_BOUNDSCHECK", "0").encode())
@@ -222,7 +222,13 @@ def _parts(kernel: Kernel) -> list[bytes | Kernel]:
     _visit_code(kernel.py_func.__code__, parts, _has_docstring(kernel.py_func.__code__))
     for name, value in _mentioned(kernel.py_func):
         _visit_value(name, value, parts)
-    return parts
+    joined: list[Any] = [b""]
+    for part in parts:
+        if isinstance(part, bytes) and isinstance(joined[-1], bytes):
+            joined[-1] += part
+        else:
+            joined.append(part)
+    return joined
 
 
 def _visit_value(name: str, value: Any, parts: list[Any]) -> None:
@@ -237,10 +243,15 @@ def _visit_value(name: str, value: Any, parts: list[Any]) -> None:
             for k, part in enumerate(value):  # by its content: of a kernel, repr() gives the name alone
                 _visit_value(f"{name}[{k}]", part, parts)
     elif isinstance(value, type):
-        layout = getattr(value, "_fields", ()), getattr(value, "PARTS", ())
-        parts.append(f"{name}={value.__name__}:{layout}".encode())
+        parts.append(f"{name}={value.__name__}:{_layout(value)}".encode())
     elif callable(value):  # mathematics; what else it is, the compiler refuses where it is called
         parts.append(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
+
+
+@functools.cache
+def _layout(cls: type) -> str:
+    """What a record or NamedTuple consists of, in words."""
+    return repr((getattr(cls, "_fields", ()), getattr(cls, "PARTS", ())))
 
 
 def _mentioned(function: Any) -> Iterator[tuple[str, Any]]:
@@ -254,7 +265,7 @@ def _mentioned(function: Any) -> Iterator[tuple[str, Any]]:
 def _with_attributes(path: str, value: object, names: tuple[str, ...], depth: int = 3) -> Iterator[tuple[str, Any]]:
     """A value and, of what is no value of a kernel itself, the attributes that have one of these names."""
     yield path, value
-    is_whole = isinstance(value, (int, float, complex, str, tuple, np.generic)) or value is np
+    is_whole = value is None or isinstance(value, (int, float, complex, str, tuple, np.generic)) or value is np
     if depth and not is_whole and (isinstance(value, type) or not callable(value)):
         for name in names:
             if hasattr(value, name):

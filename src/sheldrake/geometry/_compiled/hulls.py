@@ -11,6 +11,7 @@ from sheldrake.common.kept_arrays import kept_arrays
 from sheldrake.geometry._kernels.model import CELLS, DIVIDED, HULL, FaceLoop, Geometry, HullFace, HullVertex
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
+_MOST_CORNERS = 1000  # of a face among which its feet are sought
 _LEVEL = 1e-9  # of the extent of a hull: vertices that are lower by no more are as low
 
 
@@ -226,7 +227,11 @@ def _loops(flat: np.ndarray, loop: np.ndarray, vertices: np.ndarray, at: int) ->
 
 
 def _feet(vertices: np.ndarray, corners: list[int]) -> list[int]:
-    """Four corners that span a face: the two farthest apart, and the farthest on either side of their line."""
+    """Four corners that span a face: the two farthest apart, and the farthest on either side of their line.
+
+    Of very many corners only every second, third ... is looked at: all pairs of 20,000 would take 10 GB.
+    """
+    corners = corners[:: -(-len(corners) // _MOST_CORNERS)]
     if len(corners) == 4:
         return corners
     p = vertices[corners]

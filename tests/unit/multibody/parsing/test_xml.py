@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy, ParseError
@@ -24,6 +25,21 @@ def test_every_element_and_attribute_knows_its_line_and_column():
     assert second.where_attribute("name")[1:] == (4, 14)
     assert second.where_attribute("absent") == second.where
     assert str(second.where) == "robot.urdf:3:20"
+
+
+def test_an_attribute_is_not_mistaken_for_the_text_of_another():
+    root = parse('<robot note="a > b, name = 1"\n\n  \tname = \'r\' xname="s"/>')
+    assert root.where_attribute("note")[1:] == (1, 8)
+    assert root.where_attribute("name")[1:] == (3, 4)
+    assert root.where_attribute("xname")[1:] == (3, 15)
+
+
+def test_places_of_very_many_attributes_are_found():
+    """In one pass: one for each would take minutes."""
+    words = [f'b{k}="1"' for k in range(100_000)]
+    element = parse(f"<a {' '.join(words)}/>")
+    columns = np.cumsum([4] + [len(word) + 1 for word in words[:-1]])
+    np.testing.assert_array_equal([element.where_attribute(name)[2] for name in element.attributes], columns)
 
 
 def test_text_children_and_attributes_are_kept_in_order():

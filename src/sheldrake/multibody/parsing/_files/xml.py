@@ -22,11 +22,6 @@ _INVALID_TOKEN = expat.ErrorString(expat.errors.codes[expat.errors.XML_ERROR_INV
 _COMMENT_OR_CDATA = re.compile(rb"<!--|<!\[CDATA\[")
 
 
-@functools.lru_cache(maxsize=256)
-def _attribute(name: str) -> "re.Pattern[bytes]":
-    return re.compile(rb"\s(" + re.escape(name.encode()) + rb")\s*=")
-
-
 class Element:
     """One XML element.
 
@@ -37,7 +32,7 @@ class Element:
         text: The character data directly inside it, joined.
     """
 
-    __slots__ = ("_offset", "_source", "attributes", "children", "column", "line", "tag", "text")
+    __slots__ = ("__dict__", "_offset", "_source", "attributes", "children", "column", "line", "tag", "text")
 
     def __init__(self, tag: str, attributes: "dict[str, str]", source: "_Source", line: int, column: int, offset: int):
         self.tag = tag
@@ -56,18 +51,21 @@ class Element:
 
     def where_attribute(self, name: str) -> Location:
         """The place of an attribute's name; the element's own place when the attribute is not there."""
-        if name not in self.attributes:
-            return self.where
-        start, end = self._offset, self._source.data.find(b">", self._offset)
-        match = _attribute(name).search(self._source.data, start, end + 1)
-        if match is None:
-            return self.where
-        lines_before = self._source.data.count(b"\n", start, match.start(1))
-        if lines_before:
-            column = match.start(1) - self._source.data.rfind(b"\n", start, match.start(1))
-        else:
-            column = self.column + match.start(1) - start
-        return Location(self._source.name, self.line + lines_before, column)
+        line, column = self._places.get(name.encode(), (self.line, self.column))
+        return Location(self._source.name, line, column)
+
+    @functools.cached_property
+    def _places(self) -> "dict[bytes, tuple[int, int]]":
+        """Line and column of each attribute's name: all at once, as an element may have very many."""
+        data, found = self._source.data, {}
+        line, line_begin, seen = self.line, self._offset - self.column, self._offset
+        match = _NAME.match(data, self._offset)
+        while match and (match := _ATTRIBUTE.match(data, match.end())):
+            start, name = match.start(2), match[2].rstrip(b" \t\r\n=")
+            if newlines := data.count(b"\n", seen, start):
+                line, line_begin = line + newlines, data.rfind(b"\n", seen, start)
+            found[name], seen = (line, start - line_begin), start
+        return found
 
     def get(self, name: str, default=None):
         """The value of an attribute, or `default`."""
