@@ -5,7 +5,7 @@ import pytest
 from test_factor import direct
 
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work, widest
-from sheldrake.multibody.contact_solvers._kernels.cost import are_runs, branches_of
+from sheldrake.multibody.contact_solvers._kernels.cost import end_of_run
 
 
 def path(parents, k):
@@ -130,18 +130,21 @@ def test_the_ground_limits_and_the_torso_fill_nothing_and_crossed_legs_make_one_
     assert tree.size() == packed + 9  # the three dofs of one leg are on the paths of the other's
 
 
-def test_columns_down_two_branches_are_runs_of_entries_unless_other_dofs_come_between():
-    def branches(contacts):
+def test_columns_are_runs_of_entries_as_far_as_no_other_dofs_come_between():
+    def runs(contacts):
         tree = Tree(HUMANOID, contacts)
         tree.solve()
         contact = tree.work[1][0]
-        low, high = branches_of(tree.model, contact)
-        return low, high, are_runs(tree.factor, contact, low, high)
+        ends = [0]
+        while ends[-1] < contact.width:
+            ends.append(end_of_run(tree.factor, contact, ends[-1]))
+        return ends[1:]
 
-    assert branches([(8, 11)]) == ((0, 3), (3, 3), True)
-    assert branches([(11, 8)]) == ((3, 3), (0, 3), True)
-    assert branches([(8, 19)]) == ((0, 3), (3, 5), True)
-    assert branches([(8, 19), (16, 19)]) == ((0, 3), (3, 5), False)  # the other arm comes between
+    assert runs([(8, -1)]) == [9]
+    assert runs([(8, 11)]) == [6]  # the legs follow each other
+    assert runs([(11, 8)]) == [3, 6]  # and here the farther one comes first
+    assert runs([(8, 19)]) == [8]  # the torso and the arm follow the leg
+    assert runs([(8, 19), (16, 19)]) == [5, 8]  # the other arm comes between
 
 
 def test_the_comparison_sees_one_wrong_entry():

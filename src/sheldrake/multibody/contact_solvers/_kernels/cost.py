@@ -27,7 +27,6 @@ from sheldrake.multibody.contact_solvers._kernels.factor import (
     find_block,
     in_blocks,
     in_branches,
-    is_one_path,
     places_of,
     solve_blocks,
     solve_branches,
@@ -291,39 +290,12 @@ def put_momentum_of_branches(model, problem, factor):
 
 
 @kernel
-def add_one_path(contact, L, factor, top):
-    """`add_contact` of a contact whose columns go down one branch from depth `top` on: a row's entries are in a row."""
-    G = contact.G
-    for i in range(contact.width):
-        row = factor.dofs[contact.dofs[i]].row_start + top
-        Gu = times_G(G, column3(contact.J, 0, i))
-        for j in range(i + 1):
-            L[row + j] += dot3(Gu, column3(contact.J, 0, j))
-
-
-@kernel
-def branches_of(model, contact):
-    """Of columns that go down two branches the first one of the lower and of the higher branch, and how many each has.
-
-    They go down one branch and then down the other, from the same depth on.
-    """
-    width = contact.width
-    n = model.dofs[contact.dofs[width - 1]].depth - model.dofs[contact.dofs[0]].depth + 1
-    one, other = (0, width - n), (width - n, n)
-    return (one, other) if contact.dofs[0] < contact.dofs[width - n] else (other, one)
-
-
-@kernel
-def is_run(factor, contact, begin, n):
-    """Whether the entries of n columns follow each other in every row: no dofs of others came between."""
-    return factor.dofs[contact.dofs[begin + n - 1]].depth - factor.dofs[contact.dofs[begin]].depth == n - 1
-
-
-@kernel
-def are_runs(factor, contact, low, high):
-    """Whether both branches are runs, the lower one before the higher one."""
-    before = contact.dofs[low[0] + low[1] - 1] < contact.dofs[high[0]]
-    return before and is_run(factor, contact, low[0], low[1]) and is_run(factor, contact, high[0], high[1])
+def end_of_run(factor, contact, begin):
+    """The column after the run that begins at one: entries of its columns follow each other in every row."""
+    end = begin + 1
+    while end < contact.width and factor.dofs[contact.dofs[end]].depth == factor.dofs[contact.dofs[end - 1]].depth + 1:
+        end += 1
+    return end
 
 
 @kernel
@@ -338,30 +310,36 @@ def add_run(L, to, G_u, J, column, n):
     while a < n:
         c = column + a
         t = to + a
-        p = L[t] + x * J[0, c], L[t + 1] + x * J[0, c + 1], L[t + 2] + x * J[0, c + 2], L[t + 3] + x * J[0, c + 3]
+        p = x * J[0, c], x * J[0, c + 1], x * J[0, c + 2], x * J[0, c + 3]
         q = y * J[1, c], y * J[1, c + 1], y * J[1, c + 2], y * J[1, c + 3]
         r = z * J[2, c], z * J[2, c + 1], z * J[2, c + 2], z * J[2, c + 3]
         L[t], L[t + 1], L[t + 2], L[t + 3] = (
-            p[0] + q[0] + r[0],
-            p[1] + q[1] + r[1],
-            p[2] + q[2] + r[2],
-            p[3] + q[3] + r[3],
+            L[t] + (p[0] + q[0] + r[0]),
+            L[t + 1] + (p[1] + q[1] + r[1]),
+            L[t + 2] + (p[2] + q[2] + r[2]),
+            L[t + 3] + (p[3] + q[3] + r[3]),
         )
         a += 4
 
 
 @kernel(outline=True)
-def add_runs(contact, L, factor, low, high):
-    """`add_contact` of a contact whose branches are runs."""
+def add_runs(contact, L, factor):
+    """`add_contact` of a contact whose dofs are on one path, each run of its columns with those no farther down."""
     G, J, dofs = contact.G, contact.J, contact.dofs
-    for side in range(2):
-        begin, n = high if side == 1 else low
-        for i in range(begin, begin + n):
-            row = factor.dofs[dofs[i]].row_start
-            G_u = times_G(G, column3(J, 0, i))
-            add_run(L, row + factor.dofs[dofs[begin]].depth, G_u, J, begin, i + 1 - begin)
-            if side == 1:
-                add_run(L, row + factor.dofs[dofs[low[0]]].depth, G_u, J, low[0], low[1])
+    begin = 0
+    while begin < contact.width:
+        end = end_of_run(factor, contact, begin)
+        above = 0
+        while above < contact.width:
+            end_above = end_of_run(factor, contact, above)
+            if dofs[above] <= dofs[begin]:
+                depth = factor.dofs[dofs[above]].depth
+                for i in range(begin, end):
+                    n = i + 1 if above == begin else end_above
+                    to = factor.dofs[dofs[i]].row_start + depth
+                    add_run(L, to, times_G(G, column3(J, 0, i)), J, above, n - above)
+            above = end_above
+        begin = end
 
 
 @kernel(outline=True)
@@ -369,18 +347,8 @@ def assemble_branches(model, problem, contacts, rows, factor):
     """H = A + J^T G J."""
     put_momentum_of_branches(model, problem, factor)
     for contact in contacts_of_island(problem, contacts):
-        if not resists(contact):
-            continue
-        if is_one_path(model, contact):
-            if is_run(factor, contact, 0, contact.width):
-                add_one_path(contact, factor.L, factor, factor.dofs[contact.dofs[0]].depth)
-                continue
-        else:
-            low, high = branches_of(model, contact)
-            if are_runs(factor, contact, low, high):
-                add_runs(contact, factor.L, factor, low, high)
-                continue
-        add_contact(contact, factor.L, factor, in_branches)
+        if resists(contact):
+            add_runs(contact, factor.L, factor)
     for row in rows_of_island(problem, rows):
         if row.G > 0.0:
             add_row(row, factor.L, factor, in_branches)
