@@ -98,10 +98,10 @@ def test_impulses_give_what_velocities_give(name, contacts):
         expected_v, expected_gamma, expected_iterations = all_of_them.solve()
         np.testing.assert_allclose(v, expected_v, rtol=0.0, atol=1e-8)
         np.testing.assert_allclose(gamma, expected_gamma, rtol=0.0, atol=1e-8)
-        assert iterations <= expected_iterations + 3
+        assert iterations <= expected_iterations + 4  # steps that lead nowhere, and lines are searched
         total, expected_total = total + iterations, expected_total + expected_iterations
         assert few.factor.spread.any() and not all_of_them.factor.spread.any()
-    assert total <= expected_total
+    assert total <= (1.0 if name == "sap" else 0.9) * expected_total
 
 
 @pytest.mark.parametrize("name", ["lagged", "similar", "sap"])

@@ -72,8 +72,8 @@ def constraint_cost(model, problem, contacts, rows, alpha):
 
 
 @kernel(outline=True)
-def contacts_slope(model, problem, contacts, rows, alpha):
-    """First and second derivative, with respect to alpha, of what contacts have in `constraint_cost` [J]."""
+def constraint_slope(model, problem, contacts, rows, alpha):
+    """First and second derivative of `constraint_cost` with respect to alpha [J]."""
     slope = 0.0
     curvature = 0.0
     for contact in contacts_of_island(problem, contacts):
@@ -81,13 +81,6 @@ def contacts_slope(model, problem, contacts, rows, alpha):
         first, second = contact_slope(model, contact, add3(contact.vc, scale3(dvc, alpha)), dvc)
         slope += first
         curvature += second
-    return slope, curvature
-
-
-@kernel
-def constraint_slope(model, problem, contacts, rows, alpha):
-    """First and second derivative of `constraint_cost` with respect to alpha [J]."""
-    slope, curvature = contacts_slope(model, problem, contacts, rows, alpha)
     for row in rows_of_island(problem, rows):
         gamma, G = row_impulse(row, row.vc + alpha * row.dvc)
         slope -= row.dvc * gamma

@@ -9,10 +9,17 @@ Newton's step of v, H dv = -gradient with H = A' + J^T G J, becomes
 
     (I + G W) dlambda = gamma - lambda,      dvc = W dlambda,
 
-where W = J A'^-1 J^T is the Delassus operator (Moreau and Jean 1996): the same iterates, for the price of a matrix with
-three rows a contact. It is made by the sparsity that branches induce (Featherstone 2010, "Exploiting sparsity in
-operational-space dynamics"). The first step goes from v*, with the laws linear about v0: drift = J v* - vc is what it
-makes up for, too.
+where W = J A'^-1 J^T is the Delassus operator (Moreau and Jean 1996), for the price of a matrix with three rows a
+contact. It is made by the sparsity that branches induce (Featherstone 2010, "Exploiting sparsity in operational-space
+dynamics").
+
+Each law may be taken as linear about a velocity u of its own instead of vc:
+
+    (I + G W) dlambda = gamma(u) - lambda - G (vc - u).
+
+Before there are impulses that is v0. Friction that holds is known after one step to some digits, but as it hardly gives
+way the slip is not, nor what the law makes of it: u is then the slip at which friction is lambda, and the next step
+leaves the square of the error of lambda, not that of the slip. What slides has u = vc.
 """
 
 from sheldrake.common._kernels.vec import (
@@ -44,7 +51,7 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import times_G
 from sheldrake.multibody.contact_solvers._kernels.factor import dofs_of, is_one_path, substitute_branches
-from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse
+from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse, holding_velocity
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
@@ -345,36 +352,37 @@ def substitute_impulses(factor, t, n):
 
 
 @kernel(outline=True)
-def step_of_impulses(problem, contacts, factor, n, part):
-    """dlambda, and dvc of the contacts, of Newton's step with the last factor; `part` of the drift is left."""
+def step_of_impulses(problem, contacts, factor, n):
+    """Takes Newton's step with the last factor, impulses lambda and contacts' velocities; what it gains at most [J]."""
     t = factor.rhs
     for c in range(n):
         write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), read3(factor.pushed, 3 * c)))
     substitute_impulses(factor, t, n)
     for c in range(n):
         push = times_root(load_six(factor.root, SIX * c), read3(t, 3 * c))
-        write3(factor.change, 3 * c, sub3(read3(factor.residual, 3 * c), push))
+        change = sub3(read3(factor.residual, 3 * c), push)
+        write3(factor.change, 3 * c, change)
+        write3(factor.impulse, 3 * c, add3(read3(factor.impulse, 3 * c), change))
+    gain = 0.0
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        contact.dvc = add3(scale3(read3(factor.drift, 3 * c), part), times_W(factor, n, c, factor.change))
-
-
-@kernel
-def move_impulses(problem, contacts, factor, n, alpha):
-    """The contacts' velocities and impulses lambda go alpha times the step on."""
-    for c in range(n):
-        contact = contact_at(problem, contacts, c)
-        contact.vc = add3(contact.vc, scale3(contact.dvc, alpha))
-        write3(factor.impulse, 3 * c, add3(read3(factor.impulse, 3 * c), scale3(read3(factor.change, 3 * c), alpha)))
+        dvc = times_W(factor, n, c, factor.change)
+        contact.vc = add3(contact.vc, dvc)
+        gain += dot3(read3(factor.residual, 3 * c), dvc)
+    return gain
 
 
 @kernel(outline=True)
 def evaluate_impulses(model, problem, contacts, factor, n):
-    """The laws' impulses and G at the contacts' velocities, and the residual; gradient^T A'^-1 gradient [J]."""
+    """The laws' impulses and G where they are taken as linear, and the residual; gradient^T A'^-1 gradient [J]."""
     for c in range(n):
         contact = contact_at(problem, contacts, c)
-        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
-        write3(factor.residual, 3 * c, sub3(contact.gamma, read3(factor.impulse, 3 * c)))
+        impulse = read3(factor.impulse, 3 * c)
+        W = read9(factor.delassus, block_at(factor, c, c))
+        u = holding_velocity(model, contact, impulse, 0.5 * (W[0] + W[4]))
+        contact.gamma, contact.G = contact_impulse(model, contact, u)
+        left = times_G(contact.G, sub3(contact.vc, u))
+        write3(factor.residual, 3 * c, sub3(sub3(contact.gamma, impulse), left))
     return push_residual(factor, n)
 
 
@@ -389,30 +397,9 @@ def push_residual(factor, n):
     return total
 
 
-@kernel
-def slope_there(problem, contacts, factor, n):
-    """Slope of the cost along the step at the end of all of it, where impulses are evaluated [J]."""
-    slope = 0.0
-    for c in range(n):
-        slope -= dot3(read3(factor.residual, 3 * c), contact_at(problem, contacts, c).dvc)
-    return slope
-
-
-@kernel
-def along_impulses(problem, contacts, factor, n):
-    """(slope of the cost, slope without that of the contacts' costs, curvature without theirs) along the step [J]."""
-    slope = curvature = contact_slope = 0.0
-    for c in range(n):
-        contact = contact_at(problem, contacts, c)
-        slope += dot3(read3(factor.impulse, 3 * c), contact.dvc)
-        curvature += dot3(read3(factor.change, 3 * c), contact.dvc)
-        contact_slope -= dot3(contact.gamma, contact.dvc)
-    return slope + contact_slope, slope, curvature
-
-
 @kernel(outline=True)
 def start_impulses(model, problem, contacts, factor, n):
-    """W, no impulse as yet, and the residual of the first step; gradient^T diag(1/A) gradient at v0 [J]."""
+    """W, no impulse as yet, and the residual with laws linear about v0; gradient^T diag(1/A) gradient there [J]."""
     first, end = dofs_of(model, problem)
     begin = end_of_base(model, first, end)
     total = 0.0
@@ -421,11 +408,10 @@ def start_impulses(model, problem, contacts, factor, n):
     for c in range(n):
         contact = contact_at(problem, contacts, c)
         eliminate_contact(model, problem, factor, contact, 3 * c, first, begin, end)
-        u = with_drift(contact, velocity_of_any(contact, problem.v_star), True)
-        drift = sub3(u, contact.vc)
-        write3(factor.drift, 3 * c, drift)
+        v0 = contact.vc
+        contact.vc = with_drift(contact, velocity_of_any(contact, problem.v_star), True)
         write3(factor.impulse, 3 * c, (0.0, 0.0, 0.0))
-        write3(factor.residual, 3 * c, sub3(contact.gamma, times_G(contact.G, drift)))
+        write3(factor.residual, 3 * c, sub3(contact.gamma, times_G(contact.G, sub3(contact.vc, v0))))
         delassus_row(model, problem, contacts, factor, c, first, begin, end)
     push_residual(factor, n)
     return total

@@ -583,6 +583,7 @@ def prepare_sap_cone(model, problem, contact):
 # What contacts do under the approximation of a model; `APPROXIMATIONS` of `solve` tells what else it is made of.
 
 LAGGED, SIMILAR, SAP = 0, 1, 2  # Settings.law
+HOLDS = 0.95  # of what friction can bear, where it is sure to hold
 
 
 @kernel
@@ -617,6 +618,24 @@ def contact_slope(model, contact, vc, u):
 
 
 @kernel
-def friction_load(model, contact):
+def friction_load(model, contact, gamma):
     """The normal impulse that bounds friction, where friction is load times the soft norm of the slip [N s]."""
-    return contact.n0 if model.law == LAGGED else contact.gamma[2]
+    return contact.n0 if model.law == LAGGED else gamma[2]
+
+
+@kernel
+def holding_velocity(model, contact, gamma, w):
+    """Velocity of a contact [m/s] with the slip at which friction is that of gamma, if it holds; else as it is.
+
+    It holds where friction that takes the slip off as well, w being what an impulse makes of it [1/kg], can be borne
+    (Alart and Curnier 1991, the projection of an augmented Lagrangian).
+    """
+    x, y, _ = gamma
+    vx, vy, vn = contact.vc
+    bound = contact.friction * friction_load(model, contact, gamma)
+    held_x, held_y = x - vx / w, y - vy / w
+    most = HOLDS * HOLDS * bound * bound
+    if bound > 0.0 and held_x * held_x + held_y * held_y < most and x * x + y * y < most:
+        slip = contact.R_t if model.law == SAP else contact.eps / sqrt(bound * bound - x * x - y * y)
+        return (-slip * x, -slip * y, vn)
+    return contact.vc

@@ -13,7 +13,6 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     along_direction,
     constraint_cost,
     constraint_slope,
-    contacts_slope,
     drop_slopes,
     evaluate,
     evaluate_v,
@@ -25,13 +24,10 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     whole_cost,
 )
 from sheldrake.multibody.contact_solvers._kernels.delassus import (
-    along_impulses,
     evaluate_impulses,
     factorise_impulses,
     few_contacts,
-    move_impulses,
     put_velocities,
-    slope_there,
     start_impulses,
     step_of_impulses,
 )
@@ -78,12 +74,10 @@ COST_RELATIVE = 1e-15
 
 
 @kernel(outline=True)
-def line_search(model, problem, contacts, rows, slope_at, slope0, slope_A, curvature_A, momentum_cost, cost0):
+def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, momentum_cost, cost0):
     """Step length in (0, 1.5].
 
     Args:
-        slope_at: kernel for the first and second derivative of the cost that is no momentum's: `constraint_slope`, or
-            `contacts_slope` where momentum and rows are one.
         slope0: derivative of the whole cost at alpha = 0 [J].
         slope_A: derivative of the momentum cost at alpha = 0 [J].
         curvature_A: dv^T A dv [J].
@@ -94,7 +88,7 @@ def line_search(model, problem, contacts, rows, slope_at, slope0, slope_A, curva
         (alpha, found); found is 0 when the root was not bracketed to tolerance within the evaluations allowed.
     """
     high = ALPHA_MAX + 0.0 * slope0
-    slope, curvature = slope_at(model, problem, contacts, rows, high)
+    slope, curvature = constraint_slope(model, problem, contacts, rows, high)
     f_high = slope + slope_A + high * curvature_A
     if f_high <= 0.0:
         return high, 1
@@ -116,7 +110,7 @@ def line_search(model, problem, contacts, rows, slope_at, slope0, slope_A, curva
     step = low - high
     step_before = step
     for _ in range(EVALUATIONS):
-        slope, curvature = slope_at(model, problem, contacts, rows, x)
+        slope, curvature = constraint_slope(model, problem, contacts, rows, x)
         f = (slope + slope_A + x * curvature_A) / scale
         df = (curvature + curvature_A) / scale
         if f < 0.0:
@@ -163,7 +157,7 @@ def put_dual(model, contact, wx, wy):
     x, y, _ = contact.vc
     soft = inverse_soft_norm(contact, x, y)
     tx, ty = x * soft, y * soft
-    n = friction_load(model, contact)
+    n = friction_load(model, contact, contact.gamma)
     stiffness = contact.friction * n * soft
     contact.dual = (wx, wy)
     xx, xy, yy = contact.G_t
@@ -239,10 +233,10 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
 
 @kernel(outline=True)
-def search(model, problem, contacts, rows, slope_at, slope, slope_A, curvature_A):
+def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
     """Step length, and whether one was found, from an iterate whose cost is not known; see `line_search`."""
     momentum, cost = whole_cost(model, problem, contacts, rows)
-    return line_search(model, problem, contacts, rows, slope_at, slope, slope_A, curvature_A, momentum, cost)
+    return line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
 
 
 @kernel(outline=True)
@@ -259,9 +253,7 @@ def iterate(model, problem, contacts, rows, factor):
         if status != SOLVED:
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
-        alpha, found = line_search(
-            model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A, momentum, cost
-        )
+        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
@@ -277,50 +269,36 @@ def iterate(model, problem, contacts, rows, factor):
     return ITERATION_LIMIT
 
 
-ENOUGH = 1e-4  # excess of what converges on impulses: what is left is looked at again for v
+ENOUGH = 1e-2  # excess of what converges on impulses: what is left is looked at again for v
 WORSE = 100.0  # (what a second step with a factor leaves over what the first one left)^2 is not more than this greater
+FULL_STEPS = 20  # on impulses; from where they end lines are searched
+SHRINKS = 0.25  # times the last excess, at most, or full steps lead nowhere
 
 
 @kernel(outline=True)
-def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left, soft):
-    """The iterations of `iterate_to_rest`, with the impulses of n contacts as unknowns: a status, and the excess.
+def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left):
+    """Full steps with the impulses of n contacts as unknowns; the excess they leave.
 
-    `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess. The first step is
-    a guess: it is taken whatever it gains. Where one more step with the last factor will do, it has that.
+    `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess. Where one more
+    step with the last factor will do, it has that.
     """
     scale = excess / start_impulses(model, problem, contacts, factor, n)
-    part = 1.0
     fresh = 1
-    for _ in range(model.max_iterations if n > 0 else 0):
+    for k in range(FULL_STEPS if n > 0 else 0):
         if fresh == 1:
             factorise_impulses(problem, contacts, factor, n)
-        step_of_impulses(problem, contacts, factor, n, part)
-        slope, slope_A, curvature_A = along_impulses(problem, contacts, factor, n)
+        gain = step_of_impulses(problem, contacts, factor, n)
         problem.iterations += 1
-        alpha = 1.0 + 0.0 * slope
         before = excess
-        move_impulses(problem, contacts, factor, n, alpha)
         excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
-        if part == 0.0:
-            if not (excess <= ENOUGH or slope_there(problem, contacts, factor, n) <= -FULL_STEP * slope):
-                move_impulses(problem, contacts, factor, n, -alpha)
-                alpha, found = search(model, problem, contacts, rows, contacts_slope, slope, slope_A, curvature_A)
-                if found == 0:
-                    return LINE_SEARCH_FAILED, excess
-                move_impulses(problem, contacts, factor, n, alpha)
-                excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
-            if -slope <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
-                break
-        if excess <= ENOUGH:
+        if excess <= ENOUGH or (k > 0 and excess > SHRINKS * before):
             break
-        ratio = excess / before
-        fresh = 0 if part == 0.0 and WORSE * ratio * excess <= ENOUGH else 1
-        if fresh == 1 and soft:
-            update_duals(model, problem, contacts, alpha)
-        part = 0.0
+        if k > 0 and gain <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
+            break
+        fresh = 0 if k > 0 and WORSE * excess / before * excess <= ENOUGH else 1
     put_velocities(model, problem, contacts, factor, n)
     excess, _, _ = evaluate_v(model, problem, contacts, rows)
-    return SOLVED, excess
+    return excess
 
 
 @kernel(outline=True)
@@ -337,9 +315,9 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
     n = few_contacts(model, problem, rows, factor, relative)
     if n >= 0:
-        status, excess = iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, DECREMENT * size, soft)
-        if status != SOLVED or excess <= 1.0:
-            return status
+        excess = iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, DECREMENT * size)
+        if excess <= 1.0:
+            return SOLVED
         if soft:
             initial_duals(model, problem, contacts, 1.0)
     if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
@@ -358,7 +336,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         slope_there, _, _ = along_direction(model, problem)
         if not (excess <= 1.0 or slope_there <= -FULL_STEP * slope):
             advance(model, problem, contacts, rows, -alpha)
-            alpha, found = search(model, problem, contacts, rows, constraint_slope, slope, slope_A, curvature_A)
+            alpha, found = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
             if found == 0:
                 return LINE_SEARCH_FAILED
             advance(model, problem, contacts, rows, alpha)

@@ -276,8 +276,7 @@ class Presses(Stack):
     impulse = vector("lambda", "N s")
     pushed = vector("W times the residual", "m/s")
     change = vector("dlambda", "N s")
-    residual = vector("gamma - lambda, which Newton's step makes up for", "N s")
-    drift = vector("J y: what the first step changes where no impulse of a contact does", "m/s")
+    residual = vector("what Newton's step makes up for, see `delassus`", "N s")
 
 
 @table
