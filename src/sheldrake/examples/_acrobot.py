@@ -10,8 +10,8 @@ import numpy as np
 from sheldrake.common._kernels.generic import cos
 from sheldrake.common._overloads import overloaded
 from sheldrake.geometry import Box, Cylinder, SceneGraph
-from sheldrake.math import RigidTransform, RotationMatrix, wrap_to
-from sheldrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
+from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -19,6 +19,7 @@ from ._named_vector import NamedVector
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class AcrobotInput(NamedVector):
@@ -122,7 +123,7 @@ class AcrobotSpongController(LeafSystem):
     Ports: input "acrobot_state", output "elbow_torque", at most 20 N m.
     """
 
-    LIMIT = 20.0
+    _symbolic = False
 
     def __init__(self) -> None:
         from sheldrake.systems.controllers import LinearQuadraticRegulator
@@ -130,16 +131,18 @@ class AcrobotSpongController(LeafSystem):
 
         super().__init__()
         self.DeclareVectorInputPort("acrobot_state", AcrobotState())
-        self.DeclareVectorOutputPort("elbow_torque", AcrobotInput(), self._calc)
+        self.DeclareVectorOutputPort("elbow_torque", AcrobotInput(), plants.spong)
         self.DeclareNumericParameter(SpongControllerParams())
-        self._plant = AcrobotPlant()
-        self._x0 = np.array([math.pi, 0.0, 0.0, 0.0])
-        context = self._plant.CreateDefaultContext()
-        context.SetContinuousState(self._x0)
-        self._plant.get_input_port(0).FixValue(context, [0.0])
-        linear = Linearize(self._plant, context)
-        self._K, self._S = LinearQuadraticRegulator(linear.A(), linear.B(), np.diag([10.0, 10, 1, 1]), np.eye(1))
-        self._context = context
+        plant = AcrobotPlant()
+        context = plant.CreateDefaultContext()
+        context.SetContinuousState([math.pi, 0.0, 0.0, 0.0])
+        plant.get_input_port(0).FixValue(context, [0.0])
+        linear = Linearize(plant, context)
+        K, S = LinearQuadraticRegulator(linear.A(), linear.B(), np.diag([10.0, 10, 1, 1]), np.eye(1))
+        self._models = {"acrobot_model": plants.Acrobot.view(AcrobotParams()._v), "regulator_model": np.vstack([S, K])}
+
+    def _kernel_models(self, root: RootView) -> dict:
+        return self._models
 
     def get_parameters(self, context: Context) -> SpongControllerParams:
         """The gains in a context."""
@@ -148,27 +151,6 @@ class AcrobotSpongController(LeafSystem):
     def get_mutable_parameters(self, context: Context) -> SpongControllerParams:
         """The gains in a context, to be changed."""
         return SpongControllerParams.of(context.get_mutable_numeric_parameter(0))
-
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        gains = self.get_parameters(context)
-        x = self.get_input_port(0).Eval(context)
-        wrapped = np.array([wrap_to(x[0], 0.0, 2 * math.pi), wrap_to(x[1], -math.pi, math.pi), x[2], x[3]])
-        error = wrapped - self._x0
-        near = error @ self._S @ error < gains.balancing_threshold()
-        torque = float((-self._K @ error)[0]) if near else self._swing_up(x, gains)
-        output.SetAtIndex(0, min(max(torque, -self.LIMIT), self.LIMIT))
-
-    def _swing_up(self, x: np.ndarray, gains: SpongControllerParams) -> float:
-        """Energy shaping, plus a linear motion of the elbow (partial feedback linearization)."""
-        plant, at = self._plant, self._context
-        at.SetContinuousState(x)
-        p = plant.get_parameters(at)
-        upright = (p.m1() * p.lc1() + p.m2() * (p.l1() + p.lc2())) * p.gravity()
-        excess = plant.EvalPotentialEnergy(at) + plant.EvalKineticEnergy(at) - upright
-        inverse, bias = np.linalg.inv(plant.MassMatrix(at)), plant.DynamicsBiasTerm(at)
-        wanted = -gains.k_p() * x[1] - gains.k_d() * x[3]
-        partial = (inverse[0, 1] * bias[0] + wanted) / inverse[1, 1] + bias[1]
-        return partial - gains.k_e() * excess * x[3]
 
 
 class AcrobotWEncoder(Diagram):

@@ -80,11 +80,10 @@ class RimlessWheel(LeafSystem):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """theta'' = g / l sin(theta); nothing moves on two spokes."""
-        x, p = self._state(context), self._params(context)
-        if context.get_abstract_state(0).get_value():
-            derivatives.SetFromVector([0.0, 0.0])
-        else:
-            derivatives.SetFromVector([x.thetadot(), sin(x.theta()) * p.gravity() / p.length()])
+        theta, rate = context.get_continuous_state_vector()._v
+        _, length, gravity, _, _ = context.get_numeric_parameter(0)._v
+        standing = context.get_abstract_state(0).get_value()
+        derivatives.SetFromVector([0.0, 0.0] if standing else [rate, sin(theta) * gravity / length])
 
     @staticmethod
     def calc_alpha(params: RimlessWheelParams) -> float:

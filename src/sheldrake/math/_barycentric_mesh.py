@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
 
 __all__ = ["BarycentricMesh"]
+
+_FIRST = itemgetter(0)
 
 
 class BarycentricMesh:
@@ -37,6 +40,7 @@ class BarycentricMesh:
         sizes = [len(coordinates) for coordinates in self._grid]
         self._strides = [int(np.prod(sizes[:i], dtype=int)) for i in range(len(sizes))]
         self._num_points = int(np.prod(sizes, dtype=int))
+        self._num_interpolants = 1 + sum(size > 1 for size in sizes)
 
     def get_input_grid(self) -> list[set[float]]:
         """The coordinates of the grid, one set for each input."""
@@ -52,7 +56,7 @@ class BarycentricMesh:
 
     def get_num_interpolants(self) -> int:
         """How many points each interpolation uses: one more than there are inputs with more than one coordinate."""
-        return 1 + sum(len(coordinates) > 1 for coordinates in self._grid)
+        return self._num_interpolants
 
     def get_mesh_point(self, index: int) -> np.ndarray:
         """Point `index` of the grid, the first input running fastest, shape (inputs,).
@@ -86,24 +90,26 @@ class BarycentricMesh:
                 f"BarycentricMesh.EvalBarycentricWeights(): input has {len(x)} numbers, the mesh has "
                 f"{len(self._grid)} inputs."
             )
+        indices, weights = self._interpolants(x.tolist())
+        return np.array(indices, dtype=np.int32), np.array(weights)
+
+    def _interpolants(self, point: list[float]) -> tuple[list[int], list[float]]:
         top, fractions = 0, []
-        for value, coordinates, stride in zip(x.tolist(), self._grid, self._strides):
+        for value, coordinates, stride in zip(point, self._grid, self._strides):
             upper = bisect_left(coordinates, value)
             top += stride * min(upper, len(coordinates) - 1)
             if 0 < upper < len(coordinates):
                 below, above = coordinates[upper - 1], coordinates[upper]
                 fractions.append(((value - below) / (above - below), stride))
         indices, weights, reached = [top], [], 0.0
-        for fraction, stride in sorted(fractions, key=lambda pair: pair[0]):
+        fractions.sort(key=_FIRST)
+        for fraction, stride in fractions:
             weights.append(fraction - reached)
             reached = fraction
             indices.append(indices[-1] - stride)
         weights.append(1.0 - reached)
-        missing = self.get_num_interpolants() - len(indices)
-        return (
-            np.array(indices + indices[-1:] * missing, dtype=np.int32),
-            np.array(weights + [0.0] * missing),
-        )
+        missing = self._num_interpolants - len(indices)
+        return indices + indices[-1:] * missing, weights + [0.0] * missing
 
     def Eval(self, mesh_values: Scalars, input: Scalars) -> np.ndarray:
         """The function at an input, shape (outputs,).

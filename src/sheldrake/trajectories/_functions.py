@@ -42,7 +42,8 @@ class FunctionHandleTrajectory(Trajectory):
         self._times = (self._scalar("", start_time), self._scalar("", end_time))
         if not is_symbolic(self._T) and self._times[0] > self._times[1]:
             raise RuntimeError(f"{self._name('')}: the end, {end_time} s, is before the start, {start_time} s.")
-        self.do_value(self._times[0])  # Fails now rather than in the middle of a simulation if the size is wrong.
+        with np.errstate(invalid="ignore"):  # a sine at minus infinity
+            self.do_value(self._times[0])  # Fails now rather than in the middle of a simulation if the size is wrong.
 
     def set_derivative(self, func: Any) -> None:
         """Sets the function that gives the derivative at (time [s], order)."""

@@ -353,6 +353,12 @@ def test_composition():
         CompositeTrajectory([1.0])
 
 
+def test_a_sine_of_all_times_is_made_without_a_warning():
+    with np.errstate(invalid="raise"):
+        wave = FunctionHandleTrajectory(lambda t: np.sin([t]), 1)
+    assert wave.value(1.0) == pytest.approx(np.sin(1.0))
+
+
 def test_functions_as_trajectories():
     f = FunctionHandleTrajectory(lambda t: np.array([t, t * t]), rows=2, start_time=0.0, end_time=4.0)
     assert f.value(3.0).tolist() == [[3.0], [9.0]] and not f.has_derivative() and f.end_time() == 4.0

@@ -4,7 +4,9 @@
 is empty and counts as zero.
 """
 
-from sheldrake.common._kernels.generic import cos, sin
+import math
+
+from sheldrake.common._kernels.generic import clip, cos, sin, whole
 from sheldrake.common._kernels.vec import cross3, dot3, load3, sub3
 from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
 from sheldrake.common.record import Record, number, numbers
@@ -116,6 +118,56 @@ def acrobot(p: Acrobot, xc: TwoLinkState, u: Vectors, xdot: TwoLinkState) -> Non
     f1, f2 = -bias1, first_input(u) - bias2
     xdot.theta1, xdot.theta2 = xc.w1, xc.w2
     xdot.w1, xdot.w2 = accelerations(m11, m12, m22, f1, f2)
+
+
+class Spong(Record):
+    """Gains of a swing-up."""
+
+    k_e = number("of the energy")
+    k_p = number("of the elbow's angle")
+    k_d = number("of the elbow's rate")
+    threshold = number("cost below which the regulator takes over")
+
+
+MOST_TORQUE = 20.0  # of the swing-up [N m]
+
+
+@kernel
+def acrobot_excess(p, theta1, theta2, w1, w2):
+    """Energy above that of rest upright [J]."""
+    m11, m12, m22 = acrobot_mass(p, theta2)
+    kinetic = 0.5 * (w1 * (m11 * w1 + m12 * w2) + w2 * (m12 * w1 + m22 * w2))
+    c1, c12 = cos(theta1), cos(theta1 + theta2)
+    above = p.m1 * p.lc1 * (1.0 + c1) + p.m2 * (p.l1 * (1.0 + c1) + p.lc2 * (1.0 + c12))
+    return kinetic - p.g * above
+
+
+@kernel
+def swing_up(p, gains, theta1, theta2, w1, w2):
+    """Energy shaping, plus a linear motion of the elbow (partial feedback linearization)."""
+    m11, m12, m22 = acrobot_mass(p, theta2)
+    bias1, bias2 = acrobot_bias(p, theta1, theta2, w1, w2)
+    wanted = -gains.k_p * theta2 - gains.k_d * w2
+    partial = (wanted * (m11 * m22 - m12 * m12) - m12 * bias1) / m11 + bias2
+    return partial - gains.k_e * acrobot_excess(p, theta1, theta2, w1, w2) * w2
+
+
+@kernel(top=True)
+def spong(acrobot_model: Acrobot, regulator_model: Matrix, p: Spong, u: Vectors, y: Vector) -> None:
+    """Swings up, and regulates where that costs little; `regulator_model`: its cost S, then its gain K, (5, 4)."""
+    theta1, theta2, w1, w2 = u[0][0], u[0][1], u[0][2], u[0][3]
+    turn = 2.0 * math.pi
+    e1 = theta1 - turn * whole(theta1 / turn) - math.pi
+    e2 = theta2 - turn * whole((theta2 + math.pi) / turn)
+    error = (e1, e2, w1, w2)
+    cost, torque = 0.0 * e1, 0.0 * e1
+    for i in range(4):
+        torque -= regulator_model[4, i] * error[i]
+        for j in range(4):
+            cost += error[i] * regulator_model[i, j] * error[j]
+    if not cost < p.threshold:
+        torque = swing_up(acrobot_model, p, theta1, theta2, w1, w2)
+    y[0] = clip(torque, -MOST_TORQUE, MOST_TORQUE)
 
 
 # ---- compass gait

@@ -14,7 +14,7 @@ import numpy as np
 
 from sheldrake.common import RandomGenerator
 from sheldrake.common._thread_team import ThreadTeam
-from sheldrake.systems.analysis._config import ApplySimulatorConfig, SimulatorConfig
+from sheldrake.systems.analysis._config import ApplySimulatorConfig, ExtractSimulatorConfig, SimulatorConfig
 from sheldrake.systems.analysis._native_worlds import NativeWorlds, slow_rows
 from sheldrake.systems.analysis._rollout import RolloutPlan
 from sheldrake.systems.analysis._simulated_worlds import SimulatedWorlds
@@ -74,7 +74,7 @@ class BatchSimulator:
         system: The system; usually a Diagram.
         num_worlds: How many worlds.
         context: What they are all like at first: a root context, which is copied; a default one if not given.
-        config: Of the simulators; a Simulator's own settings if not given.
+        config: Of the simulators, or a Simulator whose settings they have; a new Simulator's if not given.
         num_threads: How many threads; as many as this process may use if not given.
         seed: Of the random numbers, see `generator`.
         first_world: Number of the first world among all that have a stream of the seed, see `generator`.
@@ -92,7 +92,7 @@ class BatchSimulator:
         num_worlds: int,
         context: Context | None = None,
         *,
-        config: SimulatorConfig | None = None,
+        config: SimulatorConfig | Simulator | None = None,
         num_threads: int | None = None,
         seed: int = 0,
         first_world: int = 0,
@@ -101,7 +101,8 @@ class BatchSimulator:
         if not isinstance(system, System):
             raise TypeError(f"BatchSimulator(): {system!r} is no System.")
         count = _whole("BatchSimulator()", "num_worlds", num_worlds, 1)
-        if config is not None and (config.target_realtime_rate or config.publish_every_time_step):
+        settings = ExtractSimulatorConfig(config) if isinstance(config, Simulator) else config
+        if settings is not None and (settings.target_realtime_rate or settings.publish_every_time_step):
             raise ValueError("BatchSimulator(): worlds have no target_realtime_rate and no publish_every_time_step.")
         self._system, self._count, self._config = system, count, config
         self._seed = _whole("BatchSimulator()", "seed", seed, 0, most=None)
@@ -165,6 +166,10 @@ class BatchSimulator:
         if self._monitor is not None:
             found.append("the monitor is Python")
         return list(dict.fromkeys(found))
+
+    def is_native(self) -> bool:
+        """Whether worlds are advanced by machine code alone; if not, `Explain` says why."""
+        return self._native is not None
 
     def Explain(self) -> str:
         """How the worlds are advanced, and which systems hold the others up."""
@@ -681,6 +686,7 @@ class BatchSimulator:
             return
         self._plan.rollout.who[: len(new)] = new
         self._begun[new] = True
+        self._worlds.begin_integrating(new)
         self._call_each(call, self._plan, len(new), tables.BEGIN)
 
     def _engine_of(self, plan: RolloutPlan) -> NativeWorlds | SimulatedWorlds:
@@ -788,16 +794,24 @@ def _whole(call: str, name: str, number: SupportsIndex, least: int | None, most:
     return found
 
 
-def _simulator_of(system: System, config: SimulatorConfig | None, context: Context) -> Simulator:
+def _simulator_of(system: System, config: SimulatorConfig | Simulator | None, context: Context) -> Simulator:
     simulator = Simulator(system, context)
-    if config is not None:
+    if isinstance(config, Simulator):
+        ApplySimulatorConfig(ExtractSimulatorConfig(config), simulator)
+        mine, theirs = simulator.get_mutable_integrator(), config.get_integrator()
+        mine.set_requested_minimum_step_size(theirs.get_requested_minimum_step_size())
+        mine.set_throw_on_minimum_step_size_violation(theirs.get_throw_on_minimum_step_size_violation())
+        first = theirs.get_initial_step_size_target()
+        if first == first:  # asked for
+            mine.request_initial_step_size_target(first)
+    elif config is not None:
         ApplySimulatorConfig(config, simulator)
     simulator.set_progress(False)
     return simulator
 
 
 def _simulator_of_world(
-    system: System, config: SimulatorConfig | None, monitor: Any, team: ThreadTeam, store: Store
+    system: System, config: SimulatorConfig | Simulator | None, monitor: Any, team: ThreadTeam, store: Store
 ) -> Simulator:
     """The simulator of a world that needs Python."""
     time = store.S[0]

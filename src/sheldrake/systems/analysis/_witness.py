@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
-from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, System
-    from sheldrake.systems.framework._kernels.program import Run
 
 
 class WitnessWatch:
@@ -30,7 +26,7 @@ class WitnessWatch:
     def __init__(self, system: System, span: Span, integrator: IntegratorBase):
         self._system, self._span, self._integrator = system, span, integrator
         self._store = span.store
-        self._active: list[WitnessFunction] = []
+        self._active: list[tuple[WitnessFunction, Context]] = []  # with the context of its system
         self._seen_updates = -1
         self.triggered: list[WitnessFunction] = []
         for kind, row in self._store.layout.witness_rows.items():
@@ -40,20 +36,21 @@ class WitnessWatch:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
 
     def _values(self) -> list[float]:
-        return [float(w._calc(self._context(w))) for w in self._active]
+        return [float(witness._calc(context)) for witness, context in self._active]
 
     def before(self) -> None:
         """Remembers the beginning of a step."""
         store, updates = self._store, int(self._span.run.unrestricteds)
         if updates != self._seen_updates:
             self._seen_updates = updates
-            self._active = self._system.GetWitnessFunctions(store.context(0))
+            found = self._system.GetWitnessFunctions(store.context(0))
+            self._active = [(witness, self._context(witness)) for witness in found]
         self._t0, self._x0 = store.S[0], store.S[slice(*store.layout.xc)].copy()
         self._w0 = self._values()
 
     def _which(self) -> list[WitnessFunction]:
         values = self._values()
-        return [w for w, a, b in zip(self._active, self._w0, values) if w._should_trigger(a, b)]
+        return [w for (w, _), a, b in zip(self._active, self._w0, values) if w._should_trigger(a, b)]
 
     def after(self) -> None:
         """Sees what triggered in the step, and goes back to where the first did."""
@@ -83,25 +80,18 @@ class WitnessWatch:
         while b - a > window:
             c = (a + b) / 2
             self._integrate_to(c)
-            if not self._which():
-                self.triggered = []
+            self.triggered = self._which()
+            if not self.triggered:
                 return False
             b = c
-        self._integrate_to(b)
-        self.triggered = self._which()
-        return bool(self.triggered)
+        return True
 
     def _integrate_to(self, t: float) -> None:
         store = self._store
         store.S[0] = self._t0
         store.S[slice(*store.layout.xc)] = self._x0
         _program.changed(store.side, _program.CONTINUOUS)
-        if t <= self._t0:
-            return
-        while store.S[0] < t:
-            self._span.interpreted(_integrate_until, self._span.numbers, t)
-            if store.side.status:
-                return
+        self._span.integrate_to(t)
 
     def _fire(self, kind: int) -> EventStatus | None:
         """Runs the events of one kind of what triggered."""
@@ -115,7 +105,3 @@ class WitnessWatch:
             result = event._call(witness._system, context, *target)
             status.KeepMoreSevere(EventStatus.Succeeded() if result is None else checked_status(result))
         return status
-
-
-def _integrate_until(program: Any, run: Run, S: Any, side: Any, L: Any, rows: Any, numbers: Any, t: float) -> None:
-    _integrate.integrate(program, run, numbers, S, side, L, rows, np.inf, t)

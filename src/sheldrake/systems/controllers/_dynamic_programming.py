@@ -10,12 +10,15 @@ import numpy as np
 from sheldrake.common._logging import logger
 from sheldrake.common._options import Options
 from sheldrake.math import BarycentricMesh
-from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.analysis import BatchSimulator, Simulator
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.primitives import BarycentricMeshSystem
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._port import InputPort
+
+
+_MOST_WORLDS = 1024
 
 
 class PeriodicBoundaryCondition:
@@ -32,7 +35,7 @@ class PeriodicBoundaryCondition:
     def __init__(self, state_index: int, low: float, high: float):
         self.state_index, self.low, self.high = int(state_index), float(low), float(high)
 
-    def _wrapped(self, x: float) -> float:
+    def _wrapped(self, x: Any) -> Any:
         return self.low + (x - self.low) % (self.high - self.low)
 
 
@@ -158,14 +161,13 @@ def _transitions(
     options: DynamicProgrammingOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For each input and state: cost of the step, and the grid points about where it leads, with their weights."""
-    k = states.get_num_interpolants()
-    costs = np.zeros((u.shape[1], x.shape[1]))
-    indices = np.zeros((u.shape[1], k, x.shape[1]), dtype=int)
-    weights = np.zeros((u.shape[1], k, x.shape[1]))
-    for i, s, cost, reached in steps_of(simulator, cost_function, port, x, u, h, options):
-        costs[i, s] = cost
-        indices[i, :, s], weights[i, :, s] = states.EvalBarycentricWeights(reached)
-    return costs, indices, weights
+    costs, indices, weights = [], [], []
+    for cost, reached in steps_of(simulator, cost_function, port, x, u, h, options):
+        found = [states._interpolants(point) for point in reached.T.tolist()]
+        costs.append(cost)
+        indices.append(np.array([i for i, _ in found]).T)
+        weights.append(np.array([w for _, w in found]).T)
+    return np.array(costs), np.array(indices), np.array(weights)
 
 
 def steps_of(
@@ -176,21 +178,64 @@ def steps_of(
     u: np.ndarray,
     h: float,
     options: DynamicProgrammingOptions,
-) -> Iterator[tuple[int, int, float, np.ndarray]]:
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Simulates h [s] with each input (column of u) from each state (column of x).
 
-    Yields the columns of input and state, the cost of the step, and the state reached.
+    Yields for each input the costs of the steps, shape (states,), and the states reached, as x.
     """
     context = simulator.get_mutable_context()
-    for i in range(u.shape[1]):
-        port.FixValue(context, u[:, i])
-        for s in range(x.shape[1]):
+    ends = _ends_in_worlds(simulator, port, x, h) or _ends_one_by_one(simulator, x, h)
+    for column in u.T:
+        port.FixValue(context, column)
+        costs = np.empty(x.shape[1])
+        for s, state in enumerate(x.T):
             context.SetTime(0.0)
-            context.SetContinuousState(x[:, s])
-            cost = h * cost_function(context)
+            context.SetContinuousState(state)
+            costs[s] = h * cost_function(context)
+        reached = ends(column)
+        for b in options.periodic_boundary_conditions:
+            reached[b.state_index] = b._wrapped(reached[b.state_index])
+        yield costs, reached
+
+
+def _ends_one_by_one(simulator: Simulator, x: np.ndarray, h: float) -> Callable[[np.ndarray], np.ndarray]:
+    context = simulator.get_mutable_context()
+
+    def ends(_: np.ndarray) -> np.ndarray:
+        reached = np.empty(x.shape)
+        for s, state in enumerate(x.T):
+            context.SetTime(0.0)
+            context.SetContinuousState(state)
             simulator.Initialize()
             simulator.AdvanceTo(h)
-            reached = np.array(context.get_continuous_state_vector().CopyToVector())
-            for b in options.periodic_boundary_conditions:
-                reached[b.state_index] = b._wrapped(reached[b.state_index])
-            yield i, s, cost, reached
+            reached[:, s] = context.get_continuous_state_vector().CopyToVector()
+        return reached
+
+    return ends
+
+
+def _ends_in_worlds(
+    simulator: Simulator, port: InputPort, x: np.ndarray, h: float
+) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Where an input leads from all states, in worlds of machine code; None where that takes Python."""
+    paced = simulator.get_target_realtime_rate() or simulator.get_publish_every_time_step()
+    if simulator.get_monitor() is not None or paced:
+        return None
+    count, num_states = min(_MOST_WORLDS, x.shape[1]), x.shape[1]
+    worlds = BatchSimulator(simulator.get_system(), count, simulator.get_context(), config=simulator)
+    if not worlds.is_native():
+        return None
+    numbers = worlds.continuous_states()
+
+    def ends(column: np.ndarray) -> np.ndarray:
+        reached = np.empty(x.shape)
+        worlds.inputs(port)[:] = column
+        for first in range(0, num_states, count):
+            some = range(min(count, num_states - first))
+            worlds.SetTime(0.0, some)
+            numbers[: len(some)] = x.T[first : first + len(some)]
+            worlds.AdvanceTo(h, some)
+            reached[:, first : first + len(some)] = numbers[: len(some)].T
+        return reached
+
+    return ends

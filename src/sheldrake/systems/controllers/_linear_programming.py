@@ -56,9 +56,10 @@ def LinearProgrammingApproximateDynamicProgramming(
     parameters = program.NewContinuousVariables(int(num_parameters), "a")
     to_go = [linearly_parameterized_cost_to_go_function(sample, parameters) for sample in x.T]
     program.AddLinearCost(-sum(to_go))
-    for _, s, cost, reached in steps_of(simulator, cost_function, port, x, u, h, options):
-        following = linearly_parameterized_cost_to_go_function(reached, parameters)
-        program.AddLinearConstraint(to_go[s] <= cost + options.discount_factor * following)
+    for costs, reached in steps_of(simulator, cost_function, port, x, u, h, options):
+        for now, cost, end in zip(to_go, costs.tolist(), reached.T):
+            following = linearly_parameterized_cost_to_go_function(end, parameters)
+            program.AddLinearConstraint(now <= cost + options.discount_factor * following)
     result = Solve(program)
     if not result.is_success():
         raise RuntimeError(

@@ -12,7 +12,13 @@ import pytest
 
 from sheldrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from sheldrake.systems.analysis import _progress as progress_module
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
+from sheldrake.systems.framework import (
+    DiagramBuilder,
+    EventStatus,
+    LeafSystem,
+    UnrestrictedUpdateEvent,
+    WitnessFunctionDirection,
+)
 from sheldrake.systems.framework._kernels import integrate, loop, program
 from sheldrake.systems.primitives import Gain, Integrator, LinearSystem, LogVectorOutput, Sine
 
@@ -208,3 +214,57 @@ def test_open_inputs_of_kernels_are_found_before_anything_is_called(native):
     with pytest.raises(RuntimeError, match="not connected"):
         simulator.AdvanceTo(0.1)
     assert heard == []
+
+
+class Ball(LeafSystem):
+    """A ball that bounces; a witness function finds when."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareContinuousState(1, 1, 0)
+        self.times, hit = [], UnrestrictedUpdateEvent(self.bounce)
+        falls = WitnessFunctionDirection.kPositiveThenNonPositive
+        self.witness = self.MakeWitnessFunction("floor", falls, lambda context: context.get_continuous_state()[0], hit)
+
+    def DoGetWitnessFunctions(self, context):
+        return [self.witness]
+
+    def DoCalcTimeDerivatives(self, context, derivatives):
+        derivatives.SetFromVector([context.get_continuous_state()[1], -9.81])
+
+    def bounce(self, context, event, state):
+        self.times.append(context.get_time())
+        state.get_mutable_continuous_state().SetFromVector([0.0, -0.8 * context.get_continuous_state()[1]])
+
+
+def test_bounces_are_found_in_machine_code_where_the_interpreted_loop_finds_them():
+    found = []
+    for native in (True, False):
+        ball = Ball()
+        simulator = Simulator(ball)
+        simulator._native = native
+        simulator.get_mutable_context().SetAccuracy(1e-4)
+        simulator.get_mutable_context().SetContinuousState([10.0, 0.0])
+        simulator.AdvanceTo(8.0)
+        found.append([*ball.times, *simulator.get_context().get_continuous_state_vector().CopyToVector()])
+        fall = math.sqrt(2.0 * 10.0 / 9.81)
+        assert ball.times == pytest.approx(fall * np.array([1.0, 2.6, 3.88, 4.904]), abs=1e-5)
+    assert found[0] == found[1]
+
+
+def test_an_error_while_a_change_of_sign_is_located_stops_the_span():
+    seen = []
+
+    class Touchy(Ball):
+        def DoCalcTimeDerivatives(self, context, out):
+            if seen and context.get_time() < max(seen):  # time goes back: somebody looks for the moment of a change
+                raise ZeroDivisionError("sooner than that")
+            seen.append(context.get_time())
+            super().DoCalcTimeDerivatives(context, out)
+
+    simulator = Simulator(Touchy())
+    ApplySimulatorConfig(SimulatorConfig(use_error_control=False, max_step_size=0.1), simulator)
+    simulator.get_mutable_context().SetAccuracy(1e-4)
+    simulator.get_mutable_context().SetContinuousState([10.0, 0.0])
+    with pytest.raises(ZeroDivisionError, match="sooner than that"):
+        simulator.AdvanceTo(8.0)

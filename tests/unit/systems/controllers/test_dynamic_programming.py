@@ -46,6 +46,24 @@ def test_discount_and_periodic_states():
     assert calls[0] == (1, (17,), (1, 17)) and [c[0] for c in calls] == list(range(1, len(calls) + 1))
 
 
+def test_steps_in_machine_code_lead_where_those_of_a_simulator_with_a_monitor_do():
+    """The monitor is Python, so that each step is one of the simulator; more states than worlds at a time."""
+    found = []
+    for watched in (False, True):
+        simulator = Simulator(LinearSystem(A, B, np.eye(2), np.zeros((2, 1))))
+        simulator.get_mutable_integrator().request_initial_step_size_target(0.003)
+        simulator.get_mutable_integrator().set_target_accuracy(1e-6)
+        if watched:
+            simulator.set_monitor(lambda context: None)
+        grid, rates = np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 31)
+        options = DynamicProgrammingOptions(discount_factor=0.5)
+        arguments = simulator, away_from_zero, [set(grid), set(rates)], CHOICES, 0.1, options
+        policy, to_go = FittedValueIteration(*arguments)
+        found.append(np.vstack([policy.get_output_values(), to_go]))
+    assert len(to_go) > 1024 and np.ptp(to_go) > 0.1
+    np.testing.assert_array_equal(found[0], found[1])
+
+
 def test_errors():
     simulator, discrete = Simulator(Integrator(1)), LinearSystem([[1.0]], [[1.0]], [[1.0]], [[0.0]], 0.1)
     options = DynamicProgrammingOptions()

@@ -20,7 +20,7 @@ from sheldrake.systems.framework._context import text
 from sheldrake.systems.framework._context.base import ContextBase
 from sheldrake.systems.framework._engine.store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._state import Parameters, State
-from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
+from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues, _index
 from sheldrake.systems.framework._vector import BasicVector, converted
 
 if TYPE_CHECKING:
@@ -283,11 +283,10 @@ class Context(ContextBase):
     def get_abstract_state(self, index: int) -> AbstractValue: ...
     def get_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`."""
-        first, last = self._place.abstract
-        values = AbstractValues._view(
-            self._store.abstract[first:last], partial(self._store.touch, SAMPLED, ("xa", self._node))
-        )
-        return values if index is None else values.get_value(index)
+        (first, last), values = self._place.abstract, self._store.abstract
+        if index is not None:
+            return values[first + _index("Context.get_abstract_state()", index, last - first)]
+        return AbstractValues._view(values[first:last], partial(self._store.touch, SAMPLED, ("xa", self._node)))
 
     @overload
     def get_mutable_abstract_state(self, index: None = None) -> AbstractValues: ...

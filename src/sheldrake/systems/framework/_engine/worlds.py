@@ -70,6 +70,11 @@ class Worlds:
         """Numbers of the integrators of worlds."""
         return self.slab[who, self.model.S.size : self.model.S.size + self._numbers.size]
 
+    def begin_integrating(self, who: np.ndarray) -> None:
+        """What integrators remember of the last steps of worlds is forgotten."""
+        first = self.model.S.size
+        self.slab[who, first : first + self._numbers.size] = self._numbers
+
     def store(self, w: int) -> Store:
         """The store of world `w`, made when first asked for."""
         store = self._stores.get(w)

@@ -207,6 +207,23 @@ def begin(
 
 
 @kernel(top=True, strict=True, short_loops=True)
+def integrate_to(
+    program_model: Program,
+    run: Run,
+    integrator: Integrator,
+    S: Vector,
+    side: Side,
+    L: Vector,
+    rows: IntVector,
+    T: float,
+) -> int:
+    """Steps of the continuous state alone until time T [s], whatever happens meanwhile; a status."""
+    while S[0] < T and side.status == 0:
+        integrate(program_model, run, integrator, S, side, L, rows, np.inf, T)
+    return int(side.status)
+
+
+@kernel(top=True, strict=True, short_loops=True)
 def advance(
     program_model: Program,
     run: Run,
