@@ -6,7 +6,7 @@ import pytest
 from sheldrake.geometry import Box, HalfSpace, MeshcatCone, SurfaceTriangle, TriangleSurfaceMesh
 from sheldrake.multibody.tree import CalcSpatialInertia
 
-CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) + [0.1, 0.2, 0.3]
+CORNERS = np.array([[0.1, 0.2, 0.3], [1.1, 0.2, 0.3], [0.1, 1.2, 0.3], [0.1, 0.2, 1.3]])
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 
 
