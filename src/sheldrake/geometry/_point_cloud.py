@@ -296,9 +296,11 @@ class PointCloud:
             raise RuntimeError(f"PointCloud.VoxelizedDownSample(): voxel_size must be positive, got {voxel_size}.")
         finite = np.isfinite(self._data[BaseField.kXYZs]).all(axis=1)
         cells = np.floor(self._data[BaseField.kXYZs][finite] / voxel_size).astype(np.int64)
-        _, cell = np.unique(cells, axis=0, return_inverse=True)
-        cell = cell.ravel()
-        count = int(cell.max()) + 1 if len(cell) else 0
+        cell = np.zeros(len(cells), np.int64)
+        for column in cells.T:  # one after the other: the number of a cell in a large grid may not fit an integer
+            offset = column - column.min(initial=0)
+            _, cell = np.unique(cell * (offset.max(initial=0) + 1) + offset, return_inverse=True)
+        count = int(cell.max(initial=-1)) + 1
         new = PointCloud(count, self.fields())
         for field, data in self._data.items():
             mean = _mean_by(cell, data[finite].astype(float), count)
@@ -345,10 +347,10 @@ class PointCloud:
 def _mean_by(cell: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     """Returns means, shape (count, 3), of the finite rows of values, shape (n, 3), that share a cell, shape (n,)."""
     finite = np.isfinite(values).all(axis=1)
-    total = np.zeros((count, 3))
-    np.add.at(total, cell[finite], values[finite])
+    cell = cell[finite]
+    total = np.stack([np.bincount(cell, column, count) for column in values[finite].T], axis=1)
     with np.errstate(invalid="ignore"):
-        return total / np.bincount(cell[finite], minlength=count)[:, None]
+        return total / np.bincount(cell, minlength=count)[:, None]
 
 
 def fitted_normals(points: np.ndarray, radius: float, num_closest: int) -> tuple[np.ndarray, bool]:
@@ -377,7 +379,7 @@ def fitted_normals(points: np.ndarray, radius: float, num_closest: int) -> tuple
     weight = found[..., None].astype(float)
     mean = (weight * neighbours).sum(axis=1) / counts[:, None]
     away = weight * (neighbours - mean[:, None])
-    _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", away, away))
+    _, axes = np.linalg.eigh(away.transpose(0, 2, 1) @ away)
     enough = counts >= 2
     normals[finite[enough]] = axes[enough, :, 0]
     return normals, bool(len(finite) == len(points) and (counts >= 3).all())

@@ -105,6 +105,14 @@ def test_downsampling_keeps_the_mean_of_each_cube():
         assert np.abs(small.rgb(i) - cloud.rgbs()[:, mine].mean(axis=1)).max() < 1
 
 
+def test_cells_of_a_huge_grid_keep_apart():
+    """Counted through, the 10^24 cells between these points would not fit an integer; order is by x, then y, then z."""
+    points = [[1e6, 0, 0], [0, 0, 1e6], [0, 1e6, 0], [-1e6, -1e6, -1e6], [0, 0, 1e6], [np.inf, 0, 0]]
+    small = cloud_of(points).VoxelizedDownSample(0.01)
+    assert np.array_equal(small.xyzs().T, [points[3], points[1], points[2], points[0]])
+    assert cloud_of([[np.nan] * 3]).VoxelizedDownSample(0.01).size() == 0
+
+
 def test_normals_of_a_sphere_point_out():
     rng = np.random.default_rng(7)
     direction = rng.normal(size=(3, 4000))

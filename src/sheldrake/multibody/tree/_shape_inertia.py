@@ -24,7 +24,9 @@ def CalcSpatialInertia(
         mesh: A TriangleSurfaceMesh, by name.
 
     Raises:
-        RuntimeError: the shape is a HalfSpace or a MeshcatCone, or the mesh gives no physical inertia.
+        ValueError: the shape is a HalfSpace or a MeshcatCone, or a mesh that encloses no volume (it is open, or its
+            triangles wind inwards).
+        RuntimeError: the density is not positive, or the mesh gives no physical inertia.
     """
     solid = shape if mesh is None else mesh
     if density is None or not isinstance(solid, (Shape, TriangleSurfaceMesh)):
@@ -32,9 +34,13 @@ def CalcSpatialInertia(
             "CalcSpatialInertia(): incompatible function arguments. Takes (shape: Shape, density: float) or (mesh: "
             "TriangleSurfaceMesh, density: float)."
         )
-    try:
-        volume, c, I = mass_properties(solid)
-    except ValueError as error:
-        raise RuntimeError(str(error)) from None
+    volume, c, I = mass_properties(solid)
+    if not volume > 0.0:
+        raise ValueError(
+            f"CalcSpatialInertia(): the calculated volume of a triangle surface mesh is {volume:g} m³. The mesh may be "
+            "open, or its triangles may not wind outwards."
+        )
+    if not 0.0 < density < np.inf:
+        raise RuntimeError(f"CalcSpatialInertia(): the density is not positive and finite: {density:g} kg/m³.")
     central = RotationalInertia(*(density * np.diag(I)), *(density * I[[0, 0, 1], [1, 2, 2]]))
     return SpatialInertia.MakeFromCentralInertia(density * volume, c, central)
