@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from sheldrake.solvers import ClarabelSolver, MathematicalProgram, Solve, SolverOptions
+from sheldrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, Solve, SolverOptions
 
 
 class Numbers:
@@ -81,6 +81,33 @@ def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
                 dual = again.GetDualSolution(found[name])
                 np.testing.assert_array_equal(dual, anew.GetDualSolution(parts[name]))
     assert solved in names
+
+
+_CHANGES = {
+    "Hessian": lambda found: found["cost"].evaluator().UpdateHessianEntry(1, 1, 5.0),
+    "slope": lambda found: found["cost"].evaluator().update_linear_coefficient_entry(1, 5.0),
+    "constant": lambda found: found["cost"].evaluator().update_constant_term(5.0),
+    "linear": lambda found: found["linear"].evaluator().UpdateCoefficients(np.ones(4), 2.0),
+    "entry": lambda found: found["linear"].evaluator().update_coefficient_entry(2, -3.0),
+    "constant of a linear cost": lambda found: found["linear"].evaluator().update_constant_term(5.0),
+    "lower bound": lambda found: found["box"].evaluator().UpdateLowerBound(np.full(4, 0.1)),
+    "upper bound": lambda found: found["box"].evaluator().UpdateUpperBound(np.full(4, -0.1)),
+    "small coefficients": lambda found: found["rows"].evaluator().RemoveTinyCoefficient(0.9),
+}
+
+
+@pytest.mark.parametrize("what", _CHANGES)
+@pytest.mark.parametrize("solver", [ClarabelSolver, OsqpSolver])
+def test_each_change_of_a_number_counts(what, solver):
+    prog, found = Numbers("quadratic", 3).program()
+    found["linear"] = prog.AddLinearCost(np.zeros(4), 0.0, prog.decision_variables())
+    prog.RemoveConstraint(found["equal"])
+    before, other = solver().Solve(prog), Numbers("quadratic", 4).program()[0]
+    _CHANGES[what](found)
+    solver().Solve(other)  # that of another program is no look at this one
+    again, anew = solver().Solve(prog), solver().Solve(prog.Clone())  # what is kept is not copied
+    assert again.get_optimal_cost() == anew.get_optimal_cost() != before.get_optimal_cost()
+    np.testing.assert_array_equal(again.get_x_val(), anew.get_x_val())
 
 
 def test_what_is_added_and_taken_out_counts():
