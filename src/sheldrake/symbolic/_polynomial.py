@@ -179,13 +179,11 @@ class Polynomial:
             RuntimeError: a variable has no value.
         """
         values = numbers_by_variable("Evaluate", env)
-        return sum(
-            [
-                (c._made[0] if c._kind == k.CONSTANT else evaluate_nodes([c], values)[0]) * m._value(values)
-                for m, c in self._map.items()
-            ],
-            0.0,
-        )
+        total = 0.0
+        for m, c in self._map.items():
+            coefficient = c._made[0] if c._kind == k.CONSTANT else evaluate_nodes([c], values)[0]
+            total += coefficient * m._value(values)
+        return total
 
     @overloaded(
         overload(env=by_variable),
