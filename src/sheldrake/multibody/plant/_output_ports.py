@@ -14,7 +14,6 @@ from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import (
     SpatialAcceleration,
     SpatialAcceleration_,
-    SpatialForce,
     SpatialForce_,
     SpatialVelocity,
     SpatialVelocity_,
@@ -27,9 +26,6 @@ from sheldrake.multibody.plant._context.coordinates import Coordinates
 from sheldrake.multibody.plant._kernels.ports import select_continuous_state, select_discrete_state
 from sheldrake.multibody.plant._step.accelerations import Accelerations
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
-from sheldrake.multibody.plant._step.reactions import Reactions
-from sheldrake.multibody.plant._step.reports import Reports
-from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.systems.framework import BusValue, Context, LeafSystem
 
@@ -58,10 +54,7 @@ class OutputPorts:
         contexts: The state.
         coordinates: Which part of it belongs to a model instance.
         models: The frames of the SceneGraph.
-        reports: Forces and contacts.
-        reactions: Forces of joints.
         accelerations: Of the last step.
-        speeds: How far surfaces have come.
     """
 
     def __init__(
@@ -71,15 +64,11 @@ class OutputPorts:
         contexts: Contexts,
         coordinates: Coordinates,
         models: KernelModels,
-        reports: Reports,
-        reactions: Reactions,
         accelerations: Accelerations,
-        speeds: SurfaceSpeeds,
     ) -> None:
         self._elements, self._settings, self._contexts = elements, settings, contexts
         self._coordinates, self._models = coordinates, models
-        self._reports, self._reactions, self._accelerations = reports, reactions, accelerations
-        self._speeds = speeds
+        self._accelerations = accelerations
         self.numbers: dict[tuple[str, int | None], int] = {}
         """Of the ports that `declare` declares, by what they show and of which model instance."""
         self._frames: tuple[tuple[FrameId, ...], np.ndarray] | None = None  # and their bodies' rows in X_WB
@@ -173,14 +162,10 @@ class OutputPorts:
             name, at = self._name(instance, what), self._coordinates.indices(what, "v", instance)
 
         def fill(plant: MultibodyPlant, context: Context, vector: BasicVector) -> None:
-            vector.SetFromVector(plant._parts.output_ports.values(what, context)[at])
+            vector.SetFromVector(getattr(plant._parts.reports, what)(context)[at])
 
         port = plant.DeclareVectorOutputPort(name, size, types.MethodType(fill, plant), tickets)
         self.numbers[what, None if instance is None else int(instance)] = int(port.get_index())
-
-    def values(self, what: str, context: Context) -> np.ndarray:
-        """What a port shows of the whole plant."""
-        return getattr(self._reports, what)(context)
 
     def _name(self, instance: ModelInstanceIndex, what: str) -> str:
         return f"{self._elements.GetModelInstanceName(instance)}_{what}"
@@ -287,18 +272,6 @@ class OutputPorts:
         view = self._contexts.view(context)
         return view.of(SpatialAcceleration_)._make_each(self._accelerations.in_last_step(context)[view.frozen.rows])
 
-    def contact_results(self, context: Context) -> ContactResults:
-        """All contacts."""
-        return self._reports.contact_results(context)
-
-    def surface_displacements(self, context: Context) -> BusValue:
-        """How far surfaces have come, by body."""
-        return self._speeds.displacements(context)
-
-    def reaction_forces(self, context: Context) -> list[SpatialForce]:
-        """F_CJc_Jc by joint."""
-        return self._reactions.forces(context)
-
 
 # A plant's declarations serve its copies on other scalars: so these ask the plant that they are called for.
 
@@ -346,12 +319,12 @@ def _calc_body_accelerations(plant: MultibodyPlant, context: Context, value: Abs
 
 
 def _calc_contact_results(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
-    value._held = plant._parts.output_ports.contact_results(context)
+    value._held = plant._parts.reports.contact_results(context)
 
 
 def _calc_reactions(plant: MultibodyPlant, context: Context, value: AbstractValue) -> None:
-    value._held = plant._parts.output_ports.reaction_forces(context)
+    value._held = plant._parts.reactions.forces(context)
 
 
 def _calc_surface_displacements(plant: Any, context: Context, value: AbstractValue) -> None:
-    value._held = plant._parts.output_ports.surface_displacements(context)
+    value._held = plant._parts.surface_speeds.displacements(context)

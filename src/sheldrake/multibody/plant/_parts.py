@@ -83,9 +83,7 @@ class PlantParts:
         self.reports = reports = Reports(plant, contexts, models, advance)
         self.reactions = Reactions(elements, settings, geometry, contexts, applied, models, advance, reports)
         self.contact_in_words = ContactInWords(geometry, settings, kinematics)
-        self.output_ports = OutputPorts(
-            elements, settings, contexts, coordinates, models, reports, self.reactions, self.accelerations, speeds
-        )
+        self.output_ports = OutputPorts(elements, settings, contexts, coordinates, models, self.accelerations)
 
     def finalize(self) -> None:
         """Freezes the model and declares what follows from it: state, parameters, ports, and how it advances.

@@ -54,8 +54,8 @@ class MultibodyForces:
 
     def SetZero(self) -> MultibodyForces:
         """Makes all forces zero."""
-        self._F_Bo_W[:] = self._zero
-        self._tau[:] = self._zero
+        self._F_Bo_W.fill(self._zero)
+        self._tau.fill(self._zero)
         return self
 
     def generalized_forces(self) -> np.ndarray:

@@ -55,6 +55,7 @@ class Parameters:
         return np.concatenate([*self.defaults, np.zeros(0)])
 
 
+_NONE = np.zeros(0)
 _OF_A_BODY = ["mass [kg]", *(f"centre of mass {axis} [m]" for axis in "xyz"),
               *(f"unit inertia {axes} [m^2]" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))]  # fmt: skip
 
@@ -123,6 +124,12 @@ class FrozenModel:
         """The row of the body outboard of each joint; 0 for one that holds none."""
         row_of = {int(step.joint.index()): row for row, step in enumerate(self.steps, start=1)}
         return np.array([row_of.get(int(joint.index()), 0) for joint in self.joints] or [0], np.int64)
+
+    @cached_property
+    def rotors_at(self) -> np.ndarray:
+        """Where in p the rotor inertia and the gear ratio of each actuator are, shape (number of actuators, 2)."""
+        starts = [self.start_of(actuator) for actuator in self.actuators]
+        return np.array(starts, np.int64).reshape(-1, 1) + np.arange(2)
 
     @cached_property
     def joints_by_coordinate(self) -> list[Joint]:
@@ -209,10 +216,7 @@ class FrozenModel:
 
     def default_positions(self) -> np.ndarray:
         """Positions of a default context, shape (nq,)."""
-        q = np.zeros(self.nq)
-        for joint in self.joints:
-            q[joint._q_start : joint._q_start + joint.num_positions()] = joint._default_q
-        return q
+        return np.concatenate([_NONE, *(joint._default_q for joint in self.joints_by_coordinate)])
 
     def forces_of(self, elements: Iterable[ForceElement]) -> ForceModel:
         """Force elements as arrays."""

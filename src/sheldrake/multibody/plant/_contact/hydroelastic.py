@@ -58,6 +58,8 @@ def infos_of(
         scalar: of the numbers.
     """
     infos, count = [], int(surfaces.count[Found.num_faces])
+    if not count:
+        return []
     for s, surface in surfaces_of(surfaces, hydro_model, ids):
         here = np.flatnonzero(surfaces.face[:count, Face.surface] == s)
         arms = surfaces.value[here, FaceValue.p_WC.columns] - surface.centroid()

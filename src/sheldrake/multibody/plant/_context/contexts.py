@@ -99,10 +99,8 @@ class Contexts:
         store, place, model = context._store, context._place, self._model
         start = (place.xd if self._is_discrete else place.xc)[0]
         store.S[start : start + model.nq] = lifted(model.default_positions(), store.scalar)
-        for actuator in model.actuators:
-            first = place.p[0] + model.start_of(actuator)
-            numbers = np.array([actuator.default_rotor_inertia(), actuator.default_gear_ratio()])
-            store.S[first : first + 2] = lifted(numbers, store.scalar)
+        rotors = [x for a in model.actuators for x in (a.default_rotor_inertia(), a.default_gear_ratio())]
+        store.S[place.p[0] + model.rotors_at.ravel()] = lifted(np.array(rotors, float), store.scalar)
 
     def set_random_positions(self, context: Context, generator: RandomGenerator) -> None:
         """Draws positions from the distributions that joints were given."""

@@ -255,7 +255,7 @@ class Coordinates:
             side: 0 or 1.
         """
         joints = self._elements.model(call).joints_by_coordinate
-        return np.concatenate([joint._limits[kind][side] for joint in joints]) if joints else np.zeros(0)
+        return np.concatenate([np.zeros(0), *(joint._limits[kind][side] for joint in joints)])
 
     def _effort_limits(self, call: str) -> np.ndarray:
         """Upper limits of the efforts, shape (nu,)."""
