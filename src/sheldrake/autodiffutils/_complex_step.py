@@ -93,12 +93,12 @@ class Sweep:
         copies: Copies = (),
     ):
         blocks: dict = {}
-        words, at = join(arguments(kernel.on_complex, given, blocks)[0] for kernel, given in rows)
+        words, at = join(arguments(kernel.on_complex, given, blocks, HERE)[0] for kernel, given in rows)
         self._rows = np.array([HERE.address(kernel.on_complex) for kernel, _ in rows], np.int64)
-        self._words, self._at = words.placed(), np.array(at[:-1], np.int64)
+        self._words, self._at = words.words, np.array(at[:-1], np.int64)
         self._resets, self._copies = _table(resets), _table(copies)
         self._outputs = outputs
-        self._keep, self._resets_of_arrays = (words, copies), resets
+        self._keep, self._resets_of_arrays = (rows, copies), resets
         self._beginnings: list[Copies] = []
         self._plans: dict[Any, tuple[Any, np.ndarray, np.ndarray]] = {}
         self._point_plans: dict[Any, tuple[Any, np.ndarray, np.ndarray, np.ndarray]] = {}

@@ -115,7 +115,9 @@ class ComplexChain:
 
 def as_complex(initial: ArrayLike, view: np.ndarray) -> np.ndarray:
     """What is in an array at first, as an array like `view`."""
-    return np.ascontiguousarray(np.broadcast_to(initial, view.shape), view.dtype)
+    found = np.empty(view.shape, view.dtype)
+    found[...] = initial
+    return found
 
 
 def complex_scratch(T: np.ndarray, at: int, prototype: Any) -> tuple[Any, list[tuple[np.ndarray, Any]]]:
