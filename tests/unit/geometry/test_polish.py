@@ -10,7 +10,7 @@ from test_half_space_contacts import PointHull
 from sheldrake import geometry as g
 from sheldrake.geometry._kernels import separation as stage
 from sheldrake.geometry._kernels.model import BodyPoses
-from sheldrake.geometry._kernels.polish import NARROW, SQUARE, edge_over_cap, face_against, polish
+from sheldrake.geometry._kernels.polish import NARROW, SQUARE, edge_over_cap, face_against, nearby, polish
 from sheldrake.geometry._kernels.support import support
 from sheldrake.geometry._kernels.table import place_geometry
 from sheldrake.math import RigidTransform, RollPitchYaw
@@ -155,3 +155,16 @@ def test_a_side_far_from_the_plane_of_a_cap_is_left_to_others():
     X = RigidTransform(RollPitchYaw(np.pi / 2 + 0.1, 0.0, 0.0), [0.0, 0.0, 0.11])
     scene = placed(g.Cylinder(0.05, 0.1), g.Cylinder(0.066, 0.4), RigidTransform(), X)
     assert not edge_over_cap(scene.model, scene.table, 0, 1, 0.3, (0.0, 0.0, 1.0))[0]
+
+
+def test_a_cap_all_but_flat_on_another_touches_with_its_face():
+    """Also where another direction seems to be better by half a billionth of the size, as rounding may have it."""
+    scene = placed(
+        g.Cylinder(0.06, 0.24), g.Cylinder(0.06, 0.12), RigidTransform(), RigidTransform([0.03, 0.0, 0.18001])
+    )
+    size, up = scene.model[0].bound + scene.model[1].bound, (0.0, 0.0, 1.0)
+    for nearer, expected in ((5e-10, True), (5e-9, False)):
+        found, n, depth, *_ = nearby(scene.model, scene.table, 0, 1, size, up, -1e-5 - nearer * size)
+        assert found == expected
+        if found:
+            assert n == up and abs(depth + 1e-5) < 1e-15
