@@ -37,7 +37,7 @@ class PythonIntegrator(IntegratorBase):
         """f(t, x)."""
         store = span.store
         store.S[slice(*store.layout.xc)] = x
-        span.inside(_loop.derivatives_at, t)
+        span.inside(_loop.derivatives_in_step, t)
         if store.side.status:
             raise _Stopped
         return store.S[slice(*store.layout.xdot)].copy()

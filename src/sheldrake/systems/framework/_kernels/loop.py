@@ -224,7 +224,7 @@ def integrate_to(
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def derivatives_at(
+def derivatives_in_step(
     program_model: Program,
     run: Run,
     integrator: Integrator,
