@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._rates import Rates
 from sheldrake.systems.analysis._schemes import SCHEMES
 from sheldrake.systems.framework._kernels import integrate as _integrate
+from sheldrake.systems.framework._kernels import loop as _loop
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis._span import Span
     from sheldrake.systems.framework import Context, System
     from sheldrake.systems.framework._engine.store import Store
-    from sheldrake.systems.framework._kernels.program import Run
 
 
 class PythonIntegrator(IntegratorBase):
@@ -36,9 +36,8 @@ class PythonIntegrator(IntegratorBase):
     def _derivatives(self, span: Span, t: float, x: np.ndarray) -> np.ndarray:
         """f(t, x)."""
         store = span.store
-        store.S[0] = t
         store.S[slice(*store.layout.xc)] = x
-        span.interpreted(_derivatives)
+        span.inside(_loop.derivatives_in_step, t)
         if store.side.status:
             raise _Stopped
         return store.S[slice(*store.layout.xdot)].copy()
@@ -78,10 +77,6 @@ class PythonIntegrator(IntegratorBase):
 
 class _Stopped(Exception):
     pass
-
-
-def _derivatives(program: Any, run: Run, S: Any, side: Any, L: Any, rows: Any) -> None:
-    _integrate.derivatives(program, run, S, side, L, rows, program.xdot)
 
 
 class SemiExplicitEulerIntegrator(PythonIntegrator):

@@ -242,18 +242,19 @@ class Span:
         both: dict = {}
         self._bound = _loop.advance.bind(program, run, numbers, S, side, L, self.table, float(S[0]), blocks=both)
         self._bound_begin = _loop.begin.bind(program, run, S, side, L, self.table, 0, blocks=both)
-        self._bound_integrate: Any = None
+        self._bound_inside: dict[Any, Any] = {}
         self._logs = L
 
-    def integrate_to(self, T: float) -> None:
-        """Steps of the continuous state alone until T, from within a step; an error stays in the status."""
+    def inside(self, kernel: Any, T: float) -> None:
+        """Calls a kernel with arguments as those of `advance` from within a step; an error stays in the status."""
         if not self.native:
-            _loop.integrate_to(*self._tables(), self.python, T)
+            kernel(*self._tables(), self.python, T)
             return
-        if self._bound_integrate is None:
-            self._bound_integrate = _loop.integrate_to.bind(*self._tables(), self.table, T)
-        self._bound_integrate.set("T", T)
-        self._bound_integrate()
+        bound = self._bound_inside.get(kernel)
+        if bound is None:
+            bound = self._bound_inside[kernel] = kernel.bind(*self._tables(), self.table, T)
+        bound.set("T", T)
+        bound()
 
     def _run(self, bound: Any) -> int:
         """Runs machine code that calls Python rows; its status."""

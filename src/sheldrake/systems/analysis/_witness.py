@@ -8,6 +8,7 @@ from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ class WitnessWatch:
         store.S[0] = self._t0
         store.S[slice(*store.layout.xc)] = self._x0
         _program.changed(store.side, _program.CONTINUOUS)
-        self._span.integrate_to(t)
+        self._span.inside(_loop.integrate_to, t)
 
     def _fire(self, kind: int) -> EventStatus | None:
         """Runs the events of one kind of what triggered."""

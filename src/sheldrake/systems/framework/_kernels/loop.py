@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sheldrake.common.kernel import IntVector, Vector, kernel
-from sheldrake.systems.framework._kernels.integrate import Integrator, integrate
+from sheldrake.systems.framework._kernels.integrate import Integrator, derivatives, integrate
 from sheldrake.systems.framework._kernels.program import (
     AT_START,
     AT_WITNESS,
@@ -220,6 +220,23 @@ def integrate_to(
     """Steps of the continuous state alone until time T [s], whatever happens meanwhile; a status."""
     while S[0] < T and side.status == 0:
         integrate(program_model, run, integrator, S, side, L, rows, np.inf, T)
+    return int(side.status)
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def derivatives_in_step(
+    program_model: Program,
+    run: Run,
+    integrator: Integrator,
+    S: Vector,
+    side: Side,
+    L: Vector,
+    rows: IntVector,
+    T: float,
+) -> int:
+    """Time derivatives at time T [s] and the slab's xc; a status."""
+    S[0] = T
+    derivatives(program_model, run, S, side, L, rows, program_model.xdot)
     return int(side.status)
 
 
