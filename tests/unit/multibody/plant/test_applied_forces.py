@@ -28,6 +28,7 @@ from sheldrake.all import (
     Simulator,
     SpatialForce,
     SpatialInertia,
+    Wing,
 )
 from sheldrake.common._native import binding
 from sheldrake.common.kernel import Kernel
@@ -165,6 +166,15 @@ def test_a_force_on_a_body_that_is_not_there_is_refused():
     diagram.GetSystems()[-1].bodies = [BodyIndex(7)]
     with pytest.raises(RuntimeError, match="applied_spatial_force"):
         Simulator(diagram, context).AdvanceTo(0.02)
+
+
+def test_propellers_and_wings_of_odd_numbers_are_refused_by_name():
+    with pytest.raises(TypeError, match="thrust_ratio must be float, not str"):
+        Propeller(BodyIndex(1), RigidTransform(), "x")
+    with pytest.raises(TypeError, match="body_index must be BodyIndex, not None"):
+        Propeller(None)
+    with pytest.raises(TypeError, match="surface_area must be float, not str"):
+        Wing(BodyIndex(1), "x")
 
 
 def hovering(time_step: float, as_list: bool) -> tuple[object, MultibodyPlant]:

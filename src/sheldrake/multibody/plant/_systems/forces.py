@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialForce, SpatialForce_, SpatialVelocity_
@@ -61,6 +62,7 @@ class ExternallyAppliedSpatialForceMultiplexer(LeafSystem):
 class PropellerInfo:
     """One propeller: its body B, where its frame P is on it, and its forces per command."""
 
+    @checked
     def __init__(
         self,
         body_index: BodyIndex,
@@ -170,6 +172,7 @@ class Wing(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(
         self,
         body_index: BodyIndex,
