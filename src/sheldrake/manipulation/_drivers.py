@@ -236,7 +236,7 @@ def BuildSchunkWsgControl(
     subscriber = add(
         f"{name}_wsg_command_subscriber", LcmSubscriberSystem.Make("SCHUNK_WSG_COMMAND", lcmt_schunk_wsg_command, lcm)
     )
-    gains = SchunkWsgDriver().pid_gains if pid_gains is None else pid_gains
+    gains = np.asarray(SchunkWsgDriver().pid_gains if pid_gains is None else pid_gains, dtype=float)
     controller = builder.AddSystem(SchunkWsgController(*gains))
     status = LcmPublisherSystem.Make("SCHUNK_WSG_STATUS", lcmt_schunk_wsg_status, lcm, _WSG_STATUS_PERIOD)
     publisher = add(f"{name}_wsg_status_publisher", status)
