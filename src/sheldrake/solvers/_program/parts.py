@@ -51,7 +51,7 @@ class ProgramParts:
         self.polynomials = ProgramPolynomials(variables, bindings, self.cones)
         self._seen: tuple[object, ...] = ()
         self._contents: tuple[list[Any], list[Any]] | None = None
-        self._forms: dict[Any, tuple[list[object], Any]] = {}  # each with the numbers that it has
+        self._forms: dict[Any, tuple[list[Any], Any]] = {}  # each with the numbers that it has
 
     def form(self, kind: Callable[[MathematicalProgram], Form], program: MathematicalProgram) -> Form:
         """The program in the form of a solver, kept while the program stays the same.
@@ -65,7 +65,7 @@ class ProgramParts:
         if contents is None:
             return kind(program)
         numbers, found = self._forms.get(kind, (None, None))
-        if numbers is not contents[1]:
+        if found is None or numbers is not contents[1]:
             found = (found and found.moved(program)) or kind(program)
             self._forms[kind] = contents[1], found
         return found
