@@ -54,7 +54,9 @@ class Affine:
         return Affine(self.terms + other.terms, self.b + other.b)
 
     def __sub__(self, other: Affine) -> Affine:
-        minus = [(-np.eye(len(x)) if A is None else -A, x) for A, x in other.terms]
+        minus: list[tuple[np.ndarray | None, np.ndarray]] = [
+            (-np.eye(len(x)) if A is None else -A, x) for A, x in other.terms
+        ]
         return Affine(self.terms + minus, self.b - other.b)
 
     def __rmatmul__(self, M: np.ndarray) -> Affine:

@@ -92,8 +92,8 @@ class _OsqpForm:
     def __init__(self, prog: MathematicalProgram) -> None:
         n, Q = prog.num_vars(), np.triu(quadratic_form(prog))
         self.table = LinearRows(prog, [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()])
-        shape, at = (self.table.num_rows, n), Q.nonzero()
-        self.P = Columns.of_triplets(*at, Q[at], (n, n)).for_scipy()
+        shape, (i, j) = (self.table.num_rows, n), Q.nonzero()
+        self.P = Columns.of_triplets(i, j, Q[i, j], (n, n)).for_scipy()
         self.A = Columns.of_triplets(self.table.rows, self.table.cols, self.table.values, shape).for_scipy()
         self._objective = LinearObjective(prog)
         self.q, self.constant = self._objective.now()

@@ -49,7 +49,7 @@ class ProgramParts:
         self.constraints = ProgramConstraints(bindings)
         self._seen: tuple[object, ...] = ()
         self._contents: tuple[list[Any], list[Any]] | None = None
-        self._forms: dict[Any, tuple[list[object], Any]] = {}  # each with the numbers that it has
+        self._forms: dict[Any, tuple[list[Any], Any]] = {}  # each with the numbers that it has
 
     @functools.cached_property
     def cones(self) -> ProgramCones:
