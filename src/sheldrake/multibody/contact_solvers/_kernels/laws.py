@@ -633,9 +633,9 @@ def holding_velocity(model, contact, gamma, w):
     x, y, _ = gamma
     vx, vy, vn = contact.vc
     bound = contact.friction * friction_load(model, contact, gamma)
-    held_x, held_y = x - vx / w, y - vy / w
+    held_x, held_y = w * x - vx, w * y - vy
     most = HOLDS * HOLDS * bound * bound
-    if bound > 0.0 and held_x * held_x + held_y * held_y < most and x * x + y * y < most:
+    if bound > 0.0 and held_x * held_x + held_y * held_y < most * w * w and x * x + y * y < most:
         slip = contact.R_t if model.law == SAP else contact.eps / sqrt(bound * bound - x * x - y * y)
         return (-slip * x, -slip * y, vn)
     return contact.vc
