@@ -24,7 +24,7 @@ import numpy as np
 from tests.unit.systems.framework.saved_run import build
 from tools.torture.meshes import damage
 
-from sheldrake.common._native import kept_files, own_files, store
+from sheldrake.common._native import disk_cache, private_files, store
 from sheldrake.common.kernel import Vector, kernel
 from sheldrake.common.yaml import yaml_dump
 from sheldrake.systems.analysis import Simulator
@@ -194,7 +194,7 @@ def _writers() -> dict[str, Any]:
         "a.csv": log.ToCsv,
         "b.npz": log.ToNpz,
         "a.yaml": lambda path: yaml_dump({"a": list(range(3000))}, filename=str(path)),
-        "a.o": lambda path: own_files.write(path, bytes(10_000)),
+        "a.o": lambda path: private_files.write(path, bytes(10_000)),
     }
 
 
@@ -283,15 +283,15 @@ def caches(chance: random.Random, number: int) -> None:
     elif kind == "owner" and os.geteuid() == 0:
         os.chown(chance.choice([path, path.parent, path.parent.parent]), 12345, 12345)
     elif kind == "huge":
-        os.truncate(path, own_files.MOST + 1 + chance.randrange(10**9))
+        os.truncate(path, private_files.MOST + 1 + chance.randrange(10**9))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if kind == "exchanged":  # after the look at the folder, before the file is opened
             path.parent.chmod(0o777)
             with contextlib.suppress(PermissionError):
-                os.close(own_files._open(path))
+                os.close(private_files._open(path))
                 raise AssertionError("a file is opened in a folder that became another's")
-        found = kept_files.read(path)
+        found = disk_cache.read(path)
         is_right = found == code and bytes(wrong) == data
         assert found is None or (is_right and kind not in ("mode", "huge", "elsewhere", "exchanged")), kind
         if number % 20 == 0:
@@ -311,12 +311,12 @@ def killed_compiles(chance: random.Random, number: int) -> None:
     if (child := os.fork()) == 0:
         _compile_until(last)
     os.waitpid(child, 0)
-    found = kept_files.read(store._path(thrice))
+    found = disk_cache.read(store._path(thrice))
     assert found is None or found == _code()[1]
     thrice.__dict__.pop("_native", None)
     assert thrice.native(x := np.ones(2)) == 0
     assert x.tolist() == [3.0, 3.0]
-    assert kept_files.read(store._path(thrice)) == _code()[1]
+    assert disk_cache.read(store._path(thrice)) == _code()[1]
     shutil.rmtree(folder)
 
 

@@ -10,10 +10,10 @@ SCRIPT = """
 import ctypes
 import sys
 
-from sheldrake.common._native import kept_files, store
+from sheldrake.common._native import disk_cache, store
 from sheldrake.multibody.contact_solvers._kernels.solve import solve_to_rest
 
-code = kept_files.read(store._path(solve_to_rest)) or store.make(solve_to_rest)
+code = disk_cache.read(store._path(solve_to_rest)) or store.make(solve_to_rest)
 store.initialise()
 libc = ctypes.CDLL(None)
 libc.mmap.restype = ctypes.c_void_p

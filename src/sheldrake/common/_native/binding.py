@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from sheldrake.common._native import living
+from sheldrake.common._native import sanitizer
 from sheldrake.common.kernel import ArraySpec, Parameter
 
 if TYPE_CHECKING:
@@ -40,8 +40,8 @@ class Here:
 
     def place(self, array: np.ndarray) -> int:
         """Address of an array [bytes]."""
-        if living.SANITIZED:
-            living.note(array)
+        if sanitizer.SANITIZED:
+            sanitizer.note(array)
         if array.flags.carray and array.size:
             return _addressof(_first_byte(array))  # type: ignore[arg-type]  # an array is a buffer
         return array.__array_interface__["data"][0]  # read-only or empty: five times slower

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native import living
+from sheldrake.common._native import sanitizer
 from sheldrake.common.kernel import MISFIT
 
 if TYPE_CHECKING:
@@ -290,7 +290,7 @@ def new_copy() -> int:
 @functools.cache
 def available() -> bool:
     """Whether this interpreter's and this NumPy's objects look as the code expects, and the code is there."""
-    if living.SANITIZED:
+    if sanitizer.SANITIZED:
         return False  # it takes addresses of arrays that nobody has placed
     if sys.implementation.name != "cpython" or object.__basicsize__ != 16 or ctypes.sizeof(ctypes.c_void_p) != 8:
         return False
@@ -338,19 +338,19 @@ def _address() -> int | None:
 
 def code_address(symbol: str, text: str) -> int | None:
     """Address of a function in LLVM's language: from the wheel's library, the user's cache, or made now."""
-    from sheldrake.common._native import kept_files, prebuilt, store
+    from sheldrake.common._native import disk_cache, prebuilt, store
 
     found, _ = prebuilt.library()
     if found is not None and hasattr(found.dll, symbol):
         return ctypes.cast(getattr(found.dll, symbol), ctypes.c_void_p).value
     try:
         path = store.cache_folder() / f"{symbol}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.o"
-        code = kept_files.read(path)
+        code = disk_cache.read(path)
         if code is None:
             from sheldrake.common._native.target import host
 
             code = assemble(text, host())
-            kept_files.write(path, code)
+            disk_cache.write(path, code)
         return store._link(code, symbol)
     except ModuleNotFoundError:
         return None

@@ -13,7 +13,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sheldrake.common._native import living
+from sheldrake.common._native import sanitizer
 from sheldrake.common._native.source import PACKAGE, is_made_from
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def library() -> tuple[Library | None, str]:
     """The library of this installation, or None, and in words why."""
     if os.environ.get("SHELDRAKE_PREBUILT", "1") == "0":
         return None, "switched off by SHELDRAKE_PREBUILT=0"
-    if os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0" or living.SANITIZED:
+    if os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0" or sanitizer.SANITIZED:
         return None, "SHELDRAKE_BOUNDSCHECK or SHELDRAKE_SANITIZE asks for other code"
     path, manifest_path = FOLDER / f"kernels{ENDING}", FOLDER / "kernels.json"
     try:

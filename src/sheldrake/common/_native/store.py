@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native import kept_files, living, own_files
+from sheldrake.common._native import disk_cache, private_files, sanitizer
 from sheldrake.common._native.target import NO_COMPILER, Target, host, initialise
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def load(kernel: Kernel) -> tuple[Any, int]:
     if (ready := prebuilt.load(kernel)) is not None:
         TIERS[prebuilt.qualified(kernel)] = "prebuilt"
         return ready
-    code = kept_files.read(_path(kernel))
+    code = disk_cache.read(_path(kernel))
     TIERS[prebuilt.qualified(kernel)] = "compiled" if code is None else "cache"
     address = _link(code or make(kernel), symbol_of(kernel))
     return prebuilt.PROTOTYPE(address), address
@@ -88,17 +88,17 @@ def code_of_text(text: str, symbol: str, short_loops: bool, target: Target, rena
 def kept(name: str, make: Callable[[], bytes]) -> bytes:
     """An object file of the cache by its name, which says all that it depends on; it is made now if it is not there."""
     path = cache_folder() / name
-    code = kept_files.read(path)
+    code = disk_cache.read(path)
     if code is None:
         code = make()
-        kept_files.write(path, code)
+        disk_cache.write(path, code)
     return code
 
 
 def make(kernel: Kernel, tell: bool = True) -> bytes:
     """Compiles an entry and keeps it in the cache; its machine code."""
     code = _compile(kernel, symbol_of(kernel), tell)
-    kept_files.write(_path(kernel), code)
+    disk_cache.write(_path(kernel), code)
     return code
 
 
@@ -109,7 +109,7 @@ def is_ready(kernel: Kernel) -> bool:
     if "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None:
         return True
     path = _path(kernel)
-    return own_files.is_trusted(path.parent) and path.exists()
+    return private_files.is_trusted(path.parent) and path.exists()
 
 
 @functools.cache
@@ -121,7 +121,7 @@ def can_compile() -> bool:
 def is_writable() -> bool:
     """Whether the cache folder takes files."""
     folder = cache_folder()
-    if not own_files.is_trusted(folder):
+    if not private_files.is_trusted(folder):
         return False
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
@@ -165,7 +165,7 @@ def cache_folder() -> pathlib.Path:
 
     SHELDRAKE_CACHE_DIR overrides the place; otherwise it is the operating system's cache folder of the user.
     """
-    return own_files.root() / _machine()
+    return private_files.root() / _machine()
 
 
 @functools.cache
@@ -188,7 +188,7 @@ def fingerprint(kernel: Kernel) -> str:
     digest.update(repr([(p.name, p.kind, p.fields) for p in kernel.parameters]).encode())
     digest.update(repr([getattr(p.cls, "PARTS", ()) for p in kernel.parameters]).encode())
     digest.update(os.environ.get("SHELDRAKE_BOUNDSCHECK", "0").encode())
-    digest.update(living.CODE.encode() if living.SANITIZED else b"")
+    digest.update(sanitizer.CODE.encode() if sanitizer.SANITIZED else b"")
     digest.update(_compiler().encode())
     return digest.hexdigest()[:20]
 
@@ -331,7 +331,7 @@ def _by_jit_link(code: bytes, symbol: str) -> int:
     import llvmlite.binding as llvm
 
     library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(symbol)
-    library.import_symbol(living.SYMBOL, living.address())
+    library.import_symbol(sanitizer.SYMBOL, sanitizer.address())
     linked = library.link(_linker(), f"{symbol} {len(_linked)}")
     _linked.append(linked)  # the machine code lives as long as it
     return linked[symbol]
@@ -340,7 +340,7 @@ def _by_jit_link(code: bytes, symbol: str) -> int:
 def _by_mcjit(code: bytes, symbol: str) -> int:
     import llvmlite.binding as llvm
 
-    llvm.add_symbol(living.SYMBOL, living.address())
+    llvm.add_symbol(sanitizer.SYMBOL, sanitizer.address())
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.common.kept_arrays import kept_arrays
+from sheldrake.common.cached_arrays import cached_arrays
 from sheldrake.geometry._kernels.model import CELLS, DIVIDED, HULL, FaceLoop, Geometry, HullFace, HullVertex
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
@@ -146,7 +146,7 @@ def _cells_of_bytes(data: bytes) -> _Cells:
     def make() -> tuple[np.ndarray, np.ndarray]:
         return _make_cells(np.frombuffer(data).reshape(-1, 3))
 
-    return _Cells(*kept_arrays("cells", (__file__,), (repr((CELLS, DIVIDED)).encode(), data), make))
+    return _Cells(*cached_arrays("cells", (__file__,), (repr((CELLS, DIVIDED)).encode(), data), make))
 
 
 def _make_cells(vertices: np.ndarray) -> _Cells:

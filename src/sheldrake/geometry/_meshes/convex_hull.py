@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common.kept_arrays import kept_arrays
+from sheldrake.common.cached_arrays import cached_arrays
 
 from . import mesh_files, polytope_hull, read_dae, read_obj, read_stl, read_vtk
 from .mesh_files import read_mesh
@@ -63,7 +63,7 @@ def _cached_hull(path: Path, stamp: int, scale: tuple[float, float, float]) -> P
         return np.array(hull.face_data()), hull._vertices
 
     made_of = source.extension().encode(), data, np.array(scale).tobytes()
-    return PolygonSurfaceMesh(*kept_arrays("hull", _MADE_BY, made_of, make))
+    return PolygonSurfaceMesh(*cached_arrays("hull", _MADE_BY, made_of, make))
 
 
 def make_convex_hull(points: Any, name: str = "the given points") -> PolygonSurfaceMesh:

@@ -14,7 +14,7 @@ import types
 from collections.abc import Callable, Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from sheldrake.common._native import living
+from sheldrake.common._native import sanitizer
 from sheldrake.common._native.compiler import memory, prelude, scalars
 from sheldrake.common._native.compiler.body import Body, struct_of
 from sheldrake.common._native.compiler.builtins import BUILTINS, meant, refusal
@@ -397,7 +397,7 @@ class Function:
 
     def check_memory(self, pointer: str) -> str:
         """An address; of a sanitised kernel, leaves the function where it is in no living array."""
-        if living.SANITIZED:
+        if sanitizer.SANITIZED:
             self.b.leave_unless(self.b.op(f"call i1 @in_living_memory(ptr {pointer})"))
         return pointer
 

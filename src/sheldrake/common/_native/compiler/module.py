@@ -7,7 +7,7 @@ import threading
 import types
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sheldrake.common._native import living
+from sheldrake.common._native import sanitizer
 from sheldrake.common._native.compiler import memory, prelude
 from sheldrake.common._native.compiler.body import Body, declarations, struct_of
 from sheldrake.common._native.compiler.errors import KernelError
@@ -152,7 +152,7 @@ class Module:
 
     def text(self) -> str:
         """The module in LLVM's language."""
-        return "\n".join([*declarations(), living.CODE if living.SANITIZED else "", *self.texts])
+        return "\n".join([*declarations(), sanitizer.CODE if sanitizer.SANITIZED else "", *self.texts])
 
 
 class _Reader:
@@ -210,7 +210,7 @@ def text_of(kernel: Kernel, symbol: str) -> str:
         TypeError: if the entry returns anything but None or an integer, or a source is not there.
     """
     with _lock:
-        bounds = living.SANITIZED or os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0"
+        bounds = sanitizer.SANITIZED or os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0"
         module = Module(bounds, isinstance(kernel, LaneKernel))
         try:
             module.entry(kernel, symbol)

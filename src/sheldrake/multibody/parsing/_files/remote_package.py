@@ -82,7 +82,7 @@ def fetch_remote(name: str, params: RemoteParams) -> str:
 
 
 def _cache_root() -> str:
-    from sheldrake.common._native.own_files import users_caches
+    from sheldrake.common._native.private_files import users_caches
 
     return str(users_caches() / "sheldrake" / "package_map")
 

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from sheldrake.common._native import own_files, parallel, prebuilt, store
+from sheldrake.common._native import parallel, prebuilt, private_files, store
 from sheldrake.common.kernel import Vector, jit_enabled, kernel
 from sheldrake.multibody.plant._kernels.step import next_state
 from sheldrake.multibody.tree._kernels.queries import calc_gravity, calc_kinetic_energy
@@ -20,7 +20,7 @@ native_only = pytest.mark.skipif(not jit_enabled(), reason="asks about machine c
 @pytest.fixture(autouse=True)
 def afresh(monkeypatch):
     """Each test hears each warning."""
-    own_files._refuse.cache_clear()
+    private_files._refuse.cache_clear()
     monkeypatch.setenv("SHELDRAKE_PREBUILT", "0")
 
 
@@ -67,7 +67,7 @@ def test_without_a_home_the_operating_system_is_asked(monkeypatch, home):
 
 def kept(folder, content=b"code"):
     path = folder / "sheldrake" / "abi" / "k.o"
-    own_files.write(path, content)
+    private_files.write(path, content)
     return path
 
 
@@ -79,7 +79,7 @@ def test_what_is_written_is_the_users_alone_whatever_the_umask(tmp_path):
         os.umask(before)
     for place in (path, *list(path.parents)[:4]):
         assert place.stat().st_mode & 0o077 == 0
-    assert own_files.read(path) == b"code"
+    assert private_files.read(path) == b"code"
 
 
 @pytest.mark.parametrize("bits", [0o020, 0o002])
@@ -91,9 +91,9 @@ def test_what_others_may_write_is_refused_with_one_line(tmp_path, up, bits):
     with pytest.warns(
         UserWarning, match=f"Compiled kernels and hulls in {place} are not used: it may be written by others"
     ) as w:
-        assert own_files.read(path) is None
+        assert private_files.read(path) is None
     assert len(w) == 1
-    assert own_files.is_trusted(path.parent) == (up == 0)
+    assert private_files.is_trusted(path.parent) == (up == 0)
 
 
 @pytest.mark.parametrize("up", [0, 1, 2])
@@ -104,7 +104,7 @@ def test_what_belongs_to_somebody_else_is_refused(tmp_path, monkeypatch, up):
     else:
         monkeypatch.setattr(os, "geteuid", lambda: 12345)
     with pytest.warns(UserWarning, match="not to you"):
-        assert own_files.read(path) is None
+        assert private_files.read(path) is None
 
 
 def test_what_is_no_regular_file_of_moderate_size_is_refused(tmp_path, monkeypatch):
@@ -112,15 +112,15 @@ def test_what_is_no_regular_file_of_moderate_size_is_refused(tmp_path, monkeypat
     fifo = path.with_name("fifo.o")
     os.mkfifo(fifo, 0o600)
     with pytest.warns(UserWarning, match="no regular file"):
-        assert own_files.read(fifo) is None  # at once: nobody writes to it
+        assert private_files.read(fifo) is None  # at once: nobody writes to it
     zero = path.with_name("zero.o")
     zero.symlink_to("/dev/zero")
     with pytest.warns(UserWarning, match="is a link"):
-        assert own_files.read(zero) is None
+        assert private_files.read(zero) is None
     with open(path, "r+b") as file:
-        file.truncate(own_files.MOST + 1)
+        file.truncate(private_files.MOST + 1)
     with pytest.warns(UserWarning, match="bytes"):
-        assert own_files.read(path) is None
+        assert private_files.read(path) is None
 
 
 def test_a_full_disk_leaves_no_file_behind(tmp_path, monkeypatch):
@@ -178,7 +178,7 @@ def test_workers_do_not_import_from_the_current_folder(tmp_path, monkeypatch):
 THREADS = """
 import threading
 import numpy as np
-from tests.unit.common.test_own_files import five_times, thrice
+from tests.unit.common.test_private_files import five_times, thrice
 from sheldrake.multibody.tree._kernels.queries import calc_gravity, calc_kinetic_energy
 start, found = threading.Barrier(8), [None] * 8
 def work(k):
@@ -194,7 +194,7 @@ threads = [threading.Thread(target=work, args=(k,)) for k in range(8)]
 assert all(np.array_equal(x, 15.0 * np.arange(5.0)) for x in found), found
 """
 ONE_BY_ONE = """
-from tests.unit.common.test_own_files import five_times, thrice
+from tests.unit.common.test_private_files import five_times, thrice
 from sheldrake.multibody.tree._kernels.queries import calc_gravity, calc_kinetic_energy
 thrice.address, five_times.address, calc_kinetic_energy.address, calc_gravity.address
 """
@@ -219,11 +219,11 @@ def test_eight_threads_that_compile_make_the_objects_that_one_makes(tmp_path):
 
 def test_a_folder_that_is_exchanged_after_the_look_at_it_is_refused(tmp_path, monkeypatch):
     path = kept(tmp_path)
-    monkeypatch.setattr(own_files, "is_trusted", lambda folder: True)  # as it was when it was looked at
-    assert own_files.read(path) == b"code"
+    monkeypatch.setattr(private_files, "is_trusted", lambda folder: True)  # as it was when it was looked at
+    assert private_files.read(path) == b"code"
     path.parent.chmod(0o777)
     with pytest.warns(UserWarning, match="may be written by others"):
-        assert own_files.read(path) is None
+        assert private_files.read(path) is None
 
 
 def test_a_link_to_code_elsewhere_is_not_followed(tmp_path):
@@ -231,4 +231,4 @@ def test_a_link_to_code_elsewhere_is_not_followed(tmp_path):
     path.rename(tmp_path / "other.o")
     path.symlink_to(tmp_path / "other.o")
     with pytest.warns(UserWarning, match="is a link"):
-        assert own_files.read(path) is None
+        assert private_files.read(path) is None

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from sheldrake.common._native import kept_files, own_files
+from sheldrake.common._native import disk_cache, private_files
 
 
-def kept_arrays(
+def cached_arrays(
     name: str,
     made_by: tuple[str, ...],
     made_of: Iterable[bytes],
@@ -30,12 +30,12 @@ def kept_arrays(
     digest = hashlib.sha256(repr((np.__version__, _hash_of(made_by))).encode())
     for part in made_of:
         digest.update(len(part).to_bytes(8, "little") + part)
-    path = own_files.root() / "arrays" / f"{name}-{digest.hexdigest()[:32]}"
-    data = kept_files.read(path)
+    path = private_files.root() / "arrays" / f"{name}-{digest.hexdigest()[:32]}"
+    data = disk_cache.read(path)
     if data is not None:
         return _unpacked(data)
     arrays = make()
-    kept_files.write(path, _packed(arrays))
+    disk_cache.write(path, _packed(arrays))
     return arrays
 
 

@@ -6,9 +6,9 @@ import pathlib
 import numpy as np
 import pytest
 
-from sheldrake.common import kept_arrays as module
-from sheldrake.common._native import kept_files
-from sheldrake.common.kept_arrays import kept_arrays
+from sheldrake.common import cached_arrays as module
+from sheldrake.common._native import disk_cache
+from sheldrake.common.cached_arrays import cached_arrays
 from sheldrake.geometry._compiled import hulls
 from sheldrake.geometry._meshes import convex_hull
 
@@ -18,7 +18,7 @@ TRIPLE = np.arange(6.0).reshape(2, 3), np.array([1, -2], np.int64), np.zeros((0,
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("SHELDRAKE_CACHE_DIR", str(tmp_path / "caches"))
-    kept_files.prune.cache_clear()
+    disk_cache.prune.cache_clear()
     module._hash_of.cache_clear()
     return tmp_path / "caches" / "arrays"
 
@@ -36,7 +36,7 @@ class Maker:
 def ask(made_of=(b"a", b"bc"), made_by=(__file__,)):
     """What is kept, and whether it was made for this question."""
     make = Maker()
-    found = kept_arrays("triple", made_by, made_of, make)
+    found = cached_arrays("triple", made_by, made_of, make)
     assert all(a.dtype == b.dtype and a.shape == b.shape and (a == b).all() for a, b in zip(found, TRIPLE, strict=True))
     return bool(make.calls)
 
@@ -80,7 +80,7 @@ def test_files_that_others_may_write_are_not_read(folder):
 
 def test_a_folder_that_cannot_be_made_costs_only_time(folder, monkeypatch):
     folder.parent.write_text("a file where the folder should be")
-    kept_files._warn_once.cache_clear()
+    disk_cache._warn_once.cache_clear()
     with pytest.warns(UserWarning, match="cannot be kept"):
         assert ask()
     assert ask()
@@ -93,13 +93,13 @@ def test_a_folder_keeps_what_was_read_last(folder, monkeypatch):
     size = files[0].stat().st_size
     for age, file in enumerate(files):
         os.utime(file, (1e9, file.stat().st_mtime - 100.0 * age))
-    monkeypatch.setattr(kept_files, "MOST_IN_A_FOLDER", 2 * size)
-    kept_files.prune.cache_clear()
-    kept_files.prune(folder.parent)
+    monkeypatch.setattr(disk_cache, "MOST_IN_A_FOLDER", 2 * size)
+    disk_cache.prune.cache_clear()
+    disk_cache.prune(folder.parent)
     assert sorted(folder.iterdir()) == files[:2]
     os.utime(files[0], (1e9, 1e9))  # years ago
-    kept_files.prune.cache_clear()
-    kept_files.prune(folder.parent)
+    disk_cache.prune.cache_clear()
+    disk_cache.prune(folder.parent)
     assert list(folder.iterdir()) == files[1:2]
 
 

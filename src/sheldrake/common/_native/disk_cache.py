@@ -11,7 +11,7 @@ import pathlib
 import time
 import warnings
 
-from sheldrake.common._native import own_files
+from sheldrake.common._native import private_files
 
 DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
 FOLDERS = ("abi*", "arrays")
@@ -23,7 +23,7 @@ MOST_IN_A_FOLDER = 1 << 29
 def read(path: pathlib.Path) -> bytes | None:
     """What was written to `path`, or None when there is nothing or it is damaged."""
     try:
-        data = own_files.read(path)
+        data = private_files.read(path)
         if data is not None and time.time() - path.stat().st_mtime > DAY:
             path.touch()  # what is in use does not grow old
     except OSError:
@@ -35,10 +35,10 @@ def read(path: pathlib.Path) -> bytes | None:
 
 def write(path: pathlib.Path, data: bytes) -> None:
     """Keeps data in a file; where that fails, a warning says so once."""
-    if not own_files.is_trusted(path.parent):
+    if not private_files.is_trusted(path.parent):
         return
     try:
-        own_files.write(path, hashlib.sha256(data).digest() + data)
+        private_files.write(path, hashlib.sha256(data).digest() + data)
     except OSError as error:
         _warn_once(str(path.parent), str(error))
     else:
