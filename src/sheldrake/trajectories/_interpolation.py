@@ -19,48 +19,58 @@ if TYPE_CHECKING:
 
 def constant(y: np.ndarray) -> list[np.ndarray]:
     """Each sample holds until the next."""
-    return [y[i][..., None] for i in range(len(y) - 1)]
+    return list(y[:-1, ..., None])
 
 
 def linear(h: list, y: np.ndarray) -> list[np.ndarray]:
     """Straight lines from sample to sample."""
-    return [np.stack([y[i], (y[i + 1] - y[i]) / h[i]], axis=-1) for i in range(len(h))]
+    return _segments(y[:-1], _slopes(_column(h, y), y))
 
 
 def cubic(h: list, y: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
     """Cubics through samples with given slopes."""
-    out = []
-    for i, hi in enumerate(h):
-        d = (y[i + 1] - y[i]) / hi
-        c2 = (3.0 * d - 2.0 * m[i] - m[i + 1]) / hi
-        c3 = (m[i] + m[i + 1] - 2.0 * d) / (hi * hi)
-        out.append(np.stack([y[i], m[i], c2, c3], axis=-1))
-    return out
+    span = _column(h, y)
+    d, m0, m1 = _slopes(span, y), m[:-1], m[1:]
+    return _segments(y[:-1], m0, (3.0 * d - 2.0 * m0 - m1) / span, (m0 + m1 - 2.0 * d) / (span * span))
 
 
-def _slopes(h: list, y: np.ndarray) -> np.ndarray:
-    return np.stack([(y[i + 1] - y[i]) / h[i] for i in range(len(h))])
+def _segments(*coefficients: np.ndarray) -> list[np.ndarray]:
+    """Coefficient arrays of the segments, from those of each power for all segments."""
+    first = coefficients[0]
+    out = np.empty((*first.shape, len(coefficients)), first.dtype)
+    for power, c in enumerate(coefficients):
+        out[..., power] = c
+    return list(out)
+
+
+def _column(h: list, y: np.ndarray) -> np.ndarray:
+    """Durations, shape (n - 1, 1, 1), to go with what has a matrix for each segment."""
+    return np.array(h, y.dtype).reshape(-1, 1, 1)
+
+
+def _slopes(span: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return (y[1:] - y[:-1]) / span
 
 
 def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarray:
     """Slopes with which cubics are monotonic where the samples are (Fritsch and Butland 1984)."""
-    d = _slopes(h, y)
+    span = _column(h, y)
+    d = _slopes(span, y)
     m: Any = y * 0.0
-    for row, col in np.ndindex(*y.shape[1:]):
-        column, zero = d[:, row, col], y[0, row, col] * 0.0
-        for i in range(1, len(h)):
-            m[i, row, col] = _harmonic(h[i - 1], h[i], column[i - 1], column[i], zero)
-        if not zero_ends:
-            m[0, row, col] = _end_slope(h[0], h[1], column[0], column[1])
-            m[len(h), row, col] = _end_slope(h[-1], h[-2], column[-1], column[-2])
+    d0, d1, h0, h1 = d[:-1], d[1:], span[:-1], span[1:]
+    w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
+    turns = _not_positive(d0 * d1)  # there slopes are zero, and the harmonic mean may divide by it
+    mean = (w0 + w1) / (w0 / np.where(turns, 1.0, d0) + w1 / np.where(turns, 1.0, d1))
+    m[1:-1] = np.where(turns, m[:1], mean)
+    if not zero_ends:
+        for end, inner in (0, 1), (-1, -2):
+            pairs = zip(d[end].ravel().tolist(), d[inner].ravel().tolist())
+            m[end].flat = [_end_slope(h[end], h[inner], a, b) for a, b in pairs]
     return m
 
 
-def _harmonic(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar, zero: Scalar) -> Scalar:
-    if holds(d0 * d1 <= 0.0):
-        return zero
-    w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
-    return (w0 + w1) / (w0 / d0 + w1 / d1)
+def _not_positive(x: np.ndarray) -> np.ndarray:
+    return x <= 0.0 if x.dtype != object else np.array([holds(a <= 0.0) for a in x.flat]).reshape(x.shape)
 
 
 def _end_slope(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar) -> Scalar:
@@ -81,15 +91,15 @@ def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray
         ends: "not-a-knot", "periodic", or the two slopes at start and end.
         zero: A zero of the scalar type.
     """
-    n, d = len(y), _slopes(h, y)
+    n, span = len(y), _column(h, y)
+    d, h0, h1 = _slopes(span, y), span[:-1], span[1:]
     if n == 2 and isinstance(ends, str):
         return np.stack([d[0], d[0]])
-    a = np.empty((n, n), dtype=object if y.dtype == object else float)
-    a[:] = zero
+    a = np.full((n, n), zero, y.dtype)
     b = y * 0.0
-    for i in range(1, n - 1):
-        a[i, i - 1], a[i, i], a[i, i + 1] = h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1]
-        b[i] = 3.0 * (h[i] * d[i - 1] + h[i - 1] * d[i])
+    inner = a[1:-1].reshape(-1)  # each band of the matrix is every (n + 1)-th number
+    inner[:: n + 1], inner[1 :: n + 1], inner[2 :: n + 1] = h1.flat, (2.0 * (h0 + h1)).flat, h0.flat
+    b[1:-1] = 3.0 * (h1 * d[:-1] + h0 * d[1:])
     if not isinstance(ends, str):
         a[0, 0], a[n - 1, n - 1] = zero + 1.0, zero + 1.0
         b[0], b[n - 1] = ends
@@ -153,18 +163,21 @@ def _magnitude(x: Any) -> float:
 
 def lagrange(t: list, y: np.ndarray) -> np.ndarray:
     """The one polynomial through all samples, by Newton's divided differences; shape (rows, cols, n)."""
+    out = np.empty((y[0].size, len(t)), y.dtype)
+    for row, samples in enumerate(y.reshape(len(t), -1).T.tolist()):
+        out[row] = _newton(t, samples)
+    return out.reshape(*y.shape[1:], len(t))
+
+
+def _newton(t: list, y: list) -> list:
+    """Coefficients of the powers of the time since t[0], of one polynomial."""
     n = len(t)
-    differences = [y[i] for i in range(n)]
     for order in range(1, n):
-        for i in range(n - 1, order - 1, -1):
-            differences[i] = (differences[i] - differences[i - 1]) / (t[i] - t[i - order])
-    out = np.stack([y[0] * 0.0] * n, axis=-1)
-    out[..., 0] = differences[n - 1]
-    for i in range(n - 2, -1, -1):
-        shift = t[i] - t[0]
-        for power in range(n - 1, 0, -1):
-            out[..., power] = out[..., power - 1] - out[..., power] * shift
-        out[..., 0] = differences[i] - out[..., 0] * shift
+        y[order:] = [(b - a) / (t1 - t0) for a, b, t0, t1 in zip(y[order - 1 :], y[order:], t, t[order:])]
+    out = [y[-1]] + [y[0] * 0.0] * (n - 1)
+    for difference, ti in zip(y[-2::-1], t[-2::-1]):
+        shift = ti - t[0]
+        out = [difference - out[0] * shift, *(lower - c * shift for lower, c in zip(out, out[1:]))]
     return out
 
 
