@@ -1,12 +1,13 @@
 """Coefficients of piecewise polynomials through samples.
 
-Everywhere: breaks h[i] = t[i+1] - t[i] apart, samples y of shape (n, rows, cols), slopes m of the same shape; results
-are lists of coefficient arrays, shape (rows, cols, degree + 1), lowest power first, in the time since the segment's
-start. All work on floats and on arrays of objects.
+Everywhere: breaks h[i] = t[i+1] - t[i] apart, shape (n - 1, 1, 1); samples y of shape (n, rows, cols), slopes m of the
+same shape; results are lists of coefficient arrays, shape (rows, cols, degree + 1), lowest power first, in the time
+since the segment's start. All work on floats and on arrays of objects.
 """
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,21 +18,26 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalar
 
 
+def durations(t: list, y: np.ndarray) -> np.ndarray:
+    """The h of breaks t, for samples y."""
+    times = np.array(t, y.dtype).reshape(-1, 1, 1)
+    return times[1:] - times[:-1]
+
+
 def constant(y: np.ndarray) -> list[np.ndarray]:
     """Each sample holds until the next."""
     return list(y[:-1, ..., None])
 
 
-def linear(h: list, y: np.ndarray) -> list[np.ndarray]:
+def linear(h: np.ndarray, y: np.ndarray) -> list[np.ndarray]:
     """Straight lines from sample to sample."""
-    return _segments(y[:-1], _slopes(_column(h, y), y))
+    return _segments(y[:-1], (y[1:] - y[:-1]) / h)
 
 
-def cubic(h: list, y: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
+def cubic(h: np.ndarray, y: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
     """Cubics through samples with given slopes."""
-    span = _column(h, y)
-    d, m0, m1 = _slopes(span, y), m[:-1], m[1:]
-    return _segments(y[:-1], m0, (3.0 * d - 2.0 * m0 - m1) / span, (m0 + m1 - 2.0 * d) / (span * span))
+    d, m0, m1 = (y[1:] - y[:-1]) / h, m[:-1], m[1:]
+    return _segments(y[:-1], m0, (3.0 * d - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * d) / (h * h))
 
 
 def _segments(*coefficients: np.ndarray) -> list[np.ndarray]:
@@ -43,21 +49,11 @@ def _segments(*coefficients: np.ndarray) -> list[np.ndarray]:
     return list(out)
 
 
-def _column(h: list, y: np.ndarray) -> np.ndarray:
-    """Durations, shape (n - 1, 1, 1), to go with what has a matrix for each segment."""
-    return np.array(h, y.dtype).reshape(-1, 1, 1)
-
-
-def _slopes(span: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return (y[1:] - y[:-1]) / span
-
-
-def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarray:
+def shape_preserving_slopes(h: np.ndarray, y: np.ndarray, zero_ends: bool) -> np.ndarray:
     """Slopes with which cubics are monotonic where the samples are (Fritsch and Butland 1984)."""
-    span = _column(h, y)
-    d = _slopes(span, y)
+    d = (y[1:] - y[:-1]) / h
     m: Any = y * 0.0
-    d0, d1, h0, h1 = d[:-1], d[1:], span[:-1], span[1:]
+    d0, d1, h0, h1 = d[:-1], d[1:], h[:-1], h[1:]
     w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
     turns = _not_positive(d0 * d1)  # there slopes are zero, and the harmonic mean may divide by it
     mean = (w0 + w1) / (w0 / np.where(turns, 1.0, d0) + w1 / np.where(turns, 1.0, d1))
@@ -65,7 +61,7 @@ def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarr
     if not zero_ends:
         for end, inner in (0, 1), (-1, -2):
             pairs = zip(d[end].ravel().tolist(), d[inner].ravel().tolist())
-            m[end].flat = [_end_slope(h[end], h[inner], a, b) for a, b in pairs]
+            m[end].flat = [_end_slope(h.item(end), h.item(inner), a, b) for a, b in pairs]
     return m
 
 
@@ -82,7 +78,7 @@ def _end_slope(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar) -> Scalar:
     return m
 
 
-def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray:
+def smooth_slopes(h: np.ndarray, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray:
     """Slopes with which the cubics' second derivatives are continuous.
 
     Args:
@@ -91,8 +87,7 @@ def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray
         ends: "not-a-knot", "periodic", or the two slopes at start and end.
         zero: A zero of the scalar type.
     """
-    n, span = len(y), _column(h, y)
-    d, h0, h1 = _slopes(span, y), span[:-1], span[1:]
+    n, d, h0, h1 = len(y), (y[1:] - y[:-1]) / h, h[:-1], h[1:]
     if n == 2 and isinstance(ends, str):
         return np.stack([d[0], d[0]])
     a = np.full((n, n), zero, y.dtype)
@@ -104,9 +99,9 @@ def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray
         a[0, 0], a[n - 1, n - 1] = zero + 1.0, zero + 1.0
         b[0], b[n - 1] = ends
     elif ends == "periodic":
-        _periodic_rows(a, b, h, d)
+        _periodic_rows(a, b, h.ravel().tolist(), d)
     else:
-        _not_a_knot_rows(a, b, h, d)
+        _not_a_knot_rows(a, b, h.ravel().tolist(), d)
     return solve(a, b.reshape(n, -1)).reshape(y.shape)
 
 
@@ -174,10 +169,10 @@ def _newton(t: list, y: list) -> list:
     n = len(t)
     for order in range(1, n):
         y[order:] = [(b - a) / (t1 - t0) for a, b, t0, t1 in zip(y[order - 1 :], y[order:], t, t[order:])]
-    out = [y[-1]] + [y[0] * 0.0] * (n - 1)
+    out = [y[-1]]
     for difference, ti in zip(y[-2::-1], t[-2::-1]):
         shift = ti - t[0]
-        out = [difference - out[0] * shift, *(lower - c * shift for lower, c in zip(out, out[1:]))]
+        out = [difference - out[0] * shift, *[a - b * shift for a, b in itertools.pairwise(out)], out[-1]]
     return out
 
 
