@@ -273,6 +273,8 @@ def _is_ours(trajectory: Trajectory) -> bool:
 
 def holds(condition: object) -> bool:
     """The truth of a comparison; of expressions, which must be numbers for that."""
+    if type(condition) is bool:
+        return condition
     return condition.Evaluate() if hasattr(condition, "Evaluate") else bool(condition)
 
 

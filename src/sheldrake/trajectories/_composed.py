@@ -237,7 +237,8 @@ class CompositeTrajectory(PiecewiseTrajectory):
                     f"{self._name('')}: segments of {a.rows()} x {a.cols()} and {b.rows()} x {b.cols()}."
                 )
         self._parts: list[Trajectory] = parts
-        PiecewiseTrajectory.__init__(self, [p.start_time() for p in parts] + [p.end_time() for p in parts[-1:]])
+        self._breaks = [p.start_time() for p in parts] + [p.end_time() for p in parts[-1:]]
+        self._check_increasing(self._breaks)
 
     @classmethod
     def AlignAndConcatenate(cls, segments: Sequence[Trajectory]) -> CompositeTrajectory:

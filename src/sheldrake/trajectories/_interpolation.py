@@ -7,7 +7,6 @@ since the segment's start. All work on floats and on arrays of objects.
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -158,22 +157,17 @@ def _magnitude(x: Any) -> float:
 
 def lagrange(t: list, y: np.ndarray) -> np.ndarray:
     """The one polynomial through all samples, by Newton's divided differences; shape (rows, cols, n)."""
-    out = np.empty((y[0].size, len(t)), y.dtype)
-    for row, samples in enumerate(y.reshape(len(t), -1).T.tolist()):
-        out[row] = _newton(t, samples)
-    return out.reshape(*y.shape[1:], len(t))
-
-
-def _newton(t: list, y: list) -> list:
-    """Coefficients of the powers of the time since t[0], of one polynomial."""
     n = len(t)
+    d, times = y.reshape(n, -1).copy(), np.array(t, y.dtype).reshape(-1, 1)
+    out = d * 0.0  # a row for each power of the time since t[0]
     for order in range(1, n):
-        y[order:] = [(b - a) / (t1 - t0) for a, b, t0, t1 in zip(y[order - 1 :], y[order:], t, t[order:])]
-    out = [y[-1]]
-    for difference, ti in zip(y[-2::-1], t[-2::-1]):
-        shift = ti - t[0]
-        out = [difference - out[0] * shift, *[a - b * shift for a, b in itertools.pairwise(out)], out[-1]]
-    return out
+        d[order:] = (d[order:] - d[order - 1 : -1]) / (times[order:] - times[:-order])
+    out[0] = d[-1]
+    for difference, ti in zip(d[-2::-1], t[-2::-1]):
+        shifted = out * (ti - t[0])
+        out[1:] = out[:-1] - shifted[1:]
+        out[0] = difference - shifted[0]
+    return out.T.reshape(*y.shape[1:], n)
 
 
 def reversed_in_time(c: np.ndarray, h: Scalar) -> np.ndarray:

@@ -35,7 +35,7 @@ def _select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> An
     return select(condition, yes, no)
 
 
-def _dot(a: Sequence, b: Sequence) -> Any:
+def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
@@ -70,24 +70,26 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             )
         if len(samples) < 2:
             raise RuntimeError(f"{self._name('')}: Not enough quaternions for slerp: {len(samples)}, 2 are needed.")
-        PiecewiseTrajectory.__init__(self, breaks)
+        self._check_increasing(breaks)
+        self._breaks = breaks
         for q in samples:
             self._add(q)
 
     def _add(self, q: tuple) -> None:
         """Adds a sample, of the two quaternions that mean it the one nearer to the last."""
         if self._q:
-            q = _select(_dot(self._q[-1], q) < 0.0, lambda: tuple([-x for x in q]), lambda: q)
+            farther = _dot(self._q[-1], q) < 0.0
+            q = q if farther is False else _select(farther, lambda: tuple([-x for x in q]), lambda: q)
         self._q.append(q)
 
     def _wxyz(self, call: str, orientation: Any) -> tuple:
         T = self._T
+        if isinstance(orientation, Quaternion_[T]):
+            return tuple(orientation.wxyz().tolist())
         if isinstance(orientation, RotationMatrix_[T]):
             return rotations.matrix_to_canonical_quaternion(orientation.matrix())
         if isinstance(orientation, AngleAxis_[T]):
-            orientation = orientation.quaternion()
-        if isinstance(orientation, Quaternion_[T]):
-            return tuple(orientation.wxyz().tolist())
+            return self._wxyz(call, orientation.quaternion())
         if not call and np.shape(orientation) == (3, 3):
             return self._wxyz(call, RotationMatrix_[T](orientation))
         raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)

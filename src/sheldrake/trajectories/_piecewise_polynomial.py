@@ -458,7 +458,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 raise RuntimeError(f"{cls._name(call)}: Knots have inconsistent dimensions: {shapes}.") from None
             raise cls._mismatch(call, f"samples of {cls._T.__name__}", samples) from None
         if y.ndim == 2:
-            return y.T[:, :, None]
+            return np.ascontiguousarray(y.T)[:, :, None]
         if y.ndim != 3:
             raise cls._mismatch(
                 call, "samples as the columns of a matrix, or as a list of matrices", f"an array of shape {y.shape}"
