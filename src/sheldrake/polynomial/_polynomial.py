@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -54,10 +55,12 @@ def differentiate(coefficients: np.ndarray, order: int) -> np.ndarray:
     n = coefficients.shape[-1]
     if order >= n:
         return coefficients[..., :1] * 0.0
-    out = coefficients[..., order:].copy()
-    for power in range(order, n):
-        out[..., power - order] = out[..., power - order] * _falling(power, order)
-    return out
+    return coefficients[..., order:] * _all_falling(n, order)
+
+
+@functools.cache
+def _all_falling(n: int, order: int) -> np.ndarray:
+    return np.array([_falling(power, order) for power in range(order, n)])
 
 
 def integrate(coefficients: np.ndarray, constant: Scalar | np.ndarray) -> np.ndarray:

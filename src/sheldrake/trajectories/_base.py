@@ -195,8 +195,7 @@ class Trajectory:
 
     def __deepcopy__(self, memo: dict) -> Trajectory:
         new = object.__new__(type(self))
-        for name, value in self.__getstate__().items():
-            vars(new)[name] = _copied(value)
+        vars(new).update({name: _copied(value) for name, value in self.__getstate__().items()})
         return new
 
     def __getstate__(self) -> dict:
@@ -228,6 +227,8 @@ class Trajectory:
             raise cls._mismatch(call, f"a list of {cls._T.__name__}", t)
         if cls._T is float and isinstance(t, np.ndarray) and t.dtype is _FLOAT64:
             return t.tolist()
+        if cls._T is float and all([type(x) is float for x in t]):
+            return list(t)
         return [cls._scalar(call, x) for x in t]
 
     @classmethod
@@ -244,7 +245,7 @@ class Trajectory:
 
     @classmethod
     def _zeros(cls, *shape: int) -> np.ndarray:
-        return any_array(cls._T, np.zeros(shape))
+        return np.zeros(shape) if cls._T is float else any_array(cls._T, np.zeros(shape))
 
     @classmethod
     def _sibling(cls, template: ScalarTemplate) -> Any:
@@ -257,7 +258,7 @@ def _copied(value: object) -> Any:
     if isinstance(value, np.ndarray):
         return value.copy()
     if isinstance(value, list):
-        return [_copied(v) for v in value]
+        return [v if type(v) is float else _copied(v) for v in value]
     return kept(value) if isinstance(value, Trajectory) else value
 
 
@@ -272,6 +273,8 @@ def _is_ours(trajectory: Trajectory) -> bool:
 
 def holds(condition: object) -> bool:
     """The truth of a comparison; of expressions, which must be numbers for that."""
+    if type(condition) is bool:
+        return condition
     return condition.Evaluate() if hasattr(condition, "Evaluate") else bool(condition)
 
 

@@ -69,9 +69,8 @@ class BezierCurve(Trajectory):
         self._changed()
         new = self._zeros(p.shape[0], n + 2)
         new[:, 0], new[:, n + 1] = p[:, 0], p[:, n]
-        for i in range(1, n + 1):
-            a = i / (n + 1.0)
-            new[:, i] = p[:, i - 1] * a + p[:, i] * (1.0 - a)
+        a = np.arange(1, n + 1) / (n + 1.0)
+        new[:, 1:-1] = p[:, :-1] * a + p[:, 1:] * (1.0 - a)
         self._points = new
 
     def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
@@ -163,7 +162,9 @@ class BezierCurve(Trajectory):
                 points = self._zeros(points.shape[0], 1)
                 break
             points = (points[:, 1:] - points[:, :-1]) * (n / duration)
-        return type(self)(*self._times, points)
+        out = object.__new__(self._template[self._T])
+        out._times, out._points = self._times, points
+        return out
 
 
 def _power(x: Scalar, n: int) -> Scalar:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import bisect
-import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._scalars import is_symbolic
+from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import any_array, is_symbolic
+from sheldrake.math import BsplineBasis_
 from sheldrake.trajectories._base import Trajectory, query
 from sheldrake.trajectories._kernels.values import spline
 
@@ -16,12 +17,6 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.calls import Query
     from sheldrake.math import BsplineBasis
-
-
-def _basis_family(T: type) -> Any:
-    from sheldrake.math import BsplineBasis_
-
-    return BsplineBasis_[T]
 
 
 def spline_query(knots: list, points: np.ndarray, shape: tuple[int, ...]) -> Query | None:
@@ -49,7 +44,7 @@ class BsplineTrajectory(Trajectory):
         self._basis, self._points = basis, []
         if basis is None:
             return
-        if not isinstance(basis, _basis_family(self._T)):
+        if not isinstance(basis, BsplineBasis_[self._T]):
             raise self._mismatch("", "a BsplineBasis", basis)
         self._points = self._matrices(control_points)
         if len(self._points) != basis.num_basis_functions():
@@ -62,10 +57,13 @@ class BsplineTrajectory(Trajectory):
 
     def _matrices(self, given: Any) -> list[np.ndarray]:
         """Points as matrices; a matrix given is points as columns."""
-        if np.ndim(given) == 2 or (isinstance(given, (list, tuple)) and np.ndim(given[0]) == 1):
-            columns = self._matrix("", given)
-            return [columns[:, i : i + 1] for i in range(columns.shape[1])]
-        return [self._matrix("", p) for p in given]
+        try:
+            all_points = any_array(self._T, given)
+        except Mismatch:
+            return [self._matrix("", p) for p in given]
+        if all_points.ndim == 2:
+            return list(all_points.T[:, :, None])
+        return list(all_points) if all_points.ndim == 3 else [self._matrix("", p) for p in given]
 
     def _require(self) -> BsplineBasis:
         if self._basis is None:
@@ -193,7 +191,7 @@ class BsplineTrajectory(Trajectory):
                 alpha = (t - knots[j]) / (knots[j + order - 1] - knots[j])
                 points.append(self._points[j - 1] * (1.0 - alpha) + self._points[j] * alpha)
         self._points = points
-        self._basis = _basis_family(self._T)(order, [*knots[: i + 1], t, *knots[i + 1 :]])
+        self._basis = BsplineBasis_[self._T](order, [*knots[: i + 1], t, *knots[i + 1 :]])
 
     def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> BsplineTrajectory:
         """Returns the trajectory of a block of the matrix."""
@@ -232,20 +230,17 @@ class BsplineTrajectory(Trajectory):
 
     def DoMakeDerivative(self, derivative_order: int) -> BsplineTrajectory:
         """The derivative, a B-spline of lower order."""
-        order, knots, points = self._require().order(), list(self._basis.knots()), self._points
+        order, knots, points = self._require().order(), self._basis.knots(), np.array(self._points)
+        symbolic = is_symbolic(self._T)
         for _ in range(derivative_order):
             if order == 1:
-                knots, points = [knots[0], knots[-1]], [self._zeros(*points[0].shape)]
+                knots, points = [knots[0], knots[-1]], self._zeros(1, *points[0].shape)
                 break
-            points = [
-                self._slope(b - a, order - 1.0, knots[i + order] - knots[i + 1])
-                for i, (a, b) in enumerate(itertools.pairwise(points))
-            ]
+            spans = [b - a for a, b in zip(knots[1:], knots[order:-1])]
+            # Of a basis function that repeated knots leave nothing any point will do.
+            factors = [0.0 if not symbolic and span == 0.0 else (order - 1.0) / span for span in spans]
+            points = (points[1:] - points[:-1]) * np.array(factors, points.dtype).reshape(-1, 1, 1)
             order, knots = order - 1, knots[1:-1]
-        return type(self)(_basis_family(self._T)(order, knots), points)
-
-    def _slope(self, difference: np.ndarray, degree: float, span: Scalar) -> np.ndarray:
-        """A control point of the derivative; of a basis function that repeated knots leave nothing, any will do."""
-        if not is_symbolic(self._T) and span == 0.0:
-            return difference * 0.0
-        return difference * (degree / span)
+        out = self._template[self._T]()
+        out._basis, out._points = BsplineBasis_[self._T](order, knots), list(points)
+        return out

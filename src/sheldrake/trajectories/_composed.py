@@ -223,7 +223,9 @@ class CompositeTrajectory(PiecewiseTrajectory):
     _MAKES_ARRAYS = _HAS_QUERIES = True
 
     def __init__(self, segments: Sequence[Trajectory]):
-        parts = _expect_trajectories(self, segments)
+        self._join([kept(p) for p in _expect_trajectories(self, segments)])
+
+    def _join(self, parts: list) -> None:
         for a, b in itertools.pairwise(parts):
             if not is_symbolic(self._T) and b.start_time() != a.end_time():
                 raise RuntimeError(
@@ -234,8 +236,9 @@ class CompositeTrajectory(PiecewiseTrajectory):
                 raise RuntimeError(
                     f"{self._name('')}: segments of {a.rows()} x {a.cols()} and {b.rows()} x {b.cols()}."
                 )
-        self._parts = [kept(p) for p in parts]
-        PiecewiseTrajectory.__init__(self, [p.start_time() for p in parts] + [p.end_time() for p in parts[-1:]])
+        self._parts: list[Trajectory] = parts
+        self._breaks = [p.start_time() for p in parts] + [p.end_time() for p in parts[-1:]]
+        self._check_increasing(self._breaks)
 
     @classmethod
     def AlignAndConcatenate(cls, segments: Sequence[Trajectory]) -> CompositeTrajectory:
@@ -244,19 +247,21 @@ class CompositeTrajectory(PiecewiseTrajectory):
         Raises:
             RuntimeError: there is none, or shapes differ.
         """
-        parts = list(segments)
+        parts = _expect_trajectories(cls, segments)
         if not parts:
             raise RuntimeError(f"{cls._name('AlignAndConcatenate')}: there are no segments.")
-        aligned = parts[:1]
+        aligned = [kept(parts[0])]
         for p in parts[1:]:
             start = aligned[-1].end_time()
             if not is_symbolic(cls._T) and p.start_time() == start:
-                aligned.append(p)
+                aligned.append(kept(p))
                 continue
             end = start + (p.end_time() - p.start_time())
             shift = PiecewisePolynomial._template[cls._T].FirstOrderHold([start, end], [[p.start_time(), p.end_time()]])
             aligned.append(PathParameterizedTrajectory._template[cls._T](p, shift))
-        return cls._template[cls._T](aligned)
+        out = object.__new__(cls._template[cls._T])
+        out._join(aligned)
+        return out
 
     def segment(self, segment_index: int) -> Trajectory:
         """Returns one of the trajectories."""
@@ -309,4 +314,6 @@ class CompositeTrajectory(PiecewiseTrajectory):
 
     def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivatives one after the other."""
-        return type(self)([p.MakeDerivative(derivative_order) for p in self._parts])
+        out = object.__new__(self._template[self._T])
+        out._parts, out._breaks = [p.MakeDerivative(derivative_order) for p in self._parts], list(self._breaks)
+        return out

@@ -31,7 +31,7 @@ def _template_of(owner: Any) -> Any:
     return Trajectory._template[owner._T]
 
 
-class _OneOther(Trajectory):
+class _OneOther:
     """What has the shape and the times of one other trajectory, `_nominal`."""
 
     _nominal: Trajectory
@@ -53,7 +53,7 @@ class _OneOther(Trajectory):
         return self._nominal.end_time()
 
 
-class DerivativeTrajectory(_OneOther):
+class DerivativeTrajectory(_OneOther, Trajectory):
     """The derivative of another trajectory, computed by that one when asked.
 
     Args:
@@ -86,7 +86,7 @@ class DerivativeTrajectory(_OneOther):
         return type(self)(self._nominal, self._order + derivative_order)
 
 
-class _WrappedTrajectory(_OneOther):
+class _WrappedTrajectory(_OneOther, Trajectory):
     """Another trajectory, passed through."""
 
     def __init__(self, trajectory: Trajectory):

@@ -1,8 +1,8 @@
 """Coefficients of piecewise polynomials through samples.
 
-Everywhere: breaks h[i] = t[i+1] - t[i] apart, samples y of shape (n, rows, cols), slopes m of the same shape; results
-are lists of coefficient arrays, shape (rows, cols, degree + 1), lowest power first, in the time since the segment's
-start. All work on floats and on arrays of objects.
+Everywhere: breaks h[i] = t[i+1] - t[i] apart, shape (n - 1, 1, 1); samples y of shape (n, rows, cols), slopes m of the
+same shape; results are lists of coefficient arrays, shape (rows, cols, degree + 1), lowest power first, in the time
+since the segment's start. All work on floats and on arrays of objects.
 """
 
 from __future__ import annotations
@@ -17,50 +17,55 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalar
 
 
+def durations(t: list, y: np.ndarray) -> np.ndarray:
+    """The h of breaks t, for samples y."""
+    times = np.array(t, y.dtype).reshape(-1, 1, 1)
+    return times[1:] - times[:-1]
+
+
 def constant(y: np.ndarray) -> list[np.ndarray]:
     """Each sample holds until the next."""
-    return [y[i][..., None] for i in range(len(y) - 1)]
+    return list(y[:-1, ..., None])
 
 
-def linear(h: list, y: np.ndarray) -> list[np.ndarray]:
+def linear(h: np.ndarray, y: np.ndarray) -> list[np.ndarray]:
     """Straight lines from sample to sample."""
-    return [np.stack([y[i], (y[i + 1] - y[i]) / h[i]], axis=-1) for i in range(len(h))]
+    return _segments(y[:-1], (y[1:] - y[:-1]) / h)
 
 
-def cubic(h: list, y: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
+def cubic(h: np.ndarray, y: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
     """Cubics through samples with given slopes."""
-    out = []
-    for i, hi in enumerate(h):
-        d = (y[i + 1] - y[i]) / hi
-        c2 = (3.0 * d - 2.0 * m[i] - m[i + 1]) / hi
-        c3 = (m[i] + m[i + 1] - 2.0 * d) / (hi * hi)
-        out.append(np.stack([y[i], m[i], c2, c3], axis=-1))
-    return out
+    d, m0, m1 = (y[1:] - y[:-1]) / h, m[:-1], m[1:]
+    return _segments(y[:-1], m0, (3.0 * d - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * d) / (h * h))
 
 
-def _slopes(h: list, y: np.ndarray) -> np.ndarray:
-    return np.stack([(y[i + 1] - y[i]) / h[i] for i in range(len(h))])
+def _segments(*coefficients: np.ndarray) -> list[np.ndarray]:
+    """Coefficient arrays of the segments, from those of each power for all segments."""
+    first = coefficients[0]
+    out = np.empty((*first.shape, len(coefficients)), first.dtype)
+    for power, c in enumerate(coefficients):
+        out[..., power] = c
+    return list(out)
 
 
-def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarray:
+def shape_preserving_slopes(h: np.ndarray, y: np.ndarray, zero_ends: bool) -> np.ndarray:
     """Slopes with which cubics are monotonic where the samples are (Fritsch and Butland 1984)."""
-    d = _slopes(h, y)
+    d = (y[1:] - y[:-1]) / h
     m: Any = y * 0.0
-    for row, col in np.ndindex(*y.shape[1:]):
-        column, zero = d[:, row, col], y[0, row, col] * 0.0
-        for i in range(1, len(h)):
-            m[i, row, col] = _harmonic(h[i - 1], h[i], column[i - 1], column[i], zero)
-        if not zero_ends:
-            m[0, row, col] = _end_slope(h[0], h[1], column[0], column[1])
-            m[len(h), row, col] = _end_slope(h[-1], h[-2], column[-1], column[-2])
+    d0, d1, h0, h1 = d[:-1], d[1:], h[:-1], h[1:]
+    w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
+    turns = _not_positive(d0 * d1)  # there slopes are zero, and the harmonic mean may divide by it
+    mean = (w0 + w1) / (w0 / np.where(turns, 1.0, d0) + w1 / np.where(turns, 1.0, d1))
+    m[1:-1] = np.where(turns, m[:1], mean)
+    if not zero_ends:
+        for end, inner in (0, 1), (-1, -2):
+            pairs = zip(d[end].ravel().tolist(), d[inner].ravel().tolist())
+            m[end].flat = [_end_slope(h.item(end), h.item(inner), a, b) for a, b in pairs]
     return m
 
 
-def _harmonic(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar, zero: Scalar) -> Scalar:
-    if holds(d0 * d1 <= 0.0):
-        return zero
-    w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
-    return (w0 + w1) / (w0 / d0 + w1 / d1)
+def _not_positive(x: np.ndarray) -> np.ndarray:
+    return x <= 0.0 if x.dtype != object else np.array([holds(a <= 0.0) for a in x.flat]).reshape(x.shape)
 
 
 def _end_slope(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar) -> Scalar:
@@ -72,7 +77,7 @@ def _end_slope(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar) -> Scalar:
     return m
 
 
-def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray:
+def smooth_slopes(h: np.ndarray, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray:
     """Slopes with which the cubics' second derivatives are continuous.
 
     Args:
@@ -81,22 +86,21 @@ def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray
         ends: "not-a-knot", "periodic", or the two slopes at start and end.
         zero: A zero of the scalar type.
     """
-    n, d = len(y), _slopes(h, y)
+    n, d, h0, h1 = len(y), (y[1:] - y[:-1]) / h, h[:-1], h[1:]
     if n == 2 and isinstance(ends, str):
         return np.stack([d[0], d[0]])
-    a = np.empty((n, n), dtype=object if y.dtype == object else float)
-    a[:] = zero
+    a = np.full((n, n), zero, y.dtype)
     b = y * 0.0
-    for i in range(1, n - 1):
-        a[i, i - 1], a[i, i], a[i, i + 1] = h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1]
-        b[i] = 3.0 * (h[i] * d[i - 1] + h[i - 1] * d[i])
+    inner = a[1:-1].reshape(-1)  # each band of the matrix is every (n + 1)-th number
+    inner[:: n + 1], inner[1 :: n + 1], inner[2 :: n + 1] = h1.flat, (2.0 * (h0 + h1)).flat, h0.flat
+    b[1:-1] = 3.0 * (h1 * d[:-1] + h0 * d[1:])
     if not isinstance(ends, str):
         a[0, 0], a[n - 1, n - 1] = zero + 1.0, zero + 1.0
         b[0], b[n - 1] = ends
     elif ends == "periodic":
-        _periodic_rows(a, b, h, d)
+        _periodic_rows(a, b, h.ravel().tolist(), d)
     else:
-        _not_a_knot_rows(a, b, h, d)
+        _not_a_knot_rows(a, b, h.ravel().tolist(), d)
     return solve(a, b.reshape(n, -1)).reshape(y.shape)
 
 
@@ -154,18 +158,16 @@ def _magnitude(x: Any) -> float:
 def lagrange(t: list, y: np.ndarray) -> np.ndarray:
     """The one polynomial through all samples, by Newton's divided differences; shape (rows, cols, n)."""
     n = len(t)
-    differences = [y[i] for i in range(n)]
+    d, times = y.reshape(n, -1).copy(), np.array(t, y.dtype).reshape(-1, 1)
+    out = d * 0.0  # a row for each power of the time since t[0]
     for order in range(1, n):
-        for i in range(n - 1, order - 1, -1):
-            differences[i] = (differences[i] - differences[i - 1]) / (t[i] - t[i - order])
-    out = np.stack([y[0] * 0.0] * n, axis=-1)
-    out[..., 0] = differences[n - 1]
-    for i in range(n - 2, -1, -1):
-        shift = t[i] - t[0]
-        for power in range(n - 1, 0, -1):
-            out[..., power] = out[..., power - 1] - out[..., power] * shift
-        out[..., 0] = differences[i] - out[..., 0] * shift
-    return out
+        d[order:] = (d[order:] - d[order - 1 : -1]) / (times[order:] - times[:-order])
+    out[0] = d[-1]
+    for difference, ti in zip(d[-2::-1], t[-2::-1]):
+        shifted = out * (ti - t[0])
+        out[1:] = out[:-1] - shifted[1:]
+        out[0] = difference - shifted[0]
+    return out.T.reshape(*y.shape[1:], n)
 
 
 def reversed_in_time(c: np.ndarray, h: Scalar) -> np.ndarray:

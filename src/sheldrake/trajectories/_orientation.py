@@ -35,6 +35,10 @@ def _select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> An
     return select(condition, yes, no)
 
 
+def _dot(a: Any, b: Any) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
 class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     """An orientation that turns at constant angular velocity from one sample to the next.
 
@@ -51,7 +55,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
 
     def __init__(self, breaks: Any = None, *args: Any, **kwargs: Any):
         given = [*args, *(kwargs[n] for n in ("quaternions", "rotation_matrices", "angle_axes") if n in kwargs)]
-        self._q: list[np.ndarray] = []
+        self._q: list[tuple] = []  # w, x, y, z of each
         if breaks is None and not given:
             PiecewiseTrajectory.__init__(self)
             return
@@ -66,28 +70,29 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             )
         if len(samples) < 2:
             raise RuntimeError(f"{self._name('')}: Not enough quaternions for slerp: {len(samples)}, 2 are needed.")
-        PiecewiseTrajectory.__init__(self, breaks)
+        self._check_increasing(breaks)
+        self._breaks = breaks
         for q in samples:
             self._add(q)
 
-    def _add(self, q: np.ndarray) -> None:
+    def _add(self, q: tuple) -> None:
         """Adds a sample, of the two quaternions that mean it the one nearer to the last."""
         if self._q:
-            sign = _select((self._q[-1] * q).sum() < 0.0, lambda: -1.0, lambda: 1.0)
-            q = q * sign
+            farther = _dot(self._q[-1], q) < 0.0
+            q = q if farther is False else _select(farther, lambda: tuple([-x for x in q]), lambda: q)
         self._q.append(q)
 
-    def _wxyz(self, call: str, orientation: Any) -> np.ndarray:
+    def _wxyz(self, call: str, orientation: Any) -> tuple:
         T = self._T
+        if isinstance(orientation, Quaternion_[T]):
+            return tuple(orientation.wxyz().tolist())
+        if isinstance(orientation, RotationMatrix_[T]):
+            return rotations.matrix_to_canonical_quaternion(orientation.matrix())
         if isinstance(orientation, AngleAxis_[T]):
-            orientation = orientation.quaternion()
-        elif isinstance(orientation, RotationMatrix_[T]):
-            orientation = orientation.ToQuaternion()
-        elif not call and not isinstance(orientation, Quaternion_[T]) and np.shape(orientation) == (3, 3):
-            orientation = RotationMatrix_[T](orientation).ToQuaternion()
-        if not isinstance(orientation, Quaternion_[T]):
-            raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
-        return np.array(orientation.wxyz())
+            return self._wxyz(call, orientation.quaternion())
+        if not call and np.shape(orientation) == (3, 3):
+            return self._wxyz(call, RotationMatrix_[T](orientation))
+        raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
 
     @typing_overload
     def Append(self, time: Scalar, quaternion: Quaternion) -> None: ...
@@ -125,8 +130,8 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         t = self._clamped(t)
         i = self.get_segment_index(t)
         fraction = (t - self._breaks[i]) / (self._breaks[i + 1] - self._breaks[i])
-        a, b = self._q[i], self._q[i + 1]
-        cosine = (a * b).sum()
+        a, b = np.array(self._q[i], object), np.array(self._q[i + 1], object)
+        cosine = _dot(a, b)
 
         def straight() -> tuple:
             return 1.0 - fraction, fraction
@@ -144,8 +149,8 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         t = self._clamped(t)
         i = self._index(t)
         fraction = (t - self._breaks[i]) / (self._breaks[i + 1] - self._breaks[i])
-        a, b = self._q[i].tolist(), self._q[i + 1].tolist()
-        cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+        a, b = self._q[i], self._q[i + 1]
+        cosine = _dot(a, b)
         if cosine >= 1.0 - 2.220446049250313e-16:
             weight_a, weight_b = 1.0 - fraction, fraction
         else:
@@ -175,7 +180,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
 
     def _velocity_of(self, i: int) -> np.ndarray:
         """Angular velocity of a segment: the turn from its start to its end, over its duration."""
-        (w0, x0, y0, z0), (w1, x1, y1, z1) = self._q[i].tolist(), self._q[i + 1].tolist()
+        (w0, x0, y0, z0), (w1, x1, y1, z1) = self._q[i], self._q[i + 1]
         w = w1 * w0 + x1 * x0 + y1 * y0 + z1 * z0
         x = -w1 * x0 + x1 * w0 - y1 * z0 + z1 * y0
         y = -w1 * y0 + y1 * w0 - z1 * x0 + x1 * z0
@@ -227,8 +232,8 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         family = self._sibling(PiecewisePolynomial._template)
         if derivative_order > 1:
             return family(self._zeros(3, 1))
-        velocities = [self._velocity_of(i).reshape(3, 1) for i in range(self.get_number_of_segments())]
-        return family.ZeroOrderHold(self._breaks, [*velocities, velocities[-1]])
+        velocities = [self._velocity_of(i).reshape(3, 1, 1) for i in range(self.get_number_of_segments())]
+        return family._of(velocities, self._breaks)
 
 
 class PiecewisePose(PiecewiseTrajectory):
@@ -264,18 +269,24 @@ class PiecewisePose(PiecewiseTrajectory):
         a, b = p.get_segment_times(), R.get_segment_times()
         if len(a) != len(b) or (not is_symbolic(self._T) and any(abs(x - y) > EPSILON_TIME for x, y in zip(a, b))):
             raise RuntimeError(f"{self._name('')}: position and orientation have different breaks: {a}, {b} s.")
-        PiecewiseTrajectory.__init__(self, a)
-        self._p, self._R = p.Clone(), R.Clone()
+        self._breaks, self._p, self._R = a, p.Clone(), R.Clone()
 
     @classmethod
-    def _orientation_through(cls, call: str, times: Scalars, poses: Any) -> tuple[list, list, Any]:
+    def _of(cls, p: PiecewisePolynomial, R: PiecewiseQuaternionSlerp) -> PiecewisePose:
+        """Of parts that fit and are nobody else's."""
+        out = object.__new__(cls._template[cls._T])
+        out._breaks, out._p, out._R = p.get_segment_times(), p, R
+        return out
+
+    @classmethod
+    def _orientation_through(cls, call: str, times: Scalars, poses: Any) -> tuple[list, np.ndarray, Any]:
         breaks, family = cls._scalars(call, times), RigidTransform_[cls._T]
         poses = list(poses)
         for X in poses:
             if not isinstance(X, family):
                 raise cls._mismatch(call, f"poses, each a {family.__name__}", X)
         rotations = [X.rotation() for X in poses]
-        positions = [np.array(X.translation()).reshape(3, 1) for X in poses]
+        positions = np.array([X.translation() for X in poses]).reshape(-1, 3, 1)
         return breaks, positions, PiecewiseQuaternionSlerp._template[cls._T](breaks, rotations)
 
     @classmethod
@@ -288,7 +299,7 @@ class PiecewisePose(PiecewiseTrajectory):
         """
         breaks, positions, R = cls._orientation_through("MakeLinear", times, poses)
         p = PiecewisePolynomial._template[cls._T].FirstOrderHold(breaks, positions)
-        return cls._template[cls._T](p, R)
+        return cls._of(p, R)
 
     @classmethod
     def MakeCubicLinearWithEndLinearVelocity(
@@ -310,7 +321,7 @@ class PiecewisePose(PiecewiseTrajectory):
         breaks, positions, R = cls._orientation_through(call, times, poses)
         ends = [cls._matrix(call, v) for v in (start_vel, end_vel)]
         family = PiecewisePolynomial._template[cls._T]
-        return cls._template[cls._T](family.CubicWithContinuousSecondDerivatives(breaks, positions, *ends), R)
+        return cls._of(family.CubicWithContinuousSecondDerivatives(breaks, positions, *ends), R)
 
     def get_position_trajectory(self) -> PiecewisePolynomial:
         """Returns the position [m]."""
@@ -349,7 +360,7 @@ class PiecewisePose(PiecewiseTrajectory):
         if not self._p.isApprox(other._p, tol) or len(self._R._q) != len(other._R._q):
             return False
         # Two unit quaternions are one orientation when their product's scalar part is one.
-        return all(holds(abs(abs((a * b).sum()) - 1.0) <= tol) for a, b in zip(self._R._q, other._R._q))
+        return all(holds(abs(abs(_dot(a, b)) - 1.0) <= tol) for a, b in zip(self._R._q, other._R._q))
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The pose as a matrix."""

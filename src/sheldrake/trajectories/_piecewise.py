@@ -84,11 +84,11 @@ class PiecewiseTrajectory(Trajectory):
 
     def do_start_time(self) -> float:
         """The first break."""
-        return self.start_time(0)
+        return self._breaks[self._segment(0)]
 
     def do_end_time(self) -> float:
         """The last break."""
-        return self.end_time(self.get_number_of_segments() - 1)
+        return self._breaks[self._segment(self.get_number_of_segments() - 1) + 1]
 
     def _segment(self, index: int) -> int:
         n = self.get_number_of_segments()

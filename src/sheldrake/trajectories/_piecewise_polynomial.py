@@ -82,10 +82,12 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         for p in matrix.flat:
             if not isinstance(p, family):
                 raise cls._mismatch("", f"matrices of {pretty_class_name(family)}", p)
-        out = cls._zeros(*matrix.shape, max((p.GetNumberOfCoefficients() for p in matrix.flat), default=1))
-        for index, p in np.ndenumerate(matrix):
-            out[index][: p.GetNumberOfCoefficients()] = p.GetCoefficients()
-        return out
+        coefficients = [p.GetCoefficients() for p in matrix.flat]
+        n = max(map(len, coefficients), default=1)
+        out = cls._zeros(matrix.size, n)
+        for row, c in zip(out, coefficients):
+            row[: c.size] = c
+        return out.reshape(*matrix.shape, n)
 
     @classmethod
     def _of(cls, coefficients: list[np.ndarray], breaks: list) -> PiecewisePolynomial:
@@ -207,7 +209,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         c = self._c[self._segment(segment_index)]
         out = np.empty(c.shape[:2], dtype=object)
         for index in np.ndindex(out.shape):
-            out[index] = Polynomial_[self._T](c[index])
+            out[index] = Polynomial_[self._T]._of(c[index].copy())
         return out
 
     def getPolynomial(self, segment_index: int, row: int = 0, col: int = 0) -> Polynomial:
@@ -272,30 +274,35 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     def AppendFirstOrderSegment(self, time: Scalar, sample: Scalars) -> None:
         """Adds a straight line from the end to a sample at a later time [s]."""
+        end, h, y = self._next("AppendFirstOrderSegment", time, sample)
         self._changed()
-        h, y = self._next("AppendFirstOrderSegment", time, sample)
-        self._c += interpolation.linear([h], np.stack([self._at(self.end_time(), 0), y]))
-        self._breaks.append(self._scalar("AppendFirstOrderSegment", time))
+        self._c += interpolation.linear(h, y)
+        self._breaks.append(end)
 
     def AppendCubicHermiteSegment(self, time: Scalar, sample: Scalars, sample_dot: Scalars) -> None:
         """Adds a cubic from the end, with its slope there, to a sample with a slope at a later time [s]."""
+        end, h, y = self._next("AppendCubicHermiteSegment", time, sample)
+        m = np.array([self._at_end(1), self._sample("AppendCubicHermiteSegment", sample_dot)])
         self._changed()
-        h, y = self._next("AppendCubicHermiteSegment", time, sample)
-        m = self._matrix("AppendCubicHermiteSegment", sample_dot)
-        end = self.end_time()
-        ends, slopes = np.stack([self._at(end, 0), y]), np.stack([self._at(end, 1), m])
-        self._c += interpolation.cubic([h], ends, slopes)
-        self._breaks.append(self._scalar("AppendCubicHermiteSegment", time))
+        self._c += interpolation.cubic(h, y, m)
+        self._breaks.append(end)
 
-    def _next(self, call: str, time: Scalar, sample: Scalars) -> tuple[Any, np.ndarray]:
-        shape = self._shape("rows")
-        y = self._matrix(call, sample)
-        h = self._scalar(call, time) - self.end_time()
+    def _next(self, call: str, time: Scalar, sample: Scalars) -> tuple[Any, np.ndarray, np.ndarray]:
+        """The end of a new segment, how long it lasts, and the values at both its ends."""
+        y = self._sample(call, sample)
+        end, start = self._scalar(call, time), self._breaks[-1]
+        if not is_symbolic(self._T) and not end - start > 0.0:
+            raise RuntimeError(f"{self._name(call)}: time {time} s is not after the end, {start} s.")
+        return end, interpolation.durations([start, end], y), np.array([self._at_end(0), y])
+
+    def _sample(self, call: str, sample: Scalars) -> np.ndarray:
+        y, shape = self._matrix(call, sample), self._shape("rows")
         if y.shape != shape:
             raise RuntimeError(f"{self._name(call)}: the sample is {y.shape}, the trajectory {shape}.")
-        if not is_symbolic(self._T) and not h > 0.0:
-            raise RuntimeError(f"{self._name(call)}: time {time} s is not after the end, {self.end_time()} s.")
-        return h, y
+        return y
+
+    def _at_end(self, order: int) -> np.ndarray:
+        return evaluate(self._c[-1], self._breaks[-1] - self._breaks[-2], order)
 
     def RemoveFinalSegment(self) -> None:
         """Takes the last segment away."""
@@ -335,7 +342,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
     def ReverseTime(self) -> None:
         """Runs backward: the value at -t is what it was at t."""
         self._changed()
-        h = self._durations(self._breaks)
+        h = [b - a for a, b in itertools.pairwise(self._breaks)]
         self._c = [interpolation.reversed_in_time(c, d) for c, d in zip(self._c, h)][::-1]
         self._breaks = [-b for b in self._breaks][::-1]
 
@@ -451,16 +458,12 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 raise RuntimeError(f"{cls._name(call)}: Knots have inconsistent dimensions: {shapes}.") from None
             raise cls._mismatch(call, f"samples of {cls._T.__name__}", samples) from None
         if y.ndim == 2:
-            return y.T[:, :, None]
+            return np.ascontiguousarray(y.T)[:, :, None]
         if y.ndim != 3:
             raise cls._mismatch(
                 call, "samples as the columns of a matrix, or as a list of matrices", f"an array of shape {y.shape}"
             )
         return y
-
-    @classmethod
-    def _durations(cls, times: list) -> list:
-        return [b - a for a, b in itertools.pairwise(times)]
 
     @classmethod
     def ZeroOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
@@ -480,7 +483,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
     def FirstOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns straight lines from sample to sample; arguments as those of `ZeroOrderHold`."""
         times, y = cls._samples("FirstOrderHold", breaks, samples, 2)
-        return cls._of(interpolation.linear(cls._durations(times), y), times)
+        return cls._of(interpolation.linear(interpolation.durations(times, y), y), times)
 
     @classmethod
     def CubicShapePreserving(
@@ -498,7 +501,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         """
         least = 2 if zero_end_point_derivatives else 3
         times, y = cls._samples("CubicShapePreserving", breaks, samples, least)
-        h = cls._durations(times)
+        h = interpolation.durations(times, y)
         slopes = interpolation.shape_preserving_slopes(h, y, bool(zero_end_point_derivatives))
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
@@ -541,7 +544,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                     f"{cls._name(call)}: the slopes at the ends must have the shape of a sample, {y.shape[1:]}; got "
                     f"{ends[0].shape} and {ends[1].shape}."
                 )
-        h = cls._durations(times)
+        h = interpolation.durations(times, y)
         slopes = interpolation.smooth_slopes(h, y, ends, as_scalar(cls._T, 0.0))
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
@@ -563,7 +566,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             raise RuntimeError(
                 f"{cls._name('CubicHermite')}: Y and Ydot have different length or shape: {y.shape}, {m.shape}."
             )
-        return cls._of(interpolation.cubic(cls._durations(times), y, m), times)
+        return cls._of(interpolation.cubic(interpolation.durations(times, y), y, m), times)
 
     @classmethod
     def LagrangeInterpolatingPolynomial(cls, times: Scalars, samples: Scalars) -> PiecewisePolynomial:

@@ -20,12 +20,14 @@ from sheldrake.trajectories import (
     ExponentialPlusPiecewisePolynomial,
     FunctionHandleTrajectory,
     PathParameterizedTrajectory,
+    PathParameterizedTrajectory_,
     PiecewisePolynomial,
     PiecewisePolynomial_,
     PiecewisePose,
     PiecewiseQuaternionSlerp,
     PiecewiseQuaternionSlerp_,
     StackedTrajectory,
+    StackedTrajectory_,
     Trajectory,
     Trajectory_,
     _bspline,
@@ -528,6 +530,25 @@ def test_values_are_few_calls():
         assert calls_of(lambda ask=ask: ask(0.3)) <= most
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        PiecewisePolynomial.ZeroOrderHold,
+        PiecewisePolynomial.FirstOrderHold,
+        PiecewisePolynomial.CubicShapePreserving,
+        PiecewisePolynomial.CubicWithContinuousSecondDerivatives,
+        lambda times, points: PiecewisePolynomial.CubicHermite(times, points, points),
+        lambda times, points: BsplineTrajectory(BsplineBasis(4, len(times)), points).MakeDerivative(),
+    ],
+)
+def test_many_segments_are_made_in_as_many_calls_as_few(make):
+    few, many = (
+        calls_of(lambda n=n: make(np.linspace(0.0, 1.0, n), np.random.default_rng(0).normal(size=(3, n))))
+        for n in (6, 106)
+    )
+    assert many - few <= 200  # two a segment: conversions of numbers, no arithmetic on arrays
+
+
 CURVES = {
     "polynomial": lambda: PiecewisePolynomial.CubicShapePreserving([0.0, 1.0, 2.0, 3.0], SOME[:, :4]),
     "steps": lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0, 2.0], SOME[:, :3]),
@@ -628,3 +649,36 @@ def test_a_trajectory_derived_from_ours_may_give_lists():
             return [1.0, t]
 
     assert Mine(np.zeros((2, 1))).value(3.0).tolist() == [[1.0], [3.0]]
+
+
+def test_derivatives_of_paths_are_trajectories_of_their_own_scalar():
+    ramp = PiecewisePolynomial_[AutoDiffXd].FirstOrderHold([0.0, 1.0], [[0.0, 1.0]])
+    slope = PathParameterizedTrajectory_[AutoDiffXd](ramp, ramp).MakeDerivative()
+    assert isinstance(slope, Trajectory_[AutoDiffXd])
+    stacked = StackedTrajectory_[AutoDiffXd]()
+    stacked.Append(slope)
+    assert stacked.value(0.5)[0, 0].value() == 1.0
+
+
+def test_appending_what_does_not_fit_leaves_the_trajectory_as_it_was():
+    line = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 1.0]])
+    for _ in range(6):  # so many times that values come from a kernel
+        assert line.value(0.5) == 0.5
+    with pytest.raises(TypeError):
+        line.AppendCubicHermiteSegment(2.0, [0.0], "slope")
+    with pytest.raises(RuntimeError, match="the sample is"):
+        line.AppendCubicHermiteSegment(2.0, [0.0], [0.0, 0.0])
+    assert line.get_segment_times() == [0.0, 1.0]
+    line.AppendCubicHermiteSegment(2.0, [1.0], [0.0])
+    assert line.value(2.0) == 1.0
+    assert line.EvalDerivative(2.0) == 0.0
+
+
+def test_a_derivative_is_no_part_of_its_curve():
+    points = np.array([[0.0, 1.0, 4.0]])
+    for curve in BezierCurve(0.0, 1.0, points), BsplineTrajectory(BsplineBasis(3, 3), [[p] for p in points.T]):
+        before = curve.value(0.25)
+        slope = curve.MakeDerivative()
+        assert slope.value(0.25).item() == pytest.approx(2.0 * (0.75 * 1.0 + 0.25 * 3.0))
+        slope.ElevateOrder() if isinstance(slope, BezierCurve) else slope.InsertKnots([0.5])
+        assert curve.value(0.25) == before
