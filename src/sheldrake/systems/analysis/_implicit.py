@@ -60,8 +60,14 @@ class ImplicitIntegrator(IntegratorBase):
         layout = self._context._store.layout
         if self._layout is not layout:
             self._layout, self._newton = layout, self._make_newton(layout)
-        self._newton.kappa, self._newton.has_jacobian = KAPPA, 0
-        self._newton.has_factors[:] = 0
+        newton = self._newton
+        newton.kappa, newton.has_jacobian, newton.is_dense = KAPPA, 0, self._dense is not None
+        newton.has_factors[:] = 0
+
+    def StartDenseIntegration(self) -> None:
+        super().StartDenseIntegration()
+        if self._layout is not None:
+            self._newton.is_dense = 1
 
     def _make_newton(self, layout: Layout) -> Newton:
         """Memory of Newton's method, which knows no matrices yet."""

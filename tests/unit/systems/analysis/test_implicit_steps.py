@@ -250,3 +250,18 @@ def test_saved_matrices_that_are_none(spoil):
     h, jacobian, matrix, trapezoid = integrator._memory()
     with pytest.raises(ValueError, match="a matrix"):
         integrator._remember([h, jacobian, spoil(matrix), trapezoid])
+
+
+@pytest.mark.parametrize("scheme", [*IMPLICIT, "semi_explicit_euler"])
+@pytest.mark.parametrize("starts_late", [False, True])
+def test_dense_output_begins_each_step_with_its_slope(scheme, starts_late):
+    system = Equation(lambda x: np.array([x[1], -x[0]]), 1, 1, 0)
+    simulator, integrator = stepper(system, scheme, 0.125, [1.0, 0.0])
+    if starts_late:
+        simulator.AdvanceTo(0.25)
+    integrator.StartDenseIntegration()
+    simulator.AdvanceTo(1.0)
+    trajectory, h = integrator.StopDenseIntegration(), 1e-7
+    for t in np.arange(0.25, 1.0, 0.125):
+        x0, x1 = (trajectory.value(s).ravel() for s in (t, t + h))
+        np.testing.assert_allclose((x1 - x0) / h, [x0[1], -x0[0]], atol=1e-5)

@@ -32,6 +32,7 @@ class NewtonWords(Record):
 
     equation = integer("EULER, VELOCITIES or RADAU")
     stages = integer("of a Radau step, 1 in others")
+    is_dense = integer("1: the trajectory is kept, to which slopes belong")
     mapped = integer("1: rates of positions are not just velocities")
     purpose = integer("what is computed: RESULT or ESTIMATE")
     has_jacobian = integer("1: there is a Jacobian")
@@ -478,6 +479,11 @@ def implicit_step(
     program, rows = program_model, row_table
     t, h = S[0], integrator.h_try
     h_min = max(integrator.h_min, 1e-14 * max(1.0, abs(t)))
+    if newton.is_dense != 0:
+        derivatives(program, run, S, side, S, rows, program.x0 + program.num_xc)
+        run.evals -= 1  # which is no part of the step
+        if side.status != 0:
+            return
     while not try_step(program, run, integrator, S, side, rows, newton, own_table, t, h, h_min):
         h *= 0.5
         integrator.h_try = h
