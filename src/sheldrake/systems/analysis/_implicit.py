@@ -71,20 +71,21 @@ class ImplicitIntegrator(IntegratorBase):
 
     def _make_newton(self, layout: Layout) -> Newton:
         """Memory of Newton's method, which knows no matrices yet."""
-        q, v, z = layout.places[0].parts
-        q, y = _indices(q), _indices([*v, *z])
+        of_q, of_v, of_z = layout.places[0].parts
+        q, y = _indices(of_q), _indices([*of_v, *of_z])
         n, stages = len(q) + len(y), len(self._A)
         unknown = y if self._equation == VELOCITIES else np.arange(n)
         m = stages * len(unknown)
-        shapes = (len(unknown), len(unknown)), (m + 1, m), (n + 1, n)
         newton = Newton(
             np.zeros(NewtonWords.SIZE, np.int64),
             np.zeros(NewtonNumbers.SIZE),
             self._counts,
             np.zeros((NewtonVectors.SIZE, stages * n)),
-            *(np.zeros(shape) for shape in shapes),
-            q,
-            unknown,
+            jacobian=np.zeros((len(unknown), len(unknown))),
+            matrix=np.zeros((m + 1, m)),
+            trapezoid=np.zeros((n + 1, n)),
+            q=q,
+            unknown=unknown,
         )
         newton.equation, newton.stages = self._equation, stages
         newton.nodes[:stages] = self._nodes
