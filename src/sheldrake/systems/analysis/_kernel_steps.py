@@ -28,7 +28,7 @@ class Arguments:
         store = span.store
         own = {"program_model": span.program, "integrator": span.numbers, "S": store.S, "side": store.side}
         self._values = {**values, **own, "row_table": span.table if span.native else span.python}
-        self._slab, self._S = slab, store.S
+        self._slab, self.S = slab, store.S
 
     def words(self, kernel: Kernel) -> Words:
         """For a native call on the slab."""
@@ -44,7 +44,7 @@ class Arguments:
 
     def placed(self, words: Words) -> np.ndarray:
         """The words for the span's slab."""
-        return words.placed(HERE, HERE.place(self._S))
+        return words.placed(HERE, HERE.place(self.S))
 
     def call(self, kernel: Kernel) -> Callable[[], int]:
         """A call of the kernel's Python source."""
@@ -53,7 +53,7 @@ class Arguments:
 
     def _in_slab(self, name: str) -> Any:
         spans = self._slab[name]
-        return tuple(self._S[a:b] for a, b in spans) if isinstance(spans, list) else self._S[slice(*spans)]
+        return tuple(self.S[a:b] for a, b in spans) if isinstance(spans, list) else self.S[slice(*spans)]
 
 
 def callees(
@@ -76,8 +76,13 @@ def set_step(span: Span, kernel: Kernel, arguments: Arguments) -> None:
     if not span.native:
         span.set_step(arguments.call(kernel), None)
         return
-    words, slab, call = arguments.placed(arguments.words(kernel)), span.store.S, kernel.function
-    span.set_step(lambda: call(slab[0], HERE.place(slab), HERE.place(words)), (HERE.address(kernel), words))
+    words, call = arguments.placed(arguments.words(kernel)), kernel.function
+
+    def step() -> int:  # which keeps the arrays of the arguments while the span is there
+        slab = arguments.S
+        return call(slab[0], HERE.place(slab), HERE.place(words))
+
+    span.set_step(step, (HERE.address(kernel), words))
 
 
 __all__ = ["Arguments", "callees", "prepare", "set_step"]

@@ -90,7 +90,9 @@ class SemiExplicitEulerIntegrator(PythonIntegrator):
 
     def _step(self, span: Span, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
         rates = self._rates_in(span.store)
-        moved = x + h * self._derivatives(span, t, x)
+        f, x0 = self._derivatives(span, t, x), span.layout.rk[0]
+        span.store.S[x0 + len(x) : x0 + 2 * len(x)] = f  # where dense output looks for it
+        moved = x + h * f
         moved[rates.q] = x[rates.q] + h * rates.qdot(x[rates.q], moved[rates.v])
         return moved, 0.0
 

@@ -18,6 +18,7 @@ class Rates:
         v: Where velocities are, shape (nv,).
         y: Where velocities and other variables are, shape (nv + nz,).
         memory: The slab.
+        is_identity: Whether all rates of positions are velocities.
     """
 
     def __init__(self, store: Store):
@@ -33,25 +34,24 @@ class Rates:
             context = store.context(n) if mapped else None
             self._leaves.append((store.systems[n], context, slice(at_q, at_q + nq), slice(at_v, at_v + nv)))
             at_q, at_v = at_q + nq, at_v + nv
-        self._is_identity = all(context is None for _, context, _, _ in self._leaves)
+        self.is_identity = all(context is None for _, context, _, _ in self._leaves)
 
     def qdot(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """N(q) v, shape (nq,); leaves q in the context."""
-        if self._is_identity:
+        if self.is_identity:
             return v
         self.memory[self._at_q] = q
-        return self._qdot(v)
+        return self.qdot_there(v)
 
-    def change_norm(self, dx: np.ndarray) -> float:
-        """The largest change of a variable; of positions, only what velocities can change counts."""
-        if not self._is_identity:
-            dq, v, dx = dx[self.q], np.empty(len(self.v)), dx.copy()
-            for system, context, at_q, at_v in self._leaves:
-                v[at_v] = dq[at_q] if context is None else system.MapQDotToVelocity(context, dq[at_q])
-            dx[self.q] = self._qdot(v)
-        return float(np.abs(dx).max(initial=0.0))
+    def keep_to_velocities(self, dx: np.ndarray) -> None:
+        """Takes from the change of a state, shape (n,), that of positions which velocities cannot change."""
+        dq, v = dx[self.q], np.empty(len(self.v))
+        for system, context, at_q, at_v in self._leaves:
+            v[at_v] = dq[at_q] if context is None else system.MapQDotToVelocity(context, dq[at_q])
+        dx[self.q] = self.qdot_there(v)
 
-    def _qdot(self, v: np.ndarray) -> np.ndarray:
+    def qdot_there(self, v: np.ndarray) -> np.ndarray:
+        """N(q) v of the q in the context, shape (nq,)."""
         qdot = np.empty(len(self.q))
         for system, context, at_q, at_v in self._leaves:
             qdot[at_q] = v[at_v] if context is None else system.MapVelocityToQDot(context, v[at_v])

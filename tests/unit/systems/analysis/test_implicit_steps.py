@@ -174,3 +174,94 @@ def test_pose_of_the_tumbling_body_is_one():
     X_WB = plant.EvalBodyPoseInWorld(simulator.get_context(), plant.GetBodyByName("body"))
     assert isinstance(X_WB, RigidTransform)
     assert np.linalg.norm(state(simulator)[:4]) == pytest.approx(1.0, abs=2e-3)
+
+
+def stiff_line(n):
+    """A linear system whose matrices need other pivots than their diagonals, and the matrix."""
+    random = np.random.default_rng(3)
+    J = random.normal(size=(n, n)) - 2.0 * np.eye(n)
+    J[0] = 0.0
+    J[0, n - 1], J[n - 1, 0] = 400.0, -400.0
+    return Equation(lambda x: J @ x, 0, 0, n), J
+
+
+@pytest.mark.parametrize("scheme", IMPLICIT)
+def test_steps_of_a_linear_system(scheme):
+    """What the schemes say of x' = J x, solved by LAPACK."""
+    n, h = 12, 0.01
+    system, J = stiff_line(n)
+    x = np.linspace(1.0, 2.0, n)
+    simulator, _ = stepper(system, scheme, h, x)
+    simulator.AdvanceTo(h)
+    if "euler" in scheme:
+        half = np.eye(n) - 0.5 * h * J
+        expected = np.linalg.solve(half, np.linalg.solve(half, x))
+    else:
+        A = np.array([[1.0]] if scheme == "radau1" else [[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
+        M = np.eye(n * len(A)) - h * np.kron(A, J)
+        expected = np.linalg.solve(M, np.tile(x, len(A)))[-n:]
+    np.testing.assert_allclose(state(simulator), expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("scheme", IMPLICIT)
+def test_interpreted_steps_have_the_bits_of_native_ones(scheme):
+    found = []
+    for native in (True, False):
+        simulator, integrator = stepper(tumbling(), scheme, 0.05, TUMBLE, 1e-4)
+        simulator._native = native
+        integrator.set_fixed_step_mode(False)
+        simulator.AdvanceTo(0.1)
+        found.append((state(simulator).tobytes(), integrator.GetStatisticsSummary()))
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("scheme", IMPLICIT)
+def test_an_error_in_derivatives_ends_the_run_where_the_step_began(scheme):
+    calls = []
+
+    def f(x):
+        calls.append(x)
+        if len(calls) > 40:
+            raise ArithmeticError("no more")
+        return -x
+
+    simulator, _ = stepper(Equation(f, 0, 0, 2), scheme, 0.1, [1.0, 2.0])
+    with pytest.raises(ArithmeticError, match="no more"):
+        simulator.AdvanceTo(5.0)
+    t = simulator.get_context().get_time()
+    assert 0.0 < t < 5.0 and len(calls) == 41
+    np.testing.assert_allclose(state(simulator), np.exp(-t) * np.array([1.0, 2.0]), rtol=0.05)
+
+
+def test_initialize_forgets_matrices_and_steps_go_on():
+    simulator, integrator = stepper(tumbling(), "radau3", 0.05, TUMBLE)
+    simulator.AdvanceTo(0.2)
+    assert [M is None for M in integrator._memory()] == [False] * 4
+    integrator.Initialize()
+    assert [M is None for M in integrator._memory()] == [False, True, True, True]
+    simulator.AdvanceTo(0.4)
+    assert dict(integrator.GetStatisticsSummary())["integrator_num_jacobian_evaluations"] > 0
+
+
+@pytest.mark.parametrize("spoil", [lambda M: M[:-1], lambda M: np.full_like(M, 99.0), lambda M: np.full_like(M, 0.5)])
+def test_saved_matrices_that_are_none(spoil):
+    simulator, integrator = stepper(tumbling(), "implicit_euler", 0.05, TUMBLE)
+    simulator.AdvanceTo(0.2)
+    h, jacobian, matrix, trapezoid = integrator._memory()
+    with pytest.raises(ValueError, match="a matrix"):
+        integrator._remember([h, jacobian, spoil(matrix), trapezoid])
+
+
+@pytest.mark.parametrize("scheme", [*IMPLICIT, "semi_explicit_euler"])
+@pytest.mark.parametrize("starts_late", [False, True])
+def test_dense_output_begins_each_step_with_its_slope(scheme, starts_late):
+    system = Equation(lambda x: np.array([x[1], -x[0]]), 1, 1, 0)
+    simulator, integrator = stepper(system, scheme, 0.125, [1.0, 0.0])
+    if starts_late:
+        simulator.AdvanceTo(0.25)
+    integrator.StartDenseIntegration()
+    simulator.AdvanceTo(1.0)
+    trajectory, h = integrator.StopDenseIntegration(), 1e-7
+    for t in np.arange(0.25, 1.0, 0.125):
+        x0, x1 = (trajectory.value(s).ravel() for s in (t, t + h))
+        np.testing.assert_allclose((x1 - x0) / h, [x0[1], -x0[0]], atol=1e-5)
