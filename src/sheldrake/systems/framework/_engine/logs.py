@@ -29,12 +29,12 @@ def _table(store: Store) -> np.ndarray:
 
 def grow(store: Store, least: int = 256) -> None:
     """Gives every log that is nearly full twice the room."""
-    if not store.layout.logs:
+    i, first = store.i, store.layout.log0
+    if all(i[at + 2] + _SPARE <= i[at + 1] for at in range(first, store.layout.fixed0, 3)):
         return
     table = _table(store)
     full = table[:, 2] + _SPARE > table[:, 1]
-    room = np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1])
-    _lay_out(store, room)
+    _lay_out(store, np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1]))
 
 
 def reserve(store: Store, s: int, room: int) -> None:
