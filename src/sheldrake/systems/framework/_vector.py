@@ -381,7 +381,7 @@ _register_value_type(BasicVector, coerce=_to_basic_vector)
 def converted(values: np.ndarray, scalar: type) -> np.ndarray:
     """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
     if scalar is float:
-        return values if values.dtype == float else np.array([plain(x) for x in values], float)
+        return values if values.dtype is _FLOAT else np.array([plain(x) for x in values], float)
     return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)
 
 

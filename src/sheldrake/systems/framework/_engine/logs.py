@@ -60,7 +60,7 @@ def _lay_out(store: Store, room: np.ndarray, samples: list[tuple[int, int, Any, 
     """Moves all samples, and these that waited, to a new array with this room for each log."""
     assert not store.busy, "memory must not move while something is computed in it"
     table, width = _table(store), store.layout.program.log[:, Log.length] + 1
-    starts = np.cumsum(np.r_[0, room * width])
+    starts = [0, *np.cumsum(room * width).tolist()]
     L = np.empty(starts[-1], store.S.dtype)
     counts = []
     for s, start in enumerate(starts[:-1]):
