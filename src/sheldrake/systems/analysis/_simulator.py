@@ -255,12 +255,13 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
     def _make_span(self) -> None:
         store = self._context._store
         me = weakref.ref(self)  # the span must not own its simulator
-        special = [store.commit_abstract, *(_method(me, name) for name in _SPECIAL)]
+        commits, watches = store.layout.num_abstract > 0, bool(store.layout.witness_nodes)
+        special = [store.commit_abstract if commits else None]
+        special += [_method(me, name) if watches else None for name in _OF_WITNESSES]
+        special += [_method(me, name) for name in _SPECIAL]
         self._span = Span(store, self._run, self._integrator._numbers, special, self._native)
-        self._watch: Any = None
-        if store.layout.witness_nodes:
-            self._watch = WitnessWatch(self._system, self._span, self._integrator)
-        self._run.has_commit, self._run.has_witness = store.layout.num_abstract > 0, self._watch is not None
+        self._watch: Any = WitnessWatch(self._system, self._span, self._integrator) if watches else None
+        self._run.has_commit, self._run.has_witness = commits, watches
         self._integrator._join(self._span)
 
     def _witness_before(self) -> None:
@@ -507,7 +508,8 @@ def first_tick(offset: float, period: float, t: float) -> int:
     return k
 
 
-_SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step", "_python_step")
+_OF_WITNESSES = ("_witness_before", "_witness_after")
+_SPECIAL = ("_call_monitor", "_every_step", "_python_step")
 
 
 def _method(reference: Any, name: str) -> Callable[[], Any]:

@@ -50,7 +50,7 @@ class Span:
         store: The context's memory.
         run: Settings and counts of the simulator.
         numbers: The integrator's.
-        special: The simulator's own rows, by number after the program's: Python functions.
+        special: The simulator's own rows, by number after the program's: Python functions; None: never called.
         native: Run the loop itself as machine code, where possible.
     """
 
@@ -65,7 +65,7 @@ class Span:
         self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
         called = self.layout.called
         guard = [self._guard_row(r) if r in called else None for r in range(len(self.layout.rows))]
-        guard += [_guard(f, self.outcome, store, None, "") for f in special]
+        guard += [f and _guard(f, self.outcome, store, None, "") for f in special]
         self.native = native and store.native
         self.python = [f if f is None or self._is_native(r) else FirstCalls(f, self, r) for r, f in enumerate(guard)]
         self.first_calls = {r: f for r, f in enumerate(self.python) if isinstance(f, FirstCalls)}

@@ -163,10 +163,8 @@ class System(ScalarConversion, SystemPorts):
         """Time derivatives of the continuous state."""
         self.ValidateContext(context)
         store = context._store
-        _evaluate.derivatives(store, context._node)
-        place = context._place
-        (a, b), shift = place.xc, store.layout.xdot[0] - store.layout.xc[0]
-        return ContinuousState._view(BasicVector._view(store.S[a + shift : b + shift].copy()), place.parts)
+        a, b = _evaluate.derivatives(store, context._node)
+        return ContinuousState._view(BasicVector._view(store.S[a:b].copy()), context._place.parts)
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""

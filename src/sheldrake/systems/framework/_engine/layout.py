@@ -93,7 +93,7 @@ class Layout(Memory):
         self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
-        self._derivatives: dict[int, list[int]] = {}
+        self._derivatives: dict[int, tuple[list[int], Span]] = {}
         self._read_by_kernel: dict[int, list[int]] = {}
         self._sources: dict[int, Sources | None] = {}
         self._takes_all = [
@@ -396,11 +396,12 @@ class Layout(Memory):
             self._read_by_kernel[r] = [slot.row for slot in slots if slot.row >= 0]
         return self._read_by_kernel[r]
 
-    def derivative_rows(self, n: int) -> list[int]:
-        """The rows of the derivatives of all leaves under node `n`, in order."""
+    def derivative_rows(self, n: int) -> tuple[list[int], Span]:
+        """The rows of the derivatives of all leaves under node `n`, in order, and where these are."""
         if n not in self._derivatives:
             leaves = self.leaves[self.nodes[n].first_leaf : self.nodes[n].last_leaf]
-            self._derivatives[n] = [r for m in leaves if (r := self.places[m].derivatives) >= 0]
+            rows = [r for m in leaves if (r := self.places[m].derivatives) >= 0]
+            self._derivatives[n] = rows, self._shift(self.places[n].xc, self.xdot[0] - self.xc[0])
         return self._derivatives[n]
 
     def sources_named_by(self, r: int) -> Sources | None:
