@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, SupportsIndex
 from typing import overload as typing_overload
 
@@ -36,15 +35,15 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram import Diagram
 
 
-@contextlib.contextmanager
-def _no_collection() -> Iterator[None]:
+class _NoCollection:
     """Keeps Python from searching for garbage among many small objects that all stay alive."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
+
+    def __enter__(self) -> None:
+        self._was_enabled = gc.isenabled()
+        gc.disable()
+
+    def __exit__(self, *error: object) -> None:
+        if self._was_enabled:
             gc.enable()
 
 
@@ -59,7 +58,7 @@ class System(ScalarConversion, SystemPorts):
         version = sum(s._version for s in tree_of(self))
         layout = self._layouts.get(overrides)
         if layout is None or layout.version != version:
-            with _no_collection():
+            with _NoCollection():
                 layout = self._layouts[overrides] = Layout(self, overrides)
         return layout
 
@@ -69,7 +68,7 @@ class System(ScalarConversion, SystemPorts):
 
     def CreateDefaultContext(self) -> Context:
         """A context with default state and parameters, for this system as root."""
-        with _no_collection():
+        with _NoCollection():
             context = self.AllocateContext()
             self.SetDefaultContext(context)
         return context

@@ -415,12 +415,12 @@ class Context(ContextBase):
         if store.layout.structured:
             store.restructure()
 
-    @checked
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""
+        its, store = expect("SetTimeStateAndParametersFrom", source, Context)._store, self._store
         self._must_be_root("SetTimeStateAndParametersFrom")
-        self._store.check_thread()
-        self._store.S[:1] = converted(source._store.S[:1], self._store.scalar)
+        store.check_thread()
+        store.S[:1] = converted(its.S[:1], store.scalar)
         self.SetStateAndParametersFrom(source)
 
     def __str__(self) -> str:
