@@ -191,7 +191,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             store.release()
 
     def _initialize(self, params: InitializeParams) -> SimulatorStatus:
-        store, status = self._context._store, EventStatus.Succeeded()
+        store = self._context._store
         if store.unsettled:
             store.settle()
         self._integrator.Initialize()
@@ -201,32 +201,36 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         else:
             self._make_span()
         store.i[_TERMINATE] = 0
-        if store.scalar is not float:
-            store.S[0] = float(plain(store.S[0]))  # derivatives with respect to time stop here
-        t = float(store.S.item(0))
+        t = store.S[0] = self._time0  # derivatives with respect to time stop here
         self._horizon = self._last_instant(store)
-        self._check_time(t, "Initialize")
-        if store.layout.updates_at_start and not params.suppress_initialization_events:
-            for kind, apply in (
-                (RunWords.unrestricteds, _evaluate.apply_unrestricted),
-                (RunWords.discretes, _evaluate.apply_discrete),
-            ):
-                result, any_ = apply(store, 0, _evaluate.initialization)
-                self._run.word[kind] += any_
-                status.KeepMoreSevere(result)
-        self._span.begin(not params.suppress_initialization_events)
+        if not abs(t) < self._horizon:
+            self._check_time(t, "Initialize")
+        initializes = not params.suppress_initialization_events
+        updates = self._update_at_start(store) if initializes and store.layout.updates_at_start else None
+        self._span.begin(initializes)
         self._finish_step(self._publish_at_initialization)
         self._ready, self._last_time = True, store.S.item(0)
-        if status.severity() is EventStatus.Severity.kReachedTermination:
-            note_status(status, self._span.outcome, store)
+        if updates is not None and updates.severity() is EventStatus.Severity.kReachedTermination:
+            note_status(updates, self._span.outcome, store)
         return self._status(t, _program.TERMINATED if store.i[_TERMINATE] else _program.DONE)
+
+    def _update_at_start(self, store: Store) -> EventStatus:
+        """Makes the updates of initialization; how they went."""
+        status = EventStatus.Succeeded()
+        for kind, apply in (
+            (RunWords.unrestricteds, _evaluate.apply_unrestricted),
+            (RunWords.discretes, _evaluate.apply_discrete),
+        ):
+            result, any_ = apply(store, 0, _evaluate.initialization)
+            self._run.word[kind] += any_
+            status.KeepMoreSevere(result)
+        return status
 
     def _last_instant(self, store: Store) -> float:
         """Time [s] from which numbers lie so far apart that steps or periods are lost between them."""
-        shortest = store.layout.shortest_period
-        if store.layout.xc[1] > store.layout.xc[0]:
-            shortest = min(shortest, self._integrator._number[H_MAX])
-        return shortest * 2.0**51
+        layout, longest = store.layout, self._integrator._number[H_MAX]
+        continuous = layout.xc[1] > layout.xc[0] and longest < layout.shortest_period
+        return (longest if continuous else layout.shortest_period) * 2.0**51
 
     def _check_time(self, t: float, call: str) -> None:
         """Whether time can go on from t [s]."""
@@ -251,12 +255,13 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
     def _make_span(self) -> None:
         store = self._context._store
         me = weakref.ref(self)  # the span must not own its simulator
-        special = [store.commit_abstract, *(_method(me, name) for name in _SPECIAL)]
+        commits, watches = store.layout.num_abstract > 0, bool(store.layout.witness_nodes)
+        special = [store.commit_abstract if commits else None]
+        special += [_method(me, name) if watches else None for name in _OF_WITNESSES]
+        special += [_method(me, name) for name in _SPECIAL]
         self._span = Span(store, self._run, self._integrator._numbers, special, self._native)
-        self._watch: Any = None
-        if store.layout.witness_nodes:
-            self._watch = WitnessWatch(self._system, self._span, self._integrator)
-        self._run.has_commit, self._run.has_witness = store.layout.num_abstract > 0, self._watch is not None
+        self._watch: Any = WitnessWatch(self._system, self._span, self._integrator) if watches else None
+        self._run.has_commit, self._run.has_witness = commits, watches
         self._integrator._join(self._span)
 
     def _witness_before(self) -> None:
@@ -283,16 +288,17 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             RuntimeError: something failed.
         """
         store = self._context._store
-        store.enter()
-        try:
-            if publish and not store.i[_STATUS]:
-                self._every_step()
-            if self._monitor is not None and not store.i[_STATUS]:
-                result = self._monitor(self._context)
-                if result is not None and note_status(checked_status(result), self._span.outcome, store):
-                    store.side.status = -1
-        finally:
-            store.leave()
+        if publish or self._monitor is not None:
+            store.enter()
+            try:
+                if publish and not store.i[_STATUS]:
+                    self._every_step()
+                if self._monitor is not None and not store.i[_STATUS]:
+                    result = self._monitor(self._context)
+                    if result is not None and note_status(checked_status(result), self._span.outcome, store):
+                        store.side.status = -1
+            finally:
+                store.leave()
         if store.i[_STATUS]:
             self._raise()
 
@@ -502,7 +508,8 @@ def first_tick(offset: float, period: float, t: float) -> int:
     return k
 
 
-_SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step", "_python_step")
+_OF_WITNESSES = ("_witness_before", "_witness_after")
+_SPECIAL = ("_call_monitor", "_every_step", "_python_step")
 
 
 def _method(reference: Any, name: str) -> Callable[[], Any]:

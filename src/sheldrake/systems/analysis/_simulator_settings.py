@@ -98,7 +98,8 @@ class SimulatorSettings:
         self._run.word[_COUNTS] = 0
         self._seconds = 0.0  # spent in steps, without pauses
         self._real0 = time.monotonic()
-        self._time0 = 0.0 if self._context is None else float(plain(self._context._store.S.item(0)))
+        t = 0.0 if self._context is None else self._context._store.S.item(0)
+        self._time0 = t if type(t) is float else float(plain(t))
 
     def get_num_steps_taken(self) -> int:
         """How many steps were taken."""

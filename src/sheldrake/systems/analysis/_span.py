@@ -50,7 +50,7 @@ class Span:
         store: The context's memory.
         run: Settings and counts of the simulator.
         numbers: The integrator's.
-        special: The simulator's own rows, by number after the program's: Python functions.
+        special: The simulator's own rows, by number after the program's: Python functions; None: never called.
         native: Run the loop itself as machine code, where possible.
     """
 
@@ -65,7 +65,7 @@ class Span:
         self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
         called = self.layout.called
         guard = [self._guard_row(r) if r in called else None for r in range(len(self.layout.rows))]
-        guard += [_guard(f, self.outcome, store, None, "") for f in special]
+        guard += [f and _guard(f, self.outcome, store, None, "") for f in special]
         self.native = native and store.native
         self.python = [f if f is None or self._is_native(r) else FirstCalls(f, self, r) for r, f in enumerate(guard)]
         self.first_calls = {r: f for r, f in enumerate(self.python) if isinstance(f, FirstCalls)}
@@ -80,17 +80,8 @@ class Span:
         Raises:
             RuntimeError: one has no value, naming it.
         """
-        program, rows = self.program, self.layout.rows
-        for g, (kind, *_) in enumerate(self.layout.group_list):
-            if of_publishes and kind != PUBLISH:
-                continue
-            called = program.calls[program.calls_begin[g] : program.calls_begin[g + 1]].tolist()
-            for r in (
-                called
-                + program.prerequisites[program.prerequisites_begin[g] : program.prerequisites_begin[g + 1]].tolist()
-            ):
-                if r >= 0 and rows[r].free:
-                    self.store.check_inputs(rows[r])
+        for row in self.layout.rows_that_need_inputs[of_publishes]:
+            self.store.check_inputs(row)
 
     def _guard_row(self, r: int) -> Any:
         store, row = self.store, self.layout.rows[r]
@@ -170,7 +161,9 @@ class Span:
         return _guard(function, self.outcome, self.store, None, "")
 
     def _bind(self) -> None:
-        prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance, _loop.begin])
+        if not self.layout.prepared:
+            prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance, _loop.begin])
+            self.layout.prepared = True
         table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks: list[Any] = []
         for r, function in enumerate(self.python):
@@ -239,9 +232,10 @@ class Span:
 
     def _bind_loop(self) -> None:
         program, run, numbers, S, side, L = self._tables()
-        both: dict = {}
+        both = self.layout.blocks.copy()
         self._bound = _loop.advance.bind(program, run, numbers, S, side, L, self.table, float(S[0]), blocks=both)
         self._bound_begin = _loop.begin.bind(program, run, S, side, L, self.table, 0, blocks=both)
+        self.layout.blocks = {key: block for key, block in both.items() if block.given is self.layout.program}
         self._bound_inside: dict[Any, Any] = {}
         self._logs = L
 

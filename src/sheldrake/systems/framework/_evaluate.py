@@ -64,21 +64,22 @@ def run_stages(store: Store, first: int) -> Any:
     return result
 
 
-def derivatives(store: Store, n: int) -> None:
-    """Fills the derivatives of all leaves under node `n`, as far as they are out of date."""
+def derivatives(store: Store, n: int) -> tuple[int, int]:
+    """Fills the derivatives of all leaves under node `n`, as far as they are out of date; where they are."""
     if store.unsettled:
         store.settle()
-    i, stamp0, rows = store.i, store.layout.stamp0, store.layout.derivative_rows(n)
-    old = [r for r in rows if i[stamp0 + r] != i[2] or store.uncached]
-    if not old:
-        return
-    store.enter()
-    try:
-        for r in old:
-            run_stages(store, r)
-            i[stamp0 + r] = i[2]
-    finally:
-        store.leave()
+    i, layout = store.i, store.layout
+    rows, span = layout.derivative_rows(n)
+    stamp0 = layout.stamp0
+    if old := [r for r in rows if i[stamp0 + r] != i[2] or store.uncached]:
+        store.enter()
+        try:
+            for r in old:
+                run_stages(store, r)
+                i[stamp0 + r] = i[2]
+        finally:
+            store.leave()
+    return span
 
 
 def events(store: Store, n: int, kind: int, select: Select) -> Iterator[tuple[int, EventDeclaration, int]]:

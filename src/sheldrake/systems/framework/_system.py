@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, SupportsIndex
 from typing import overload as typing_overload
 
@@ -36,15 +35,15 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram import Diagram
 
 
-@contextlib.contextmanager
-def _no_collection() -> Iterator[None]:
+class _NoCollection:
     """Keeps Python from searching for garbage among many small objects that all stay alive."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
+
+    def __enter__(self) -> None:
+        self._was_enabled = gc.isenabled()
+        gc.disable()
+
+    def __exit__(self, *error: object) -> None:
+        if self._was_enabled:
             gc.enable()
 
 
@@ -59,7 +58,7 @@ class System(ScalarConversion, SystemPorts):
         version = sum(s._version for s in tree_of(self))
         layout = self._layouts.get(overrides)
         if layout is None or layout.version != version:
-            with _no_collection():
+            with _NoCollection():
                 layout = self._layouts[overrides] = Layout(self, overrides)
         return layout
 
@@ -69,7 +68,7 @@ class System(ScalarConversion, SystemPorts):
 
     def CreateDefaultContext(self) -> Context:
         """A context with default state and parameters, for this system as root."""
-        with _no_collection():
+        with _NoCollection():
             context = self.AllocateContext()
             self.SetDefaultContext(context)
         return context
@@ -163,10 +162,8 @@ class System(ScalarConversion, SystemPorts):
         """Time derivatives of the continuous state."""
         self.ValidateContext(context)
         store = context._store
-        _evaluate.derivatives(store, context._node)
-        place = context._place
-        (a, b), shift = place.xc, store.layout.xdot[0] - store.layout.xc[0]
-        return ContinuousState._view(BasicVector._view(store.S[a + shift : b + shift].copy()), place.parts)
+        a, b = _evaluate.derivatives(store, context._node)
+        return ContinuousState._view(BasicVector._view(store.S[a:b].copy()), context._place.parts)
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""

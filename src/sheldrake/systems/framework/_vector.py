@@ -293,6 +293,8 @@ class BasicVector(VectorBase):
 
     def _on_memory(self, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Self:
         """This vector's class and attributes, on other memory."""
+        if type(self) is BasicVector:
+            return BasicVector._view(memory, on_write)
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
         new._v, new._on_write = memory, on_write
@@ -381,7 +383,7 @@ _register_value_type(BasicVector, coerce=_to_basic_vector)
 def converted(values: np.ndarray, scalar: type) -> np.ndarray:
     """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
     if scalar is float:
-        return values if values.dtype == float else np.array([plain(x) for x in values], float)
+        return values if values.dtype is _FLOAT else np.array([plain(x) for x in values], float)
     return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)
 
 

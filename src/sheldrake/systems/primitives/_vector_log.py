@@ -214,7 +214,7 @@ class VectorLog:
     def data(self) -> np.ndarray:
         """The samples as columns, shape (input_size, num_samples)."""
         samples = self._record()[:, 1:].copy().T
-        samples.flags.writeable = False
+        samples.setflags(write=False)
         return samples
 
     def AddData(self, time: float, sample: Scalars) -> None:

@@ -59,6 +59,22 @@ def test_the_log_belongs_to_the_context():
         sink.FindLog(VectorLogSink(1).CreateDefaultContext())
 
 
+def test_logs_with_room_stay_where_they_are_at_initialize():
+    simulator, sink, _ = logged()
+    context = simulator.get_mutable_context()
+    store = context._store
+    samples = store.L
+    for round in range(1, 4):
+        context.SetTime(0.0)
+        simulator.Initialize()
+        assert sink.FindLog(context).num_samples() == 5 + round
+    assert store.L is samples
+    for _ in range(300):
+        simulator.Initialize()
+    assert store.L is not samples and sink.FindLog(context).sample_times().tolist()[-2:] == [0.0, 0.0]
+    assert sink.FindLog(context).num_samples() == 308
+
+
 def test_a_log_by_hand():
     log = VectorLog(2)
     for k in range(2500):

@@ -400,26 +400,27 @@ class Context(ContextBase):
                 f"{self._system._describe()}."
             )
         store, other = self._store, source._store
-        for name in ("xc", "xd", "p"):
-            numbers = other.S[slice(*getattr(its, name))]
-            store.S[slice(*getattr(mine, name))] = converted(numbers, store.scalar)
-        for name, values, others in (
-            ("abstract", store.abstract, other.abstract),
-            ("abstract_parameters", store.parameters, other.parameters),
+        S, scalar = store.S, store.scalar
+        for (a, b), (first, last) in ((mine.xc, its.xc), (mine.xd, its.xd), (mine.p, its.p)):
+            if b > a:
+                S[a:b] = converted(other.S[first:last], scalar)
+        for (a, b), (first, _), values, others in (
+            (mine.abstract, its.abstract, store.abstract, other.abstract),
+            (mine.abstract_parameters, its.abstract_parameters, store.parameters, other.parameters),
         ):
-            for k, j in zip(range(*getattr(mine, name)), range(*getattr(its, name))):
-                values[k].SetFrom(others[j])
+            for k in range(b - a):
+                values[a + k].SetFrom(others[first + k])
         store.accuracy = other.accuracy
         store.touch(CONSTANT, "all")
         if store.layout.structured:
             store.restructure()
 
-    @checked
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""
+        its, store = expect("SetTimeStateAndParametersFrom", source, Context)._store, self._store
         self._must_be_root("SetTimeStateAndParametersFrom")
-        self._store.check_thread()
-        self._store.S[0] = converted(source._store.S[:1], self._store.scalar)[0]
+        store.check_thread()
+        store.S[:1] = converted(its.S[:1], store.scalar)
         self.SetStateAndParametersFrom(source)
 
     def __str__(self) -> str:

@@ -17,18 +17,20 @@ if TYPE_CHECKING:
 def set_defaults(store: Store, n: int) -> None:
     """Default state and parameters of all leaves under node `n`."""
     layout = store.layout
-    leaves = set(layout.leaves[slice(layout.nodes[n].first_leaf, layout.nodes[n].last_leaf)])
     numbers, place = _default_numbers(store), layout.places[n]
     for a, b in (place.xc, place.xd, place.p):
-        store.S[a:b] = lifted(numbers[a:b], store.scalar) if numbers.dtype == float else numbers[a:b]
+        if b > a:
+            store.S[a:b] = lifted(numbers[a:b], store.scalar) if numbers.dtype == float else numbers[a:b]
+    leaves = set(layout.leaves[layout.nodes[n].first_leaf : layout.nodes[n].last_leaf])
     for m in layout.with_abstract:
         if m in leaves:
             _set_abstract_defaults(store, store.systems[m], layout.places[m])
     store.out_of_date()
-    for m in layout.with_own_defaults:
-        if m in leaves:
-            store.systems[m]._set_default_context(store.context(m))
-    store.out_of_date()
+    own = [m for m in layout.with_own_defaults if m in leaves]
+    for m in own:
+        store.systems[m]._set_default_context(store.context(m))
+    if own:
+        store.out_of_date()
     if layout.structures:
         store.restructure()
 

@@ -87,11 +87,13 @@ class Layout(Memory):
         self.with_own_defaults = [n for n, s in leaves if s._sets_own_defaults()]
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
+        self.blocks: dict[Any, Any] = {}  # what event loops bound to the program keep for the next ones
+        self.prepared = False  # whether the kernels of the event loop are there
         self._stamps = self._tables["level"].tolist()
         self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
-        self._derivatives: dict[int, list[int]] = {}
+        self._derivatives: dict[int, tuple[list[int], Span]] = {}
         self._read_by_kernel: dict[int, list[int]] = {}
         self._sources: dict[int, Sources | None] = {}
         self._takes_all = [
@@ -208,6 +210,20 @@ class Layout(Memory):
         joined, begins = join_in_slab(self._calls, HERE)
         at = _ints(begins + begins[-1:] * (len(self.rows) - len(begins) + _program.NUM_SPECIAL + 1))
         return _program.Program(words=joined.words, at=at, **self._tables)
+
+    @cached_property
+    def rows_that_need_inputs(self) -> tuple[list[Row], list[Row]]:
+        """Rows that the event loop calls, and those of them that its publishes call, that need free inputs."""
+        tables: Any = self._tables
+        found: tuple[list[Row], list[Row]] = [], []
+        for g, (kind, *_) in enumerate(self.group_list):
+            for name in ("calls", "prerequisites"):
+                begin = tables[f"{name}_begin"]
+                rows = [self.rows[r] for r in tables[name][begin[g] : begin[g + 1]].tolist() if r >= 0]
+                needing = [row for row in rows if row.free]
+                found[0].extend(needing)
+                found[1].extend(needing if kind == PUBLISH else ())
+        return found
 
     @cached_property
     def words_of(self) -> list[int]:
@@ -380,11 +396,12 @@ class Layout(Memory):
             self._read_by_kernel[r] = [slot.row for slot in slots if slot.row >= 0]
         return self._read_by_kernel[r]
 
-    def derivative_rows(self, n: int) -> list[int]:
-        """The rows of the derivatives of all leaves under node `n`, in order."""
+    def derivative_rows(self, n: int) -> tuple[list[int], Span]:
+        """The rows of the derivatives of all leaves under node `n`, in order, and where these are."""
         if n not in self._derivatives:
             leaves = self.leaves[self.nodes[n].first_leaf : self.nodes[n].last_leaf]
-            self._derivatives[n] = [r for m in leaves if (r := self.places[m].derivatives) >= 0]
+            rows = [r for m in leaves if (r := self.places[m].derivatives) >= 0]
+            self._derivatives[n] = rows, self._shift(self.places[n].xc, self.xdot[0] - self.xc[0])
         return self._derivatives[n]
 
     def sources_named_by(self, r: int) -> Sources | None:

@@ -29,12 +29,12 @@ def _table(store: Store) -> np.ndarray:
 
 def grow(store: Store, least: int = 256) -> None:
     """Gives every log that is nearly full twice the room."""
-    if not store.layout.logs:
+    i, first = store.i, store.layout.log0
+    if all(i[at + 2] + _SPARE <= i[at + 1] for at in range(first, store.layout.fixed0, 3)):
         return
     table = _table(store)
     full = table[:, 2] + _SPARE > table[:, 1]
-    room = np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1])
-    _lay_out(store, room)
+    _lay_out(store, np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1]))
 
 
 def reserve(store: Store, s: int, room: int) -> None:
@@ -60,7 +60,7 @@ def _lay_out(store: Store, room: np.ndarray, samples: list[tuple[int, int, Any, 
     """Moves all samples, and these that waited, to a new array with this room for each log."""
     assert not store.busy, "memory must not move while something is computed in it"
     table, width = _table(store), store.layout.program.log[:, Log.length] + 1
-    starts = np.cumsum(np.r_[0, room * width])
+    starts = [0, *np.cumsum(room * width).tolist()]
     L = np.empty(starts[-1], store.S.dtype)
     counts = []
     for s, start in enumerate(starts[:-1]):
