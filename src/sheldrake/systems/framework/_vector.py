@@ -293,8 +293,9 @@ class BasicVector(VectorBase):
 
     def _on_memory(self, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Self:
         """This vector's class and attributes, on other memory."""
-        if type(self) is BasicVector:
-            return BasicVector._view(memory, on_write)
+        T = type(self)
+        if T is BasicVector:
+            return T._view(memory, on_write)
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
         new._v, new._on_write = memory, on_write
