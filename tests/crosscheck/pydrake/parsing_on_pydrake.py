@@ -79,7 +79,13 @@ def forget_what_was_made() -> None:
     description.BodyDescription.shapes = property(lambda self: None, lambda self, shapes: None)
     building = "sheldrake.multibody.plant._building"
     sys.modules[building] = types.ModuleType(building)
-    sys.modules[f"{building}.geometry"] = types.SimpleNamespace(BodyShape=lambda *of_shape: of_shape)
+    sys.modules[f"{building}.geometry"] = types.SimpleNamespace(
+        BodyShape=lambda *of_shape: of_shape,
+        default_visual_roles=lambda: (
+            pydrake.geometry.IllustrationProperties(),
+            pydrake.geometry.PerceptionProperties(),
+        ),
+    )
 
 
 def mass_properties(shape):

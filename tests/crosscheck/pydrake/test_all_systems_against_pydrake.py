@@ -15,7 +15,7 @@ from all_systems import SYSTEMS, Library
 
 pytestmark = pytest.mark.peer
 OURS, DRAKE = Library("sheldrake"), Library("pydrake")
-MORE = {"WrapToSystem", "LinearTransformDensity"}
+MORE = {"WrapToSystem", "LinearTransformDensity", "AcrobotSpongController"}
 """Those that convert to more scalars here."""
 
 
