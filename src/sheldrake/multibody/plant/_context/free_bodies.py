@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
-from sheldrake.common._overloads import incompatible, overload, overloaded
+from sheldrake.common._overloads import expect, incompatible, overload, overloaded
 from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._spatial_vectors import SpatialVector
@@ -92,6 +92,7 @@ class FreeBodies:
         found = self._joints.get(body)
         if found is not None:
             return found
+        expect(call, body, RigidBody)
         model = self._elements.model(call)
         self._elements.require_mine(call, body)
         step = model.inboard_of(body)

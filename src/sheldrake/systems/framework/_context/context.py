@@ -206,7 +206,8 @@ class Context(ContextBase):
         """Sets the continuous state."""
         (self._continuous or self.get_continuous_state())._vector.SetFromVector(xc)
 
-    def SetTimeAndContinuousState(self, time_sec: Any, xc: Scalars) -> None:
+    @checked
+    def SetTimeAndContinuousState(self, time_sec: float, xc: Any) -> None:
         """Sets time [s] and the continuous state."""
         self.SetTime(time_sec)
         self.SetContinuousState(xc)
