@@ -147,7 +147,7 @@ class Kernel:
         """Address of the native function in this process, compiled or loaded when first asked for."""
         return self._native[1]
 
-    @functools.cached_property
+    @property
     def function(self) -> Callable[..., int]:
         """The native function of this process: t, address of the slab, address of the words."""
         return self._native[0]
