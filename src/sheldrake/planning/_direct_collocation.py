@@ -8,6 +8,16 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.planning._dynamics import Dynamics
+from sheldrake.planning._kernels.collocation import (
+    CURVATURE,
+    DEFECTS,
+    MIDDLES,
+    SAMPLES,
+    SLOPES,
+    WEIGHTS,
+    Segments,
+    collocate,
+)
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
 from sheldrake.solvers._functions.bindings import bind
@@ -38,6 +48,38 @@ def _check_context(context: Context, fixed_rest: bool) -> None:
         )
 
 
+class _Memory:
+    """Memory for so many segments, and the kernels bound to it.
+
+    Args:
+        nx: How many states there are.
+        nu: How many inputs.
+        count: How many segments.
+        samples: How many samples at their ends.
+    """
+
+    def __init__(self, nx: int, nu: int, count: int, samples: int):
+        n, width = nx + nu, 1 + 2 * nx + 2 * nu
+        self.points = np.zeros((samples + count, n))  # samples, then middles
+        self.samples, self.middles = self.points[:samples], self.points[samples:]
+        self.work = Segments(
+            z=np.full((count, width), np.nan), samples=self.samples, middles=self.middles,
+            f=np.zeros((samples, nx)), J=np.zeros((samples, nx * n)),
+            fm=np.zeros((count, nx)), Jm=np.zeros((count, nx * n)),
+            defects=np.zeros((count, nx)), slopes=np.zeros((count, nx * width)),
+            weights=np.zeros((count, nx)), point_weights=np.zeros((samples + count, nx)),
+            point_curvature=np.zeros((samples + count, n * n)), curvature=np.zeros((count, width * width)),
+            T=np.zeros((n, width)), HT=np.zeros((n, width)),
+        )  # fmt: skip
+        self._collocate = collocate.bind(self.work, nx, nu, SAMPLES)
+        self.has_slopes = False
+
+    def do(self, what: int) -> None:
+        """Runs one of the kernels."""
+        self._collocate.set("what", what)
+        self._collocate()
+
+
 class Defects:
     """By how much cubics between two samples have other slopes in their middle than the dynamics.
 
@@ -50,96 +92,59 @@ class Defects:
     def __init__(self, dynamics: Dynamics):
         self._dynamics = dynamics
         nx, nu = dynamics.num_states, dynamics.num_inputs
-        self._nx = nx
-        inputs = 1 + 2 * nx + np.arange(nu)
-        self._first = np.concatenate((1 + np.arange(nx), inputs))
-        self._second = np.concatenate((1 + nx + np.arange(nx), inputs + nu))
-        self._known: tuple[np.ndarray, ...] = (np.zeros((0, 0)),)  # What slopes were made of, and where
+        self._ends = [np.concatenate((1 + e * nx + np.arange(nx), 1 + 2 * nx + e * nu + np.arange(nu))) for e in (0, 1)]
+        self._memory: dict[tuple[int, int], _Memory] = {}
 
-    def _ends(self, z: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, ...]:
-        """f at the first and at the second samples, and the derivatives; samples that segments share are taken once."""
-        first, second = z[:, self._first], z[:, self._second]
-        if len(z) > 1 and np.array_equal(first[1:], second[:-1]):
-            f, J = self._dynamics.at_points(np.vstack((first, second[-1:])), with_slopes)
-            return f[:-1], J[:-1], f[1:], J[1:]
-        f, J = self._dynamics.at_points(np.vstack((first, second)), with_slopes)
-        return f[: len(z)], J[: len(z)], f[len(z) :], J[len(z) :]
+    def _at(self, z: np.ndarray, with_slopes: bool) -> _Memory:
+        """Memory in which defects, and their slopes if they are wanted, are those of segments."""
+        count, (first, second) = len(z), self._ends
+        follow = count > 1 and np.array_equal(z[1:, first], z[:-1, second])  # then samples they share are taken once
+        sizes = count, count + 1 if follow else 2 * count
+        memory = self._memory.get(sizes)
+        if memory is None:
+            memory = self._memory[sizes] = _Memory(self._dynamics.num_states, self._dynamics.num_inputs, *sizes)
+        work = memory.work
+        is_known = np.array_equal(work.z, z)
+        if not is_known or memory.has_slopes < with_slopes:
+            work.z[:] = z
+            memory.has_slopes = with_slopes
+            memory.do(SAMPLES)
+            self._evaluate(memory.samples, work.f, work.J, with_slopes)
+            memory.do(MIDDLES)
+            self._evaluate(memory.middles, work.fm, work.Jm, with_slopes)
+            memory.do(DEFECTS)
+            if with_slopes:
+                memory.do(SLOPES)
+        return memory
 
-    def _middle(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray) -> np.ndarray:
-        middle = 0.5 * (z[:, self._first] + z[:, self._second])
-        middle[:, : self._nx] += z[:, :1] / 8.0 * (f0 - f1)
-        return middle
-
-    def _slope(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray) -> np.ndarray:
-        nx = self._nx
-        return 1.5 * (z[:, 1 + nx : 1 + 2 * nx] - z[:, 1 : 1 + nx]) / z[:, :1] - 0.25 * (f0 + f1)
+    def _evaluate(self, points: np.ndarray, f: np.ndarray, J: np.ndarray, with_slopes: bool) -> None:
+        values, slopes = self._dynamics.at_points(points, with_slopes)
+        f[:] = values
+        if with_slopes:
+            J[:] = slopes.reshape(J.shape)
 
     def values(self, z: np.ndarray) -> np.ndarray:
         """Defects, shape (segments, nx)."""
-        f0, _, f1, _ = self._ends(z, False)
-        return self._slope(z, f0, f1) - self._dynamics.at_points(self._middle(z, f0, f1), False)[0]
+        return self._at(z, False).work.defects.copy()
 
     def slopes(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Defects, shape (segments, nx), and their derivatives, shape (segments, nx, 1 + 2 nx + 2 nu)."""
-        f0, J0, f1, J1, fm, Jm, _, T = self._parts(z)
-        D = -Jm @ T
-        D[:, :, self._first] -= 0.25 * J0
-        D[:, :, self._second] -= 0.25 * J1
-        h, i = z[:, :1], np.arange(self._nx)
-        D[:, :, 0] += 1.5 * (z[:, self._first[i]] - z[:, self._second[i]]) / (h * h)
-        D[:, i, 1 + i] -= 1.5 / h
-        D[:, i, 1 + self._nx + i] += 1.5 / h
-        return self._slope(z, f0, f1) - fm, D
-
-    def _parts(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
-        """The dynamics and their derivatives at both ends and in the middle, the middle, and its derivatives."""
-        if not np.array_equal(self._known[0], z):
-            f0, J0, f1, J1 = self._ends(z, True)
-            middle = self._middle(z, f0, f1)
-            fm, Jm = self._dynamics.at_points(middle, True)
-            self._known = (z, f0, J0, f1, J1, fm, Jm, middle, self._by_middle(z, f0, f1, J0, J1))
-        return self._known[1:]
-
-    def _by_middle(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray, J0: np.ndarray, J1: np.ndarray) -> np.ndarray:
-        """Derivatives of state and input in the middle, shape (segments, nx + nu, 1 + 2 nx + 2 nu)."""
-        nx, n = self._nx, len(self._first)
-        T = np.zeros((len(z), n, z.shape[1]))
-        part = z[:, 0, None, None] / 8.0
-        T[:, :nx, 0] = (f0 - f1) / 8.0
-        T[:, :nx, self._first] = part * J0
-        T[:, :nx, self._second] = -part * J1
-        i = np.arange(n)
-        T[:, i, self._first] += 0.5
-        T[:, i, self._second] += 0.5
-        return T
+        work = self._at(z, True).work
+        return work.defects.copy(), work.slopes.reshape(*work.defects.shape, z.shape[1]).copy()
 
     def hessian(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Second derivatives of weights' defects, shape (segments, 1 + 2 nx + 2 nu, 1 + 2 nx + 2 nu)."""
-        nx, count = self._nx, len(z)
-        _, J0, _, J1, _, Jm, middle, T = self._parts(z)
-        by_middle = -(weights[:, None, :] @ Jm[:, :, :nx])[:, 0]
-        h, i = z[:, :1], np.arange(nx)
-        points = np.vstack((z[:, self._first], z[:, self._second], middle))
-        bent = h / 8.0 * by_middle
-        H0, H1, Hm = np.split(
-            self._dynamics.hessian_at_points(
-                points, np.vstack((bent - 0.25 * weights, -bent - 0.25 * weights, -weights))
-            ),
-            3,
-        )
-        H = T.transpose(0, 2, 1) @ Hm @ T
-        H[np.ix_(np.arange(count), self._first, self._first)] += H0
-        H[np.ix_(np.arange(count), self._second, self._second)] += H1
-        # The step times the slopes of the samples, in the middle; and differences of the samples by the step.
-        mixed = np.zeros((count, z.shape[1]))
-        mixed[:, self._first] = (by_middle[:, None, :] @ J0)[:, 0] / 8.0
-        mixed[:, self._second] = -(by_middle[:, None, :] @ J1)[:, 0] / 8.0
-        mixed[:, 1 + i] += 1.5 / h**2 * weights
-        mixed[:, 1 + nx + i] -= 1.5 / h**2 * weights
-        H[:, 0, :] += mixed
-        H[:, :, 0] += mixed
-        H[:, 0, 0] += 3.0 * (weights * (z[:, 1 + nx : 1 + 2 * nx] - z[:, 1 : 1 + nx])).sum(axis=1) / h[:, 0] ** 3
-        return H
+        """Second derivatives of weights' defects, shape (segments, 1 + 2 nx + 2 nu, 1 + 2 nx + 2 nu).
+
+        Those by a sample that segments share are in the later one.
+        """
+        memory = self._at(z, True)
+        work = memory.work
+        work.weights[:] = weights
+        memory.do(WEIGHTS)
+        found = self._dynamics.hessian_at_points(memory.points, work.point_weights)
+        work.point_curvature[:] = found.reshape(work.point_curvature.shape)
+        memory.do(CURVATURE)
+        return work.curvature.reshape(len(z), z.shape[1], z.shape[1]).copy()
 
 
 class DirectCollocationConstraint(Constraint):
@@ -166,21 +171,22 @@ class DirectCollocationConstraint(Constraint):
     ):
         _check_context(context, assume_non_continuous_states_are_fixed)
         self._dynamics = Dynamics(system, context, input_port_index, discrete=False)
-        self._nx, self._nu = self._dynamics.num_states, self._dynamics.num_inputs
-        self._set_sizes(self._nx, 1 + 2 * self._nx + 2 * self._nu)
-        self._set_bounds(np.zeros(self._nx), np.zeros(self._nx))
+        self._defects = Defects(self._dynamics)
+        nx, nu = self._dynamics.num_states, self._dynamics.num_inputs
+        self._set_sizes(nx, 1 + 2 * nx + 2 * nu)
+        self._set_bounds(np.zeros(nx), np.zeros(nx))
 
     def _alike(self) -> Any:
         return "collocation", id(self._dynamics)
 
     def _many(self) -> Defects:
-        return Defects(self._dynamics)
+        return self._defects
 
     def _eval(self, z: np.ndarray) -> np.ndarray:
-        return self._many().values(z[None])[0]
+        return self._defects.values(z[None])[0]
 
     def _eval_with_jacobian(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, J = self._many().slopes(z[None])
+        values, J = self._defects.slopes(z[None])
         return values[0], J[0]
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
@@ -242,23 +248,17 @@ class DirectCollocation(MultipleShooting):
         bindings = parts_of(self._prog).bindings
         for i in range(num_time_samples - 1):
             samples = (self.state(i), self.state(i + 1), self.input(i), self.input(i + 1))
-            # One constraint each, so that each has its name; they share the dynamics.
-            one = constraint.__class__.__new__(constraint.__class__)
-            one.__dict__.update(constraint.__dict__)
+            vars = np.concatenate((self._h_vars[i : i + 1], *samples))
+            one = constraint._of_others(vars)  # so that each has its name; they share the dynamics
             one._description = f"collocation constraint for segment {i}"
-            bindings.add(bind(Constraint, one, np.concatenate((self._h_vars[i : i + 1], *samples))))
+            bindings.add(bind(Constraint, one, vars))
 
     def _add_running_cost(self, g: Expression) -> None:
         """The trapezoidal rule."""
-        last = self._N - 1
-        for i in range(self._N):
-            if i == 0:
-                weight = 0.5 * self._h_vars[0]
-            elif i == last:
-                weight = 0.5 * self._h_vars[last - 1]
-            else:
-                weight = 0.5 * (self._h_vars[i - 1] + self._h_vars[i])
-            self._prog.AddCost(self._substituted(g, i) * weight)
+        h, (before, after), last = self._h_vars, self._steps_around, self._N - 1
+        self._add_costs(g * (0.5 * after), [0], {after: h[:1]})
+        self._add_costs(g * (0.5 * (before + after)), range(1, last), {before: h[:-1], after: h[1:]})
+        self._add_costs(g * (0.5 * before), [last], {before: h[-1:]})
 
     @checked
     def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:

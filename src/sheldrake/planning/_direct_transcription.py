@@ -124,8 +124,7 @@ class DirectTranscription(MultipleShooting):
 
     def _add_running_cost(self, g: Expression) -> None:
         """Steps of explicit Euler."""
-        for i in range(self._N - 1):
-            self._prog.AddCost(self._substituted(g, i) * self.fixed_time_step())
+        self._add_costs(g * self.fixed_time_step(), range(self._N - 1), {})
 
     def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the inputs, constant between samples."""

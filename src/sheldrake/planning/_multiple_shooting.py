@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from sheldrake.solvers import (
 )
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import as_kind, bind
+from sheldrake.solvers._parse.costs import cost
 from sheldrake.solvers._parse.formulas import formula_constraint
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.symbolic import Expression, Variable
@@ -28,8 +29,9 @@ from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
     from sheldrake.solvers import Binding, MathematicalProgramResult
+    from sheldrake.solvers._functions.bindings import BindingBase
     from sheldrake.solvers._functions.evaluators import Cost, VisualizationCallback
-    from sheldrake.symbolic import Formula, Variables
+    from sheldrake.symbolic import Formula
     from sheldrake.trajectories import PiecewisePolynomial
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
@@ -70,8 +72,18 @@ class MultipleShooting:
             self._h_vars = self._prog.NewContinuousVariables(N - 1, "h")
         self._time = _placeholders(1, "t") if fixed_time_step is not None else traverse.object_array([Variable("t")])
         self._state, self._input = _placeholders(num_states, "x"), _placeholders(num_inputs, "u")
+        # The steps before and after a sample. Placeholders are as old, compared with each other, as what they stand
+        # for: evaluators have their variables in this order.
+        self._steps_around = Variable("h0"), Variable("h1")
         self._sequences: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self._at_samples: dict[Variable, np.ndarray] = {}
+        self._stand_for(self._state, self._x_vars.reshape(N, num_states).T)
+        self._stand_for(self._input, self._u_vars.reshape(N, num_inputs).T)
         self._bounds = bounds
+
+    def _stand_for(self, placeholders: np.ndarray, vars: np.ndarray) -> None:
+        """Says which decision variables placeholders are, one row each, one column a sample."""
+        self._at_samples.update(zip(placeholders.tolist(), vars))
 
     # Variables
 
@@ -136,6 +148,7 @@ class MultipleShooting:
         vars = self._prog.NewContinuousVariables(rows, self._N, name)
         vars = vars.reshape(rows, self._N)
         self._sequences[name] = (_placeholders(rows, name), vars)
+        self._stand_for(*self._sequences[name])
         return self._sequences[name][0].copy()
 
     @checked
@@ -155,18 +168,44 @@ class MultipleShooting:
             return Expression(index * self._dt)
         return build.sum_of(Expression(h) for h in self._h_vars[:index])
 
-    def _at(self, index: int, wanted: Variables | set[Variable]) -> dict[Variable, Any]:
-        """What stands for each placeholder that is wanted at a sample."""
+    def _at(self, index: int, wanted: set[Variable]) -> dict[Variable, Any]:
+        """What each placeholder that is wanted stands for at a sample."""
         out: dict[Variable, Any] = {self._time[0]: self._time_at(index)} if self._time[0] in wanted else {}
-        sequences = [(self._state, self.state(index)), (self._input, self.input(index))]
-        sequences += [(placeholders, vars[:, index]) for placeholders, vars in self._sequences.values()]
-        for placeholders, vars in sequences:
-            out.update((p, v) for p, v in zip(placeholders, vars) if p in wanted)
+        out.update((v, self._at_samples[v][index]) for v in wanted if v in self._at_samples)
         return out
 
     def _substituted(self, e: Expression, index: int) -> Expression:
-        e = _arrays.expression(e)
-        return e.Substitute(self._at(index, e.GetVariables()))
+        return e.Substitute(self._at(index, set(traverse.variables_of(e))))
+
+    def _copies(self, template: BindingBase, at: Mapping[Variable, np.ndarray]) -> list:
+        """Adds a cost or constraint of placeholders once for each sample, having been parsed once for all.
+
+        Args:
+            template: The cost or constraint.
+            at: What its variables stand for, one decision variable a sample.
+        """
+        bindings, evaluator = parts_of(self._prog).bindings, template._evaluator
+        out = []
+        for vars in np.stack([at[v] for v in template._variables], axis=1):
+            out.append(bindings.add(bind(template._kind, evaluator._of_others(vars), vars)))
+        return out
+
+    def _add_costs(self, e: Expression, samples: Sequence[int], steps: Mapping[Variable, np.ndarray]) -> None:
+        """Adds an expression of placeholders as a cost at some samples.
+
+        Args:
+            e: The expression.
+            samples: The samples.
+            steps: What placeholders of steps stand for, one decision variable a sample.
+        """
+        wanted = set(traverse.variables_of(e))
+        at = {v: vars[list(samples)] for v, vars in self._at_samples.items()} | dict(steps)
+        if wanted and wanted <= at.keys():
+            self._copies(cost(e), at)
+            return
+        for k, i in enumerate(samples):
+            here = {v: vars[k] for v, vars in steps.items()}
+            self._prog.AddCost(e.Substitute(self._at(i, wanted) | here))
 
     # Costs and constraints
 
@@ -185,7 +224,7 @@ class MultipleShooting:
         e = np.asarray(matrix if e is None else e, dtype=object)
         if e.size != 1:
             raise RuntimeError(f"AddFinalCost(): expected one expression, got shape {e.shape}.")
-        return self._prog.AddCost(self._substituted(e.reshape(-1)[0], self._N - 1))
+        return self._prog.AddCost(self._substituted(_arrays.expression(e.reshape(-1)[0]), self._N - 1))
 
     @overloaded(
         overload(lambda self, f: self._formula_to_all(f), f=kinds.formula),
@@ -207,7 +246,9 @@ class MultipleShooting:
         return out
 
     def _formula_to_all(self, f: Formula) -> list:
-        wanted = f.GetFreeVariables()
+        wanted = set(f.GetFreeVariables())
+        if wanted and wanted <= self._at_samples.keys():
+            return self._copies(formula_constraint(f), self._at_samples)
         bindings = parts_of(self._prog).bindings
         return [bindings.add(formula_constraint(f._substitute(self._at(i, wanted)))) for i in range(self._N)]
 

@@ -48,13 +48,7 @@ def _sparse(found: LinearRows, num_vars: int) -> scipy.sparse.csc_matrix:
 
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     """The tightest bounds of each decision variable."""
-    lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
-    boxes = prog.bounding_box_constraints()
-    if boxes:
-        at = parts_of(prog).bindings.places(*boxes)
-        np.maximum.at(lower, at, np.concatenate([b._evaluator._lower for b in boxes]))
-        np.minimum.at(upper, at, np.concatenate([b._evaluator._upper for b in boxes]))
-    return lower, upper
+    return Boxes(prog).bounds
 
 
 def set_box_duals(
@@ -76,26 +70,33 @@ class Boxes:
     """
 
     def __init__(self, prog: MathematicalProgram) -> None:
-        self.bounds = variable_bounds(prog)
-        self._boxes = [
-            (b, parts_of(prog).bindings.places(b).tolist(), b._evaluator._lower, b._evaluator._upper)
-            for b in prog.bounding_box_constraints()
-        ]
+        lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
+        self.bounds, self._boxes = (lower, upper), prog.bounding_box_constraints()
+        if self._boxes:
+            self._at = parts_of(prog).bindings.places(*self._boxes)
+            self._given = [
+                np.concatenate([b._evaluator._lower for b in self._boxes]),
+                np.concatenate([b._evaluator._upper for b in self._boxes]),
+            ]
+            np.maximum.at(lower, self._at, self._given[0])
+            np.minimum.at(upper, self._at, self._given[1])
 
     def duals(self, low: ArrayLike, high: ArrayLike) -> Iterator[tuple[BindingBase, np.ndarray]]:
         """Duals of the constraints from those of the tightest bounds; the first that is as tight gets them."""
-        lower, upper = self.bounds
-        left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)
-        for b, places, lows, highs in self._boxes:
-            dual = np.zeros(len(places))
-            for i, place in enumerate(places):
-                if lows[i] == lower[place]:
-                    dual[i] += left_low[place]
-                    left_low[place] = 0.0
-                if highs[i] == upper[place]:
-                    dual[i] += left_high[place]
-                    left_high[place] = 0.0
-            yield b, dual
+        if not self._boxes:
+            return
+        dual = np.zeros(len(self._at))
+        for given, tightest, of_bounds in zip(self._given, self.bounds, (low, high)):
+            tight = np.flatnonzero(given == tightest[self._at])[::-1]
+            first = np.full(len(tightest), -1)
+            first[self._at[tight]] = tight  # of those at one place the last is kept, which is the first box
+            has_some = first >= 0
+            dual[first[has_some]] += np.asarray(of_bounds, dtype=float)[has_some]
+        begin = 0
+        for b in self._boxes:
+            end = begin + len(b._variables)
+            yield b, dual[begin:end]
+            begin = end
 
 
 class LinearForm:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common._blas import one_thread
-from sheldrake.solvers._engines.highs import set_box_duals
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -92,9 +92,13 @@ class NonlinearSolver(SolverInterface):
         multipliers = _multipliers(form, y, outcome.dual)
         result._details = self._details(kind, outcome, seconds, np.append(cost, rows), multipliers)
         if kind is SolutionResult.kSolutionFound:
-            for row in form.rows:
-                result._set_dual(row.binding, multipliers.rows[row.rows])
-            set_box_duals(form.prog, result, multipliers.low, multipliers.high)
+            rows, boxes = form.rows, form.boxes
+            result._set_duals_late(
+                lambda: itertools.chain(
+                    ((row.binding, multipliers.rows[row.rows]) for row in rows),
+                    boxes.duals(multipliers.low, multipliers.high),
+                )
+            )
 
     def _read(self, options: SolverOptions) -> Settings:
         raise NotImplementedError

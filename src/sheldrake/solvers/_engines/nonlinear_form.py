@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._engines.highs import variable_bounds
-from sheldrake.solvers._engines.terms import LearnedTerms, grouped
+from sheldrake.solvers._engines.highs import Boxes
+from sheldrake.solvers._engines.terms import LearnedTerms, LinearTerms, grouped
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
 from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqualityConstraint, QuadraticConstraint
 from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
+from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
@@ -58,6 +60,8 @@ class NonlinearForm:
         prog: The program.
 
     Attributes:
+        rows: The constraints, and where their rows are.
+        boxes: Bounds of the variables.
         J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
         H_rows, H_cols: Where the entries of the Hessian are, both halves of it; those at one place add up.
         learns: Whether second derivatives of some constraints are learned.
@@ -68,38 +72,25 @@ class NonlinearForm:
         self.scale = np.ones(self.num_vars)
         for place, s in prog.GetVariableScaling().items():
             self.scale[place] = s
-        bindings = parts_of(prog).bindings
-        low, high = variable_bounds(prog)
-        costs = prog.GetAllCosts()
-        self._costs = grouped([(b._evaluator, bindings.places(b), np.array([i])) for i, b in enumerate(costs)], True)
-        self.rows: list[Rows] = []
-        found: list[tuple[EvaluatorBase, np.ndarray, np.ndarray]] = []
-        lower: list[np.ndarray] = []
-        upper: list[np.ndarray] = []
-        at = 0
-        for kind in _ROWS:
-            for b in bindings.of(kind):
-                c = b._evaluator
-                end = at + c.num_constraints()
-                self.rows.append(Rows(b, slice(at, end)))
-                found.append((c, bindings.places(b), np.arange(at, end)))
-                free = _always_hold(c)
-                lower.append(c._lower if free is None else np.where(free, -np.inf, c._lower))
-                upper.append(c._upper if free is None else np.where(free, np.inf, c._upper))
-                at = end
+        bindings, self.boxes = parts_of(prog).bindings, Boxes(prog)
+        low, high = self.boxes.bounds
+        self._costs = grouped(_placed(bindings, [(b._evaluator, b) for b in bindings.all_costs()]), True)
+        constraints: list[BindingBase[Constraint]] = [b for kind in _ROWS for b in bindings.of(kind)]
+        found: list[tuple[EvaluatorBase, BindingBase]] = [(b._evaluator, b) for b in constraints]
+        lower, upper = [b._evaluator._lower for b in constraints], [b._evaluator._upper for b in constraints]
         for b in prog.linear_complementarity_constraints():
             n = len(b._variables)
-            places = bindings.places(b)
-            low[places] = np.maximum(low[places], 0.0)
-            both = _Complementarity(b._evaluator._M, b._evaluator._q)
-            found.append((both, places, np.arange(at, at + n + 1)))
+            low = low.copy()
+            low[bindings.places(b)] = np.maximum(low[bindings.places(b)], 0.0)
+            found.append((_Complementarity(b._evaluator._M, b._evaluator._q), b))
             lower.append(np.append(np.zeros(n), -np.inf))
             upper.append(np.append(np.full(n, np.inf), 0.0))
-            at += n + 1
-        self.num_rows = at
-        self._constraints = grouped(found)
-        self.lower = _arrays.joined(lower, float)
-        self.upper = _arrays.joined(upper, float)
+        ends = list(itertools.accumulate([evaluator._num_outputs for evaluator, _ in found], initial=0))
+        self.rows = [Rows(b, slice(first, end)) for b, first, end in zip(constraints, ends, ends[1:])]
+        self.num_rows = ends[-1]
+        self._constraints = grouped(_placed(bindings, found))
+        self.lower, self.upper = _arrays.joined(lower, float), _arrays.joined(upper, float)
+        self._leave_out_empty_rows()
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
         self.J_rows = _arrays.joined([t.J_rows for t in self._constraints], int)
@@ -112,6 +103,14 @@ class NonlinearForm:
         self._values = _Last(self._values_at)
         self._cost_slopes = _Last(self._cost_slopes_at)
         self._row_slopes = _Last(self._row_slopes_at)
+
+    def _leave_out_empty_rows(self) -> None:
+        """Linear rows that have no coefficient and hold anyway have no bounds: these only confuse solvers."""
+        for terms in self._constraints:
+            if isinstance(terms, LinearTerms):
+                empty = terms.empty()
+                free = empty[(self.lower[empty] <= 0.0) & (self.upper[empty] >= 0.0)]
+                self.lower[free], self.upper[free] = -np.inf, np.inf
 
     def start(self, guess: np.ndarray) -> np.ndarray:
         """The guess in scaled units, zero where there is none, inside the bounds."""
@@ -221,15 +220,19 @@ class NonlinearForm:
         return dual, np.maximum(box, 0.0), np.minimum(box, 0.0)
 
 
-def _always_hold(constraint: Constraint) -> np.ndarray | None:
-    """Which rows of a constraint have no coefficient and hold anyway, None if all have some.
-
-    Bounds of such rows only confuse solvers.
+def _placed(
+    bindings: ProgramBindings, found: list[tuple[EvaluatorBase, BindingBase]]
+) -> list[tuple[EvaluatorBase, np.ndarray, np.ndarray]]:
+    """Evaluators with the columns of the variables they are bound to, and the rows of their values, one after the other.
     """
-    if not isinstance(constraint, LinearConstraint):
-        return None
-    has_some = constraint.GetDenseA().any(axis=1)
-    return None if has_some.all() else ~has_some & (constraint._lower <= 0.0) & (constraint._upper >= 0.0)
+    columns = bindings.places(*[b for _, b in found])
+    rows = np.arange(sum([evaluator._num_outputs for evaluator, _ in found]))
+    out, row, column = [], 0, 0
+    for evaluator, b in found:
+        next_row, next_column = row + evaluator._num_outputs, column + len(b._variables)
+        out.append((evaluator, columns[column:next_column], rows[row:next_row]))
+        row, column = next_row, next_column
+    return out
 
 
 class _Last:

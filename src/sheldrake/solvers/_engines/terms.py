@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.solvers._arrays import Matrix
+from sheldrake.solvers._engines.linear_rows import entries
 from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.solvers._kernels import quasi_newton
 
@@ -52,20 +54,16 @@ class LinearTerms(Terms):
         blocks: (A, b, columns of A, rows) of each evaluator.
     """
 
-    def __init__(self, blocks: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]):
+    def __init__(self, blocks: Sequence[tuple[Matrix, np.ndarray, np.ndarray, np.ndarray]]):
         self.places = np.concatenate([rows for *_, rows in blocks])
         self._b = np.concatenate([b for _, b, _, _ in blocks])
-        local, rows, cols, entries, at = [], [], [], [], 0
-        for A, _, columns, places in blocks:
-            i, j = np.nonzero(A)
-            local.append(i + at)
-            rows.append(places[i])
-            cols.append(columns[j])
-            entries.append(A[i, j])
-            at += len(A)
-        self._local, self.J_rows, self.J_cols = np.concatenate(local), np.concatenate(rows), np.concatenate(cols)
-        self._entries = np.concatenate(entries)
+        self._local, columns, self._entries = entries([A for A, *_ in blocks], [len(rows) for *_, rows in blocks])
+        self.J_rows, self.J_cols = self.places[self._local], np.concatenate([c for _, _, c, _ in blocks])[columns]
         self.H_rows = self.H_cols = _NONE
+
+    def empty(self) -> np.ndarray:
+        """Those of `places` whose rows have no coefficient."""
+        return self.places[np.bincount(self._local[self._entries != 0.0], minlength=len(self._b)) == 0]
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return self._b + np.bincount(self._local, self._entries * x[self.J_cols], len(self._b))
@@ -235,10 +233,12 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool
     alike: dict[Any, list[tuple[Any, np.ndarray, np.ndarray]]] = {}
     for evaluator, columns, rows in found:
         if isinstance(evaluator, (LinearCost, LinearConstraint)):
-            zero = np.zeros(len(columns))
-            linear.append((evaluator._jacobian(zero), evaluator._eval(zero), columns, rows))
+            if isinstance(evaluator, LinearCost):
+                linear.append((evaluator._a.reshape(1, -1), np.array([evaluator._b]), columns, rows))
+            else:
+                linear.append((evaluator._A, np.zeros(len(rows)), columns, rows))
         elif isinstance(evaluator, (QuadraticCost, QuadraticConstraint)):
-            c = float(evaluator._eval(np.zeros(len(columns)))[0])
+            c = evaluator._c if isinstance(evaluator, QuadraticCost) else 0.0
             quadratic.append((evaluator._Q, evaluator._b, c, columns, int(rows[0])))
         else:
             key = evaluator._alike()

@@ -416,4 +416,4 @@ class ExpressionConstraint(ExpressionFunction, Constraint):
 
     def expressions(self) -> np.ndarray:
         """Returns the expressions, shape `(m,)`."""
-        return _arrays.symbols(np.array(self._expressions, dtype=object))
+        return _arrays.symbols(np.array(self._own_expressions(), dtype=object))

@@ -271,7 +271,7 @@ class ExpressionCost(ExpressionFunction, Cost):
 
     def expression(self) -> Expression:
         """Returns the expression."""
-        return self._expressions[0]
+        return self._own_expressions()[0]
 
     def _latex(self, vars: np.ndarray, precision: int) -> str:
         return ToLatex(self._eval_symbols(_arrays.symbols(vars))[0], precision)

@@ -95,6 +95,12 @@ class EvaluatorBase:
         """Evaluates all that are alike, where there is something to be alike by."""
         raise NotImplementedError
 
+    def _of_others(self, vars: np.ndarray) -> Self:
+        """The same function as an evaluator of its own, for other variables in the same order."""
+        out = self.__class__.__new__(self.__class__)
+        out.__dict__.update(self.__dict__)
+        return out
+
     def _eval_duals(self, x: np.ndarray) -> np.ndarray:
         values, gradient = _arrays.values_and_gradient(x)
         y, J = self._eval_with_jacobian(values)

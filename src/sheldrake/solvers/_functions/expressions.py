@@ -2,63 +2,90 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Hashable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.solvers._functions.evaluators import Many
+from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.symbolic import Expression, Jacobian, Variable
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.symbolic._compiled import Compiled, Vectorized, smooth_source
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
-class ExpressionFunction:
+
+class Formulas:
+    """Expressions as functions of numbers, which evaluators that differ by their variables alone have in common.
+
+    Args:
+        expressions: The expressions.
+
+    Attributes:
+        vars: Their variables in the order of their creation: what the numbers stand for.
+        values: Their values.
+    """
+
+    def __init__(self, expressions: Sequence[Expression]):
+        self.expressions = list(expressions)
+        found = set().union(*(traverse.variables_of(e) for e in self.expressions)) if self.expressions else set()
+        self.vars = traverse.object_array(sorted(found, key=Variable.get_id))
+        self.values = Compiled(self.expressions, self.vars)
+
+    @functools.cached_property
+    def source(self) -> Hashable | None:
+        """What those have in common that can be evaluated together; None if they cannot."""
+        return smooth_source(self.expressions, self.vars)
+
+    @functools.cached_property
+    def derivatives(self) -> tuple[Compiled, np.ndarray, np.ndarray]:
+        """Values and the derivatives that are not zero everywhere, and these derivatives' rows and columns."""
+        J = Jacobian(self.expressions, self.vars)
+        zero = Expression(0.0)
+        places = [(i, j) for i, j in np.ndindex(J.shape) if J[i, j] is not zero]
+        rows = np.array([p[0] for p in places], dtype=int)
+        cols = np.array([p[1] for p in places], dtype=int)
+        return Compiled([*self.expressions, *(J[p] for p in places)], self.vars), rows, cols
+
+
+class ExpressionFunction(EvaluatorBase):
     """Expressions as an evaluator: values, and derivatives by differentiating symbols once."""
 
-    _expressions: list[Expression]
+    _formulas: Formulas
     _vars: np.ndarray
-    _derivatives: tuple[Compiled, np.ndarray, np.ndarray] | None
-    _values: Compiled
 
     def _set_expressions(self, expressions: Sequence[Expression]) -> None:
-        self._expressions = list(expressions)
-        found = set().union(*(traverse.variables_of(e) for e in self._expressions)) if self._expressions else set()
-        self._vars = traverse.object_array(sorted(found, key=Variable.get_id))
-        self._derivatives = None
-        self._values = Compiled(self._expressions, self._vars)
-        self._set_sizes(len(self._expressions), len(self._vars))  # type: ignore[attr-defined]
+        self._formulas = Formulas(expressions)
+        self._vars = self._formulas.vars
+        self._set_sizes(len(self._formulas.expressions), len(self._vars))
+
+    def _of_others(self, vars: np.ndarray) -> Self:
+        out = super()._of_others(vars)
+        out._vars = vars
+        return out
 
     def vars(self) -> np.ndarray:
         """Returns the variables of the expressions, shape `(n,)`."""
         return self._vars.copy()
 
     def _alike(self) -> Hashable | None:
-        return smooth_source(self._expressions, self._vars)
+        return self._formulas.source
 
     def _many(self) -> Many:
-        found = Vectorized.of(self._expressions, self._vars)
+        found = Vectorized.of(self._formulas.expressions, self._formulas.vars)
         assert found is not None  # it has something to be alike by
         return found
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
-        return np.array(self._values(x.tolist()), dtype=float)
-
-    def _nonzero_derivatives(self) -> tuple[Compiled, np.ndarray, np.ndarray]:
-        """Values and the derivatives that are not zero everywhere, and these derivatives' rows and columns."""
-        if self._derivatives is None:
-            J = Jacobian(self._expressions, self._vars)
-            zero = Expression(0.0)
-            places = [(i, j) for i, j in np.ndindex(J.shape) if J[i, j] is not zero]
-            rows = np.array([p[0] for p in places], dtype=int)
-            cols = np.array([p[1] for p in places], dtype=int)
-            self._derivatives = Compiled([*self._expressions, *(J[p] for p in places)], self._vars), rows, cols
-        return self._derivatives
+        return np.array(self._formulas.values(x.tolist()), dtype=float)
 
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values and derivatives together, with the parts that they share."""
-        both, rows, cols = self._nonzero_derivatives()
+        both, rows, cols = self._formulas.derivatives
         found = both(x.tolist())
-        m = len(self._expressions)
+        m = self._num_outputs
         J = np.zeros((m, len(self._vars)))
         J[rows, cols] = found[m:]
         return np.array(found[:m], dtype=float), J
@@ -67,4 +94,10 @@ class ExpressionFunction:
         return self._eval_with_jacobian(x)[1]
 
     def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
-        return traverse.object_array(traverse.substitute(self._expressions, dict(zip(self._vars, x))))
+        formulas = self._formulas
+        return traverse.object_array(traverse.substitute(formulas.expressions, dict(zip(formulas.vars, x))))
+
+    def _own_expressions(self) -> list[Expression]:
+        """The expressions, of the variables that this evaluator has."""
+        formulas = self._formulas
+        return formulas.expressions if self._vars is formulas.vars else list(self._eval_symbols(self._vars))

@@ -114,6 +114,10 @@ class ProgramBindings:
         """All of some kinds, one kind after the other."""
         return [b for kind in kinds if kind in self._lists for b in self._lists[kind]]
 
+    def all_costs(self) -> list[BindingBase]:
+        """All costs, each as of its kind."""
+        return self._of_all(COSTS)
+
     def all(self) -> list[BindingBase]:
         """All costs, constraints and callbacks."""
         return self._of_all(ATTRIBUTES)
