@@ -246,9 +246,8 @@ class DirectCollocation(MultipleShooting):
         self._set_up(self._dynamics.num_inputs, self._dynamics.num_states, num_time_samples, None, None, prog)
         self.AddTimeIntervalBounds(minimum_time_step, maximum_time_step)
         bindings = parts_of(self._prog).bindings
-        for i in range(num_time_samples - 1):
-            samples = (self.state(i), self.state(i + 1), self.input(i), self.input(i + 1))
-            vars = np.concatenate((self._h_vars[i : i + 1], *samples))
+        x, u = self._x_vars.reshape(num_time_samples, -1), self._u_vars.reshape(num_time_samples, self._nu)
+        for i, vars in enumerate(np.hstack((self._h_vars[:, None], x[:-1], x[1:], u[:-1], u[1:]))):
             one = constraint._of_others(vars)  # so that each has its name; they share the dynamics
             one._description = f"collocation constraint for segment {i}"
             bindings.add(bind(Constraint, one, vars))

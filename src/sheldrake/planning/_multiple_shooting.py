@@ -344,7 +344,8 @@ class MultipleShooting:
                 continue
             values = np.full((self._N, rows), _UNKNOWN)
             if trajectory.get_number_of_segments():
-                values[:] = [np.ravel(trajectory.value(start + i * h)) for i in range(self._N)]
+                found = trajectory.vector_values(start + h * np.arange(self._N))
+                values[:] = found.T if trajectory.cols() == 1 else found
             self._prog.SetInitialGuess(vars, values.ravel())
 
     @checked

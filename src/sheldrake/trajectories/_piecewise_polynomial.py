@@ -148,7 +148,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         segment = np.clip(np.searchsorted(self._breaks, t, side="right") - 1, 0, len(self._c) - 1)
         lengths = {c.shape[-1] for c in self._c}
         if len(lengths) == 1 and 1 not in lengths:  # all of one degree, and none constant: all times at once
-            c = np.stack(self._c)[segment].reshape(t.size, -1, *lengths)
+            c = np.concatenate(self._c).reshape(len(self._c), -1, *lengths)[segment]
             return evaluate(c, (t - np.array(self._breaks)[segment])[:, None]).T.copy()
         out = np.empty((self.rows() * self.cols(), t.size))
         for i in np.unique(segment):
