@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls
+from sheldrake.common.kernel import Bound
+from sheldrake.planning._kernels import curvature
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic._compiled import Vectorized
@@ -18,7 +21,6 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, System
     from sheldrake.systems.framework._port import InputPort
 
-_STEP = 1e-6  # Of differences of exact derivatives, relative to numbers above one.
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 
 
@@ -40,6 +42,15 @@ def input_port_of(system: System, input_port_index: InputPortSelection | Support
             "must be a vector port."
         )
     return port
+
+
+def _points_and_neighbours(count: int, n: int, m: int) -> tuple[Bound, curvature.Differences]:
+    z, moved, H = np.zeros((count, n)), np.zeros(((n + 1) * count, n)), np.zeros((count, n * n))
+    work = curvature.Differences(z, moved, np.zeros((len(moved), m * n)), np.zeros((count, m)), H)
+    return curvature.take_differences.bind(work, curvature.MOVE), work
+
+
+_differences = BoundCalls(_points_and_neighbours)
 
 
 def _key(x: np.ndarray, u: np.ndarray, t: float | None) -> bytes:
@@ -152,14 +163,14 @@ class Dynamics:
         if self._symbols is not None:
             return self._symbols.hessian(z, weights)
         count, n = z.shape
-        steps = _STEP * np.maximum(1.0, np.abs(z))
-        moved = np.repeat(z[None], n + 1, axis=0)
-        for j in range(n):
-            moved[j + 1, :, j] += steps[:, j]
-        J = self.at_points(moved.reshape(-1, n), True)[1].reshape(n + 1, count, self.num_states, n)
-        slopes = np.einsum("pi,dpij->dpj", weights, J)
-        H = ((slopes[1:] - slopes[0]) / steps.T[:, :, None]).transpose(1, 0, 2)
-        return 0.5 * (H + H.transpose(0, 2, 1))
+        take, work = _differences.of(count, n, self.num_states)
+        work.z[:], work.weights[:] = z, weights
+        take.set("what", curvature.MOVE)
+        take()
+        work.J[:] = self.at_points(work.moved, True)[1].reshape(work.J.shape)
+        take.set("what", curvature.DIFFERENCE)
+        take()
+        return work.H.reshape(count, n, n).copy()
 
     def _one_by_one(self, z: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, np.ndarray]:
         nx = self.num_states

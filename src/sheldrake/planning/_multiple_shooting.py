@@ -260,11 +260,9 @@ class MultipleShooting:
     def AddEqualTimeIntervalsConstraints(self) -> list:
         """Adds that all time steps are equal."""
         self._free_steps("AddEqualTimeIntervalsConstraints")
-        bindings, out = parts_of(self._prog).bindings, []
-        for i in range(len(self._h_vars) - 1):
-            equal = LinearEqualityConstraint._of_row(np.array([1.0, -1.0]), 0.0, 0.0)
-            out.append(bindings.add(bind(LinearEqualityConstraint, equal, self._h_vars[i : i + 2].copy())))
-        return out
+        h = self._h_vars
+        equal = LinearEqualityConstraint._of_row(np.array([1.0, -1.0]), 0.0, 0.0)
+        return self._copies(bind(LinearEqualityConstraint, equal, h[:2]), {h[0]: h[:-1], h[1]: h[1:]}) if len(h) > 1 else []
 
     def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on the duration [s]."""

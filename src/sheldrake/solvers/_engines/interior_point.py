@@ -7,6 +7,7 @@ large-scale nonlinear programming" (Mathematical Programming 106, 2006); equatio
 from __future__ import annotations
 
 import enum
+import functools
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -185,6 +186,52 @@ class Restoration:
         self._program.show(z[: self._program.n])
 
 
+class Layout(NamedTuple):
+    """What in a `System` follows from where the entries of its matrix are."""
+
+    W_slots: np.ndarray
+    diagonal_slots: np.ndarray
+    J_slots: np.ndarray
+    gamma_slots: np.ndarray
+    starts: np.ndarray
+    rows: np.ndarray
+    cols: np.ndarray
+    shift: np.ndarray
+    parent: np.ndarray
+    L_starts: np.ndarray
+    order: np.ndarray
+
+
+def _lay_out(n: int, m: int, *places: bytes) -> Layout:
+    """The layout for so many variables and rows, and rows and columns of the entries of the Hessian and Jacobian."""
+    H_rows, H_cols, J_rows, J_cols = (np.frombuffer(p, dtype=np.int64) for p in places)
+    size = n + m
+    diagonal, below = np.arange(n), n + np.arange(m)
+    rows = np.concatenate((H_rows, diagonal, J_cols, below))
+    cols = np.concatenate((H_cols, diagonal, n + J_rows, below))
+    half = rows <= cols  # the Hessian is given with both its halves
+    order = minimum_degree(size, rows[half], cols[half]) if size > _SMALL else np.arange(size)
+    place = np.empty(size, dtype=np.int64)
+    place[order] = np.arange(size)
+    i, j = place[rows[half]], place[cols[half]]
+    keys, found = np.unique(np.maximum(i, j) * size + np.minimum(i, j), return_inverse=True)
+    slots = np.full(len(rows), -1, dtype=np.int64)
+    slots[half] = found
+    starts = np.searchsorted(keys // size, np.arange(size + 1)).astype(np.int64)
+    indices = (keys % size).astype(np.int64)
+    parent, flag, counts = (np.zeros(size, dtype=np.int64) for _ in range(3))
+    ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
+    L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+    at = np.cumsum([len(H_rows), n, len(J_rows)])
+    parts = [np.ascontiguousarray(part) for part in np.split(slots, at)]
+    shift = np.where(order < n, _SHIFT, -_SHIFT)
+    return Layout(*parts, starts, indices, keys // size, shift, parent, L_starts, order.astype(np.int64))
+
+
+_known_layout = functools.lru_cache(maxsize=16)(_lay_out)
+_MOST_KNOWN = 100_000  # entries of a matrix whose layout is kept for the next program of the same structure
+
+
 class Factors:
     """What kernels need to solve [[W + diagonal, J'], [J, -gamma]] x = b by sparse factors, laid out once.
 
@@ -194,32 +241,17 @@ class Factors:
     """
 
     def __init__(self, program: Any):
-        n, m = program.n, program.m
-        size = n + m
-        diagonal, below = np.arange(n), n + np.arange(m)
-        rows = np.concatenate((program.H_rows, diagonal, program.J_cols, below))
-        cols = np.concatenate((program.H_cols, diagonal, n + program.J_rows, below))
-        half = rows <= cols  # the Hessian is given with both its halves
-        order = minimum_degree(size, rows[half], cols[half]) if size > _SMALL else np.arange(size)
-        place = np.empty(size, dtype=np.int64)
-        place[order] = np.arange(size)
-        i, j = place[rows[half]], place[cols[half]]
-        keys, found = np.unique(np.maximum(i, j) * size + np.minimum(i, j), return_inverse=True)
-        slots = np.full(len(rows), -1, dtype=np.int64)
-        slots[half] = found
-        starts = np.searchsorted(keys // size, np.arange(size + 1)).astype(np.int64)
-        indices = (keys % size).astype(np.int64)
-        parent, flag, counts = (np.zeros(size, dtype=np.int64) for _ in range(3))
-        ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
-        L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
-        at = np.cumsum([len(program.H_rows), n, len(program.J_rows)])
-        parts: list[np.ndarray] = [np.ascontiguousarray(part) for part in np.split(slots, at)]
-        parts += [starts, indices, (keys // size).astype(np.int64), np.zeros(len(keys))]
-        parts += [np.where(order < n, _SHIFT, -_SHIFT), parent]
-        parts += [L_starts, np.zeros(L_starts[-1], dtype=np.int64), np.zeros(L_starts[-1]), np.zeros(size)]
-        parts += [flag, flag.copy(), flag.copy(), np.zeros(size)]
-        parts += [order.astype(np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(1)]
-        self.system = System._make(parts)
+        places = [a.astype(np.int64) for a in (program.H_rows, program.H_cols, program.J_rows, program.J_cols)]
+        lay_out = _known_layout if len(places[0]) + len(places[2]) <= _MOST_KNOWN else _lay_out
+        layout = lay_out(program.n, program.m, *(a.tobytes() for a in places))
+        size, fill = program.n + program.m, int(layout.L_starts[-1])
+        filled, flag, pattern = np.zeros((3, size), dtype=np.int64)
+        D, y, scale, largest, b, x = np.zeros((6, size))
+        self.system = System(
+            **layout._asdict(), entries=np.zeros(len(layout.rows)), L_rows=np.zeros(fill, dtype=np.int64),
+            L=np.zeros(fill), D=D, filled=filled, flag=flag, pattern=pattern, y=y, scale=scale, largest=largest, b=b,
+            x=x, info=np.zeros(1),
+        )  # fmt: skip
 
 
 _SMALL = 40  # Up to this size full factors take less time than looking for an order does.
