@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, SupportsIndex
@@ -80,9 +81,6 @@ class Dynamics:
         system.FixInputPortsFrom(system, context, self._context)
         self._time = context.get_time()
         self._duals = system.ToAutoDiffXd()
-        self._dual_context = self._duals.CreateDefaultContext()
-        self._dual_context.SetTimeStateAndParametersFrom(context)
-        self._duals.FixInputPortsFrom(system, context, self._dual_context)
         self.num_states = context.num_total_states() if discrete else context.num_continuous_states()
         self._function: Callable[..., Any] | None = None
         self._of_points: Callable[..., Any] | None = None
@@ -90,6 +88,15 @@ class Dynamics:
         self._symbols: Vectorized | None = None
         self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._values: OrderedDict[bytes, np.ndarray] = OrderedDict()
+
+    @functools.cached_property
+    def _dual_context(self) -> Context:
+        """A context for duals; kernels need none."""
+        out = self._duals.CreateDefaultContext()
+        out.SetTimeStateAndParametersFrom(self._context)
+        out.SetTime(self._time)
+        self._duals.FixInputPortsFrom(self._system, self._context, out)
+        return out
 
     def _set(self, system: System, context: Context, t: Any, x: np.ndarray, u: np.ndarray) -> None:
         if t is not None:

@@ -81,6 +81,9 @@ class Slacked:
         self._target = np.where(equal, lower, 0.0)
         self.lower = np.concatenate((form.x_lower[self._free], lower[self._slack_rows]))
         self.upper = np.concatenate((form.x_upper[self._free], upper[self._slack_rows]))
+        self._J_scale = self.row_scale[self.J_rows[: len(self._J_kept)]]
+        self._minus_ones = np.full(ns, -1.0)
+        self._known: tuple[bytes, tuple[float, np.ndarray, np.ndarray, np.ndarray]] | None = None
 
     def first(self, y: np.ndarray) -> np.ndarray:
         """z of a point of the form, slacks being what rows are."""
@@ -104,13 +107,18 @@ class Slacked:
         return cost * self.cost_scale, self._residual(rows, z)
 
     def slopes(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-        """f, its gradient, c, and the entries of its Jacobian."""
+        """f, its gradient, c, and the entries of its Jacobian; nobody changes these arrays."""
+        key = z.tobytes()
+        if self._known is None or self._known[0] != key:
+            self._known = key, self._slopes_at(z)
+        return self._known[1]
+
+    def _slopes_at(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
         y = self.point(z)
         (cost, gradient), (rows, entries) = self._form.cost(y), self._form.constraints(y)
         g = np.zeros(self.n)
         g[: len(self._free)] = gradient[self._free] * self.cost_scale
-        own = entries[self._J_kept] * self.row_scale[self.J_rows[: len(self._J_kept)]]
-        J = np.concatenate((own, np.full(len(self._slack_rows), -1.0)))
+        J = np.concatenate((entries[self._J_kept] * self._J_scale, self._minus_ones))
         return cost * self.cost_scale, g, self._residual(rows, z), J
 
     def hessian(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
