@@ -56,10 +56,7 @@ class KinematicTrajectoryOptimization:
         positive.evaluator().set_description("positive duration constraint")
         self._prog.SetInitialGuess(self._points, np.zeros((self._nq, self._n)))
         self._prog.SetInitialGuess(self._T, duration)
-        # Derivatives by control points: column k of _slopes[d] @ C is the k-th control point of the d-th derivative.
-        unit = BsplineTrajectory(self._basis, [np.zeros((1, 1)) for _ in range(self._n)])
-        self._slopes = [unit._linear_in_control_points(d) for d in range(order)]
-        self._unit = unit
+        self._units = BsplineTrajectory(self._basis, list(np.eye(self._n)[:, :, None]))  # the weights of control points
 
     def _set_up_like(self, trajectory: BsplineTrajectory) -> None:
         self.__init__(trajectory.rows(), trajectory.num_control_points(), trajectory.basis().order())  # type: ignore[misc]
@@ -140,7 +137,7 @@ class KinematicTrajectoryOptimization:
         """
         if not 0.0 <= s <= 1.0:
             raise RuntimeError(f"{call}(): s must be from 0 to 1, got {s}.")
-        weights = np.asarray(self._unit.EvaluateLinearInControlPoints(float(s), derivative), dtype=float).ravel()
+        weights = self._units.EvalDerivative(float(s), derivative)[:, 0]
         active = np.flatnonzero(weights)
         return active, weights[active]
 
@@ -254,10 +251,14 @@ class KinematicTrajectoryOptimization:
             out[-1].evaluator().set_description(f"position bound {k}")
         return out
 
+    def _by_control_points(self, derivative: int) -> np.ndarray:
+        """M with M c the control points of a derivative of a path in one position with control points c."""
+        return self._units._linear_in_control_points(derivative).T
+
     def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> list:
         """Adds bounds on qdot at all times; a lower and an upper one for each position."""
         lower, upper = self._sized("AddVelocityBounds", lb), self._sized("AddVelocityBounds", ub)
-        M = self._slopes[1].T
+        M = self._by_control_points(1)
         m, out = len(M), []
         for i in range(self._nq):
             vars = np.concatenate(([self._T], self._points[i]))
@@ -274,9 +275,9 @@ class KinematicTrajectoryOptimization:
 
     def _derivative_bounds(self, call: str, lb: ArrayLike, ub: ArrayLike, order: int, what: str) -> list:
         lower, upper = self._sized(call, lb), self._sized(call, ub)
-        out = []
+        M, out = self._by_control_points(order), []
         for i in range(self._nq):
-            new = DerivativeConstraint(self._slopes[order].T, order, lower[i], upper[i])
+            new = DerivativeConstraint(M, order, lower[i], upper[i])
             new.set_description(f"{what} bound for position {i}")
             out.append(self._prog.AddConstraint(new, np.concatenate(([self._T], self._points[i]))))
         return out

@@ -50,7 +50,9 @@ class PathConstraint(_Quiet):
         self._wrapped, self._weights = wrapped, weights
         n = wrapped.num_vars()
         self._thread_safe = wrapped.is_thread_safe()
-        self._M = np.hstack([w * np.eye(n) for w in weights])
+        M = np.zeros((n, len(weights), n))
+        M[range(n), :, range(n)] = weights
+        self._M = M.reshape(n, -1)
         self._set_sizes(wrapped.num_constraints(), self._M.shape[1])
         self._set_bounds(wrapped.lower_bound(), wrapped.upper_bound())
 
