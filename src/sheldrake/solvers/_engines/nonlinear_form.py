@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -157,9 +158,13 @@ class NonlinearForm:
     def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
         values, entries = self.constraints(y)
-        J = np.zeros((self.num_rows, self.num_vars))
-        np.add.at(J, (self.J_rows, self.J_cols), entries)
-        return values, J
+        J = np.bincount(self._J_places, entries, self.num_rows * self.num_vars)
+        return values, J.reshape(self.num_rows, self.num_vars)
+
+    @functools.cached_property
+    def _J_places(self) -> np.ndarray:
+        """Where the entries of the Jacobian are in it as a dense matrix, row after row."""
+        return self.J_rows * self.num_vars + self.J_cols
 
     def hessian(self, y: np.ndarray, cost_weight: float, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of cost_weight * cost + weights' rows, as long as `H_rows`."""

@@ -65,6 +65,8 @@ class Sqp:
         self._high, self._low = np.flatnonzero(np.isfinite(form.upper)), np.flatnonzero(np.isfinite(form.lower))
         self._x_high = np.flatnonzero(np.isfinite(form.x_upper))
         self._x_low = np.flatnonzero(np.isfinite(form.x_lower))
+        self._upper, self._lower = form.upper[self._high], form.lower[self._low]
+        self._x_upper, self._x_lower = form.x_upper[self._x_high], form.x_lower[self._x_low]
         one = np.eye(form.num_vars)
         self._box = np.vstack((one[self._x_high], -one[self._x_low]))
         self._penalty, self._B = 1.0, self._first_hessian()
@@ -82,17 +84,16 @@ class Sqp:
                     return self._outcome(here, is_feasible and gain <= _ROUNDING * size)
                 stalls, self._B = 1, self._first_hessian()
                 continue
-            d, left = step
-            multipliers = self._multipliers(here, d, left)
+            d, left, multipliers = step
             wanted = 1.5 * float(multipliers.sum())
             self._penalty = max(wanted, 0.5 * (self._penalty + wanted))
             gain = abs(float(here.g @ d)) + self._penalty * here.violation()
             if is_feasible and left <= _LEFT and gain <= _GAIN * size:
                 return self._outcome(here, True)
-            y = self._search(here, d, left)
-            if y is not None:
-                there, stalls = self._at(y), 0
-                self._learn(y - here.y, there.g + there.A.T @ multipliers - here.g - here.A.T @ multipliers)
+            there = self._search(here, d, left)
+            if there is not None:
+                stalls = 0
+                self._learn(there.y - here.y, there.g - here.g + multipliers @ (there.A - here.A))
                 here = there
                 continue
             stalls += 1
@@ -109,83 +110,78 @@ class Sqp:
 
     def _at(self, y: np.ndarray) -> Here:
         (f, g), (rows, J) = self._form.cost(y), self._form.dense_constraints(y)
-        A_and_box = np.vstack((J[self._high], -J[self._low], self._box))
+        A_and_box = np.concatenate((J[self._high], -J[self._low], self._box))
         return Here(y, f, g, self._beyond(rows), A_and_box[: len(A_and_box) - len(self._box)], A_and_box)
 
     def _beyond(self, rows: np.ndarray) -> np.ndarray:
         """How far rows are beyond their upper, then their lower bounds; negative inside."""
-        form = self._form
-        return np.concatenate(((rows - form.upper)[self._high], (form.lower - rows)[self._low]))
+        return np.concatenate((rows[self._high] - self._upper, self._lower - rows[self._low]))
 
     def _room(self, here: Here, beyond: np.ndarray) -> np.ndarray:
         """How far steps may go along the rows of A, then along those of the box."""
-        form, y = self._form, here.y
-        return np.concatenate((-beyond, (form.x_upper - y)[self._x_high], (y - form.x_lower)[self._x_low]))
+        y = here.y
+        return np.concatenate((-beyond, self._x_upper - y[self._x_high], y[self._x_low] - self._x_lower))
 
     # Steps
 
-    def _step(self, here: Here) -> tuple[np.ndarray, float] | None:
-        """The step, and by how much linearized constraints are still missed; None if no program was solved."""
+    def _step(self, here: Here) -> tuple[np.ndarray, float, np.ndarray] | None:
+        """The step, by how much linearized constraints are still missed, and multipliers of the rows of A, which are not
+        negative; None if no program was solved.
+        """
         rows, room = here.A_and_box, self._room(here, here.beyond)
-        d = solve_dense(self._B, here.g, rows, room)
-        if d is not None and np.abs(d).max(initial=0.0) < _LONGEST:
-            return d, 0.0
+        solved = solve_dense(self._B, here.g, rows, room)
+        if solved is not None and np.abs(solved[0]).max(initial=0.0) < _LONGEST:
+            return solved[0], 0.0, np.maximum(solved[1][: len(here.A)], 0.0)
         n = len(here.g)
         Q, q, missed = np.zeros((n + 1, n + 1)), np.append(here.g, 0.0), np.zeros((len(rows) + 1, n + 1))
         Q[:n, :n], Q[n, n] = self._B, 1e-6
         missed[:-1, :n], missed[: len(here.A), n], missed[-1, n] = rows, -1.0, -1.0
         for penalty in _PENALTIES * max(1.0, float(np.abs(here.g).max(initial=0.0))):
             q[n] = penalty
-            found = solve_dense(Q, q, missed, np.append(room, 0.0))
-            if found is None:
+            solved = solve_dense(Q, q, missed, np.append(room, 0.0))
+            if solved is None:
                 return None
-            step, left = found[:n], max(0.0, float(found[n]))
+            step, left = solved[0][:n], max(0.0, float(solved[0][n]))
             if left <= 0.9 * here.violation():
                 break
         self._penalty = max(self._penalty, penalty)
-        return step, left
+        return step, left, np.maximum(solved[1][: len(here.A)], 0.0)
 
-    def _multipliers(self, here: Here, d: np.ndarray, left: float) -> np.ndarray:
-        """Those of the rows of A at a step, not negative."""
-        rows, room = here.A_and_box, self._room(here, here.beyond - left)
-        weights = np.zeros(len(rows))
-        active = np.flatnonzero(room - rows @ d <= 1e-9 * (1.0 + np.abs(room)))
-        while len(active):
-            found = np.linalg.lstsq(rows[active].T, -(here.g + self._B @ d), rcond=None)[0]
-            if (found >= -1e-12).all():
-                weights[active] = np.maximum(found, 0.0)
-                break
-            active = active[found > 0.0]
-        return weights[: len(here.A)]
-
-    def _search(self, here: Here, d: np.ndarray, left: float) -> np.ndarray | None:
+    def _search(self, here: Here, d: np.ndarray, left: float) -> Here | None:
         """Where the penalty function falls along a step; None if nowhere."""
         merit = here.f + self._penalty * here.violation()
         slope = float(here.g @ d) - self._penalty * (here.violation() - left)
         slope = min(slope, -0.5 * float(d @ self._B @ d))
         alpha = min(1.0, _REACH * (1.0 + np.abs(here.y).max(initial=0.0)) / max(np.abs(d).max(initial=0.0), 1e-300))
+        is_first = True
         while alpha >= _SHORTEST:
             enough = merit + 1e-4 * alpha * slope + 1e-14 * abs(merit)
             y = self._form.clip(here.y + alpha * d)
-            new, beyond = self._merit(y)
+            new, beyond = self._merit(y, is_first)
             if new <= enough:
-                return y
+                return self._at(y)
             if alpha == 1.0 and left == 0.0 and np.isfinite(beyond).all():
                 corrected = self._corrected(here, d, beyond)
-                if corrected is not None and self._merit(corrected)[0] <= enough:
-                    return corrected
+                if corrected is not None and self._merit(corrected, True)[0] <= enough:
+                    return self._at(corrected)
+            is_first = False
             alpha *= 0.5 if alpha > 0.1 else 0.2
         return None
 
-    def _merit(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        f, rows = self._form.values(y)
+    def _merit(self, y: np.ndarray, is_likely: bool) -> tuple[float, np.ndarray]:
+        """The penalty function, and how far rows are beyond their bounds.
+
+        Where the next step is likely to begin, derivatives are computed at once: most of their work is that of values.
+        """
+        form = self._form
+        f, rows = (form.cost(y)[0], form.constraints(y)[0]) if is_likely else form.values(y)
         beyond = self._beyond(rows)
         return f + self._penalty * float(beyond.max(initial=0.0)), beyond
 
     def _corrected(self, here: Here, d: np.ndarray, beyond: np.ndarray) -> np.ndarray | None:
         """Where a full step leads that heeds how rows curve: by what they were found beyond their bounds behind it."""
-        step = solve_dense(self._B, here.g, here.A_and_box, self._room(here, beyond - here.A @ d))
-        return None if step is None else self._form.clip(here.y + step)
+        solved = solve_dense(self._B, here.g, here.A_and_box, self._room(here, beyond - here.A @ d))
+        return None if solved is None else self._form.clip(here.y + solved[0])
 
     # The Hessian
 

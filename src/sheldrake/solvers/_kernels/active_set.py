@@ -284,7 +284,9 @@ def solve_dense_program(
     K: Matrix,
     active: IntVector,
 ) -> int:
-    """Finds where 1/2 x'Qx + q'x is least with A x <= b; 0, or -1 if there is no such x or it was not found.
+    """Finds where 1/2 x'Qx + q'x is least with A x <= b.
+
+    Gives how many rows hold with equality there, or -1 if there is no such x or it was not found.
 
     Args:
         Q: Positive semidefinite, shape (n, n).
@@ -301,9 +303,9 @@ def solve_dense_program(
         r: Scratch, shape (n,).
         f: Scratch, shape (n,).
         center: Scratch, shape (n,).
-        multipliers: Scratch, shape (n + 1,).
+        multipliers: Filled with those of the rows that hold with equality, shape (n + 1,).
         K: Scratch, shape (2 n, 2 n + 1).
-        active: Scratch, shape (n + 1,).
+        active: Filled with these rows, shape (n + 1,).
     """
     n = q.shape[0]
     largest = 1.0
@@ -325,5 +327,5 @@ def solve_dense_program(
         tolerance = EXACT if point < _POINTS - 1 else CLOSE
         if solve_with_rows(K, Q, q, A, b, active, count, x, multipliers) == 0:
             if is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance) != 0:
-                return 0
+                return count
     return INFEASIBLE
