@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,10 +16,44 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics
 from sheldrake.multibody.tree._kernels.model import make_work
-from sheldrake.planning._kernels.distances import distance_slopes, place_bodies
+from sheldrake.planning._kernels.distances import Bound, distance_slopes, place_bodies, smooth_bound
 from sheldrake.planning._native_checks import NativeChecks
 
+if TYPE_CHECKING:
+    from sheldrake.geometry import QueryObject
+    from sheldrake.multibody.plant._context.view import View
+
 _DEPTH = operator.index(ContactPoint.depth)
+
+
+class Search:
+    """Memory and kernels that find the distances of all pairs of geometries that may touch.
+
+    Args:
+        plant: The plant, of floats.
+        view: What it keeps for a context, of which nothing is kept here.
+        query: What the context is asked about geometry.
+        reach: Pairs farther from each other do not count [m].
+    """
+
+    def __init__(self, plant: MultibodyPlant, view: View, query: QueryObject, reach: float):
+        self.scene, self.reach = query._scene(), reach
+        scene = self.scene
+        rows, inspector = parts_of(plant).kernel_models.rows_of_frames(), query.inspector()
+        body = np.array([rows.get(inspector.GetFrameId(g), 0) for g in scene.ids], np.int64)
+        places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
+        tree, pairs = view.model, max(1, len(scene.model.pair))
+        placed, work = world_poses(scene.num_bodies, float), make_work(tree, float)
+        self.q, self.p, self.slopes = np.zeros(view.nq), view.p.copy(), np.zeros((pairs, view.nv))
+        self.table, self.least, self.value = contact_table(scene.model, pairs), np.zeros(Bound.SIZE), np.zeros(1 + view.nv)
+        values = {
+            "model": tree, "p": self.p, "work": work, "q": self.q, "poses": work.X_WB, "places": places,
+            "placed": placed, "geometry_model": scene.model, "bodies": BodyPoses(placed), "reach": float(reach),
+            "table": self.table, "body": body, "slopes": self.slopes,
+        }  # fmt: skip
+        self.find = Chain([position_kinematics, place_bodies, find_distances]).bind(**values)
+        self.differentiate = Chain([distance_slopes]).bind(**values)
+        self.bound = smooth_bound.bind(self.table, self.slopes, self.least, np.zeros((pairs, 2)), self.value, 0)
 
 
 class NativeDistances:
@@ -43,31 +77,27 @@ class NativeDistances:
         known = slot.free < 0 and NativeChecks.can(scene, query._state, plant, view)
         return NativeDistances(plant, context, view, query, reach) if known else None
 
-    def __init__(self, plant: MultibodyPlant, context: Any, view: Any, query: Any, reach: float):
+    def __init__(self, plant: MultibodyPlant, context: Any, view: View, query: QueryObject, reach: float):
         self._contexts, self._context, self._layout = parts_of(plant).contexts, context, context._store.layout
         self._dynamics = parts_of(plant).dynamics
-        self._query, self._scene, self._view = query, query._scene(), view
-        scene = self._scene
-        rows, inspector = parts_of(plant).kernel_models.rows_of_frames(), query.inspector()
-        body = np.array([rows.get(inspector.GetFrameId(g), 0) for g in scene.ids], np.int64)
-        places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
-        tree, pairs = view.model, max(1, len(scene.model.pair))
-        placed, work = world_poses(scene.num_bodies, float), make_work(tree, float)
-        self._q, self._p, self._slopes = np.zeros(view.nq), view.p.copy(), np.zeros((pairs, view.nv))
-        self._table = contact_table(scene.model, pairs)
-        values = {
-            "model": tree, "p": self._p, "work": work, "q": self._q, "poses": work.X_WB, "places": places,
-            "placed": placed, "geometry_model": scene.model, "bodies": BodyPoses(placed), "reach": float(reach),
-            "table": self._table, "body": body, "slopes": self._slopes,
-        }  # fmt: skip
-        self._search = Chain([position_kinematics, place_bodies, find_distances]).bind(**values)
-        self._differentiate = Chain([distance_slopes]).bind(**values)
+        self._query, self._view = query, view
+        kept = view.distances
+        if kept is None or kept.scene is not query._scene() or kept.reach != reach:
+            kept = view.distances = Search(plant, view, query, reach)
+        kept.table.remembered[...] = 0
+        self._search: Search = kept
 
     def is_current(self) -> bool:
         """Whether geometry and memory of the context are still those."""
         context = self._context
         is_same = context._store.layout is self._layout and self._contexts.view(context) is self._view
-        return is_same and self._query._scene() is self._scene
+        return is_same and self._query._scene() is self._search.scene
+
+    def _find(self, q: np.ndarray) -> None:
+        search = self._search
+        search.q[:], search.p[:] = q, self._view.p
+        if search.find():
+            raise explain_contact_status(search.scene.model, search.table)
 
     def distances(self, q: np.ndarray) -> np.ndarray:
         """Signed distances at positions q of the pairs within reach [m], shape (pairs,).
@@ -75,13 +105,35 @@ class NativeDistances:
         Raises:
             RuntimeError: the search did not end well.
         """
-        self._q[:], self._p[:] = q, self._view.p
-        if self._search():
-            raise explain_contact_status(self._scene.model, self._table)
-        return -self._table.point[: self._table.count[Found.num_contacts], _DEPTH]
+        self._find(q)
+        table = self._search.table
+        return -table.point[: table.count[Found.num_contacts], _DEPTH]
 
     def slopes(self) -> np.ndarray:
         """Derivatives by q of the distances found last, shape (pairs, nq); the context is at these positions."""
-        self._differentiate()
-        slopes = self._slopes[: self._table.count[Found.num_contacts]]
-        return slopes.copy() if self._view.frozen.v_is_qdot else slopes @ self._dynamics.qdot_to_velocity(self._context)
+        search = self._search
+        search.differentiate()
+        return self._by_q(search.slopes[: search.table.count[Found.num_contacts]])
+
+    def _by_q(self, by_v: np.ndarray) -> np.ndarray:
+        return by_v.copy() if self._view.frozen.v_is_qdot else by_v @ self._dynamics.qdot_to_velocity(self._context)
+
+    def bound(self, q: np.ndarray, least: np.ndarray, with_slope: bool) -> tuple[float, np.ndarray]:
+        """Penalties of all distances as one number, and its derivatives by q, shape (nq,), if they are wanted.
+
+        Args:
+            q: Positions, which the context is at.
+            least: What is bounded, a `Bound`.
+            with_slope: Whether derivatives are wanted.
+
+        Raises:
+            RuntimeError: the search did not end well.
+        """
+        self._find(q)
+        search = self._search
+        if with_slope:
+            search.differentiate()
+        search.least[:] = least
+        search.bound.set("with_slope", with_slope)
+        search.bound()
+        return search.value.item(0), self._by_q(search.value[1:]) if with_slope else search.value[:0]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
+from sheldrake.planning._kernels.distances import Bound
 from sheldrake.planning._native_distances import NativeDistances
 from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
@@ -94,7 +95,6 @@ class DistanceConstraint(_Distances, Constraint):
 class _MinimumDistance(_Distances, _MinimumValueConstraint):
     """A smooth bound on the least of the signed distances of all pairs that may collide."""
 
-    _eval = _MinimumValueConstraint._eval
     _jacobian = _MinimumValueConstraint._jacobian
     _display = _MinimumValueConstraint._display
     _latex = _MinimumValueConstraint._latex
@@ -162,8 +162,30 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         J = [self._pair_slope(query, pair) for pair in pairs]
         return np.array([p.distance for p in pairs]), np.array(J).reshape(len(pairs), len(x))
 
+    def _scale_to_penalty(self) -> None:
+        super()._scale_to_penalty()
+        self._least = Bound.of(
+            bound=self._bound, influence=self._influence, scale=self._factor, alpha=self._alpha,
+            pairs=self._max_num_values, is_over=self._lower_kind,
+        )  # fmt: skip
+
+    def _for_kernels(self, x: np.ndarray) -> NativeDistances | None:
+        """What computes all of it without Python; None where distances or the penalty are somebody else's."""
+        is_ours = self._checker is None and self._penalty is quadratically_smoothed_hinge
+        return self._native(x) if is_ours else None
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        native = self._for_kernels(x)
+        if native is None:
+            return _MinimumValueConstraint._eval(self, x)
+        return np.array([native.bound(x, self._least, False)[0]])
+
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return _MinimumValueConstraint._eval_with_jacobian(self, x)
+        native = self._for_kernels(x)
+        if native is None:
+            return _MinimumValueConstraint._eval_with_jacobian(self, x)
+        value, slope = native.bound(x, self._least, True)
+        return np.array([value]), slope.reshape(1, -1)
 
     def distance_bound(self) -> float:
         """Returns the bound [m]."""

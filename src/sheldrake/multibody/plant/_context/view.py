@@ -69,6 +69,8 @@ class View:
         """What point contacts are put together in, once they were asked for."""
         self.reactions: Any = None
         """What reaction forces are computed in, once they were asked for."""
+        self.distances: Any = None
+        """What finds distances of geometries for those who plan, once they were asked for."""
         self._in_step: tuple[Any, Query] | None = None
         """The tree of a step, and the query of accelerations there, once they were asked for."""
         self.applied_force: np.ndarray | None = None
