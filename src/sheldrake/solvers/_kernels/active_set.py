@@ -238,9 +238,9 @@ def solve_with_rows(K, Q, q, A, b, active, count, x, multipliers):
 def is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance):
     """Whether x and multipliers meet the conditions of optimality."""
     rows, n = A.shape
-    terms = 1.0
+    terms, largest = 1.0, 0.0  # all elements of x are about as exact as the largest
     for k in range(n):
-        terms = max(terms, abs(q[k]))
+        terms, largest = max(terms, abs(q[k])), max(largest, abs(x[k]))
     for a in range(count):
         terms = max(terms, abs(multipliers[a]))
     for a in range(count):
@@ -258,7 +258,7 @@ def is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance):
         beyond, size = -b[j], abs(b[j])
         for k in range(n):
             beyond += A[j, k] * x[k]
-            size += abs(A[j, k] * x[k])
+            size += abs(A[j, k]) * largest
         if not beyond <= tolerance * size or (j < equal and beyond < -tolerance * size):
             return 0
     return 1
