@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import functools
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -24,13 +25,13 @@ def one_thread() -> Iterator[None]:
 
     For matrices of some 100 rows a second thread gains little when there is a processor for it; on a busy machine, or
     where a container has fewer processors than it sees, each factorisation waits for it: 100 ms instead of 0.5.
-    The number is one for the whole process: the first that comes in sets it, the last that leaves sets it back.
+    The number is one for the whole process: the first that comes in sets it, the last that leaves sets it back. SciPy's
+    linear algebra counts if it is loaded.
     """
-    libraries = _libraries()
     with _INSIDE.lock:
-        if not _INSIDE.count:
-            _INSIDE.before = [library.get() for library in libraries]
-            for library in libraries:
+        for library in _libraries():
+            if library not in _INSIDE.before:
+                _INSIDE.before[library] = library.get()
                 library.set(1)
         _INSIDE.count += 1
     try:
@@ -39,31 +40,34 @@ def one_thread() -> Iterator[None]:
         with _INSIDE.lock:
             _INSIDE.count -= 1
             if not _INSIDE.count:
-                for library, count in zip(libraries, _INSIDE.before):
+                for library, count in _INSIDE.before.items():
                     library.set(count)
+                _INSIDE.before.clear()
 
 
 class _Inside:
     """How many threads are inside of `one_thread`, and the numbers from before."""
 
     def __init__(self) -> None:
-        self.lock, self.count, self.before = threading.Lock(), 0, list[int]()
+        self.lock, self.count, self.before = threading.Lock(), 0, dict[_Library, int]()
 
 
 _INSIDE = _Inside()
 
 
-@functools.cache
 def _libraries() -> list[_Library]:
-    """OpenBLAS as the wheels of NumPy and SciPy bring it; none where they use something else."""
-    import numpy
-    import scipy  # whose parts would take long to load, and need not be there for its library to be
+    """OpenBLAS as the wheels of NumPy and SciPy bring it, if they are loaded; none where they use something else."""
+    return [library for name, part in _PARTS.items() if part in sys.modules for library in _libraries_of(name)]
 
-    found = []
-    for module in (numpy, scipy):
-        package = Path(str(module.__file__)).parent
-        for folder in (package.parent / f"{package.name}.libs", package / ".dylibs"):
-            found += [_functions(path) for path in sorted(folder.glob("*openblas*"))]
+
+_PARTS = {"numpy": "numpy", "scipy": "scipy.linalg"}
+
+
+@functools.cache
+def _libraries_of(name: str) -> list[_Library]:
+    package = Path(str(sys.modules[name].__file__)).parent
+    folders = package.parent / f"{name}.libs", package / ".dylibs"
+    found = [_functions(path) for folder in folders for path in sorted(folder.glob("*openblas*"))]
     return [library for library in found if library is not None]
 
 

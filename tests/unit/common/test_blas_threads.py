@@ -1,8 +1,29 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+import scipy.linalg  # noqa: F401  whose library counts once it is loaded
 
 from sheldrake.common._blas import _libraries, one_thread
 from sheldrake.solvers import MathematicalProgram, SnoptSolver
+
+
+def test_linear_algebra_of_scipy_is_not_loaded_to_be_told():
+    code = """
+import sys
+from sheldrake.common._blas import one_thread
+with one_thread():
+    print("scipy" in sys.modules)
+    import scipy.linalg
+    from sheldrake.common._blas import _libraries
+    before = [library.get() for library in _libraries()]
+    with one_thread():
+        print(all(library.get() == 1 for library in _libraries()))
+print([library.get() for library in _libraries()][1:] == before[1:])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True", "True"]
 
 
 def counts():

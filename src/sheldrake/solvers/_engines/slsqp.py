@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._blas import one_thread
 from sheldrake.solvers._engines.nonlinear import Outcome, Settings
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 
@@ -36,16 +37,17 @@ def slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome
         )
     if above.any() or below.any():
         constraints.append({"type": "ineq", "fun": inequality, "jac": inequality_slope})
-    found = minimize(
-        lambda y: form.values(y)[0],
-        start,
-        jac=lambda y: form.cost(y)[1],
-        method="SLSQP",
-        bounds=Bounds(form.x_lower, form.x_upper),
-        constraints=constraints,
-        callback=form.show if form._callbacks else None,
-        options={"maxiter": settings.iterations, "ftol": settings.optimality, "disp": settings.prints},
-    )
+    with one_thread():  # also of SciPy, which may be here only now
+        found = minimize(
+            lambda y: form.values(y)[0],
+            start,
+            jac=lambda y: form.cost(y)[1],
+            method="SLSQP",
+            bounds=Bounds(form.x_lower, form.x_upper),
+            constraints=constraints,
+            callback=form.show if form._callbacks else None,
+            options={"maxiter": settings.iterations, "ftol": settings.optimality, "disp": settings.prints},
+        )
     # Status 8: no descent along the last direction, as happens at the limit of rounding.
     return Outcome("SLSQP", found.x, found.status in (0, 8), found.status == 9)
 
