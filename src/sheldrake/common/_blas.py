@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import dataclasses
 import functools
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 _SPELLINGS = [(prefix, suffix) for prefix in ("scipy_openblas", "openblas") for suffix in ("64_", "")]
 
 
-class _Library(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Library:
     get: Callable[[], int]
     set: Callable[[int], None]
 
