@@ -2,7 +2,7 @@
 
     python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
 
-Families: values, contexts, plant, python, present, questions, curves, programs, symbols, once, solving,
+Families: values, contexts, plant, python, present, questions, postures, curves, programs, symbols, once, solving,
 sets, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
@@ -469,7 +469,7 @@ def present(lib: Any) -> Calls:
 
 @family
 def questions(lib: Any) -> Calls:
-    """Contact surfaces, constraints of inverse kinematics, and trajectories."""
+    """Contact surfaces."""
     builder = lib.DiagramBuilder()
     plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, 0.001)
     for name in ("a", "b"):
@@ -489,21 +489,55 @@ def questions(lib: Any) -> Calls:
         plant.SetPositions(context, q)
         return scene_graph.get_query_output_port().Eval(geometry).ComputeContactSurfaces(polygons)
 
-    arm_builder, robot, _ = arm(lib, 0.001)
-    arm_diagram = arm_builder.Build()
-    posture = robot.GetMyContextFromRoot(arm_diagram.CreateDefaultContext())
-    ik = lib.InverseKinematics(robot, posture)
-    hand, world = robot.GetFrameByName("link7"), robot.world_frame()
-    reach = ik.AddPositionConstraint(hand, [0, 0, 0], world, [-1, -1, -1], [1, 1, 1]).evaluator()
-    apart = ik.AddMinimumDistanceLowerBoundConstraint(0.01).evaluator()
-    postures = itertools.cycle([robot.GetPositions(posture) + 1e-3 * k for k in range(8)])
-    return {
-        "ComputeContactSurfaces": surfaces,
-        "PositionConstraint.Eval": lambda: reach.Eval(next(postures)),
-        "MinimumDistance.Eval": lambda: apart.Eval(next(postures)),
-        "MinimumDistance.Eval, AutoDiff": lambda: apart.Eval(lib.InitializeAutoDiff(next(postures))),
-        "InverseKinematics()": lambda: lib.InverseKinematics(robot, posture),
+    return {"ComputeContactSurfaces": surfaces}
+
+
+@family
+def postures(lib: Any) -> Calls:
+    """Inverse kinematics of an arm: programs, constraints at postures that change, and whole solves."""
+    builder, robot, _ = arm(lib, 0.001)
+    diagram = builder.Build()
+    context = robot.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    alone = lib.MultibodyPlant(0.0)
+    lib.Parser(alone).AddModelsFromString(arm_urdf(), "urdf")
+    alone.Finalize()
+    own = alone.CreateDefaultContext()
+    ik, zero, one = lib.InverseKinematics(robot, context), np.zeros(3), np.ones(3)
+    tip, link, world = robot.GetFrameByName("link7"), robot.GetFrameByName("link4"), robot.world_frame()
+    R, axis = lib.RotationMatrix(), np.array([0.0, 0.0, 1.0])
+    q = robot.GetPositions(context)
+    asked = itertools.cycle([q + 1e-3 * k for k in range(8)])
+    x, targets = np.full(7, 0.3), itertools.cycle([np.array([0.3, 0.1 * k, 0.6]) for k in range(4)])
+    constraints = {
+        "Position": ik.AddPositionConstraint(tip, zero, world, -one, one),
+        "Orientation": ik.AddOrientationConstraint(world, R, tip, R, 0.5),
+        "GazeTarget": ik.AddGazeTargetConstraint(tip, zero, axis, world, one, 0.5),
+        "AngleBetweenVectors": ik.AddAngleBetweenVectorsConstraint(tip, axis, world, axis, 0.0, 1.0),
+        "PointToPointDistance": ik.AddPointToPointDistanceConstraint(tip, zero, link, zero, 0.1, 2.0),
+        "MinimumDistance": ik.AddMinimumDistanceLowerBoundConstraint(0.01),
     }
+
+    def program(of: Any, *given: Any) -> Any:
+        out, goal = lib.InverseKinematics(of, *given), next(targets)
+        hand, ground = of.GetFrameByName("link7"), of.world_frame()
+        out.AddPositionConstraint(hand, zero, ground, goal - 0.01, goal + 0.01)
+        out.AddOrientationConstraint(ground, R, hand, R, 0.5)
+        out.AddGazeTargetConstraint(hand, zero, axis, ground, goal + [0.0, 0.0, 1.0], 0.6)
+        out.prog().AddQuadraticErrorCost(np.eye(7), x, out.q())
+        out.prog().SetInitialGuess(out.q(), x)
+        return out
+
+    calls: Calls = {
+        "InverseKinematics(plant, context)": lambda: lib.InverseKinematics(robot, context),
+        "InverseKinematics(plant)": lambda: lib.InverseKinematics(alone),
+        "position, orientation, gaze, cost": lambda: program(alone, own),
+        "..., solved": lambda: lib.Solve(program(alone, own).prog()),
+    }
+    for name, binding in constraints.items():
+        function = binding.evaluator()
+        calls[f"{name}.Eval"] = lambda function=function: function.Eval(next(asked))
+        calls[f"{name}.Eval, AutoDiff"] = lambda function=function: function.Eval(lib.InitializeAutoDiff(next(asked)))
+    return calls
 
 
 @family
