@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 QDOT = JacobianWrtVariable.kQDot
 PLANT, FRAME = instance_of(MultibodyPlant), instance_of(Frame)
+_ORIGIN = np.zeros(3)
 POSE, POINT = called("RigidTransform"), called("float array of shape (3,)")
 
 
@@ -67,8 +68,7 @@ class KinematicFunction:
     def _eval(self, x: np.ndarray) -> np.ndarray:
         q, more = self._split(x)
         self._place(q)
-        y = self._value(more)
-        y = y if type(y) is np.ndarray and y.ndim else np.atleast_1d(y)
+        y = _vector(self._value(more))
         return _arrays.values_and_gradient(y)[0] if y.dtype == object else y
 
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -76,7 +76,8 @@ class KinematicFunction:
             return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))
         q, more = self._split(x)
         self._place(q)
-        return np.atleast_1d(self._value(more)), np.atleast_2d(self._slope(more))
+        slope = self._slope(more)
+        return _vector(self._value(more)), slope if slope.ndim == 2 else slope.reshape(1, -1)
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return self._eval_with_jacobian(x)[1]
@@ -106,9 +107,8 @@ class KinematicFunction:
 
     def _point_slope(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """Derivative of p_AQ by q, shape (3, nq)."""
-        return self._plant.CalcJacobianTranslationalVelocity(
-            self._context, QDOT, frame_B, p_BQ.reshape(3, 1), frame_A, frame_A
-        )
+        J: np.ndarray = self._plant.CalcJacobianSpatialVelocity(self._context, QDOT, frame_B, p_BQ, frame_A, frame_A)
+        return J[3:]
 
     def _rotation(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """R_AB, shape (3, 3)."""
@@ -118,7 +118,12 @@ class KinematicFunction:
 
     def _rotation_slope(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """W with w_AB_A = W qdot, shape (3, nq)."""
-        return self._plant.CalcJacobianAngularVelocity(self._context, QDOT, frame_B, frame_A, frame_A)
+        J: np.ndarray = self._plant.CalcJacobianSpatialVelocity(self._context, QDOT, frame_B, _ORIGIN, frame_A, frame_A)
+        return J[:3]
+
+
+def _vector(y: Any) -> np.ndarray:
+    return y if type(y) is np.ndarray and y.ndim else np.atleast_1d(y)
 
 
 def vector3(call: str, name: str, value: ArrayLike) -> np.ndarray:

@@ -80,7 +80,7 @@ class OrientationConstraint(_Turn, Constraint):
         self._set_bounds(np.array([2.0 * np.cos(theta_bound) + 1.0]), np.array([3.0]))
 
     def _value(self, more: np.ndarray) -> np.ndarray:
-        return np.atleast_1d(self._trace())
+        return np.array([self._trace()])
 
     def _slope(self, more: np.ndarray) -> np.ndarray:
         return self._trace_slope()
@@ -113,7 +113,7 @@ class OrientationCost(_Turn, Cost):
         self._c = float(c)
 
     def _value(self, more: np.ndarray) -> np.ndarray:
-        return np.atleast_1d(self._c * (3.0 - self._trace()) * 0.5)
+        return np.array([self._c * (3.0 - self._trace()) * 0.5])
 
     def _slope(self, more: np.ndarray) -> np.ndarray:
         return -0.5 * self._c * self._trace_slope()
@@ -135,7 +135,9 @@ class _Angle(KinematicFunction):
 
     def _cos_slope(self) -> np.ndarray:
         b_A = self._rotation(self._A, self._B) @ self._b
-        return np.cross(b_A, self._a) @ self._rotation_slope(self._A, self._B)
+        x, y, z = b_A
+        a, b, c = self._a
+        return np.array([y * c - z * b, z * a - x * c, x * b - y * a]) @ self._rotation_slope(self._A, self._B)
 
 
 class AngleBetweenVectorsConstraint(_Angle, Constraint):
@@ -172,7 +174,7 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
         self._set_bounds(np.array([np.cos(angle_upper)]), np.array([np.cos(angle_lower)]))
 
     def _value(self, more: np.ndarray) -> np.ndarray:
-        return np.atleast_1d(self._cos())
+        return np.array([self._cos()])
 
     def _slope(self, more: np.ndarray) -> np.ndarray:
         return self._cos_slope()
@@ -205,7 +207,7 @@ class AngleBetweenVectorsCost(_Angle, Cost):
         self._c = float(c)
 
     def _value(self, more: np.ndarray) -> np.ndarray:
-        return np.atleast_1d(self._c * (1.0 - self._cos()))
+        return np.array([self._c * (1.0 - self._cos())])
 
     def _slope(self, more: np.ndarray) -> np.ndarray:
         return -self._c * self._cos_slope()

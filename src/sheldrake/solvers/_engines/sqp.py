@@ -8,6 +8,7 @@ progress, they may be missed by the same amount, which the program makes as smal
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -33,22 +34,30 @@ def suits(form: NonlinearForm) -> bool:
 
 
 class Here(NamedTuple):
-    """A point: cost and gradient; how far rows are beyond their bounds, the gradients of that, and the box's below."""
+    """A point: cost and gradient; how far rows are beyond their bounds, and at most; the gradients of that, and the box's
+    below.
+    """
 
     y: np.ndarray
     f: float
     g: np.ndarray
     beyond: np.ndarray
+    violation: float
     A: np.ndarray
     A_and_box: np.ndarray
 
-    def violation(self) -> float:
-        """The largest."""
-        return float(self.beyond.max(initial=0.0))
-
     def is_finite(self) -> bool:
         """Whether all values are."""
-        return bool(np.isfinite(self.f) and np.isfinite(self.g).all() and np.isfinite(self.beyond).all())
+        return math.isfinite(self.f) and _are_finite(self.g) and _are_finite(self.beyond)
+
+
+def _are_finite(numbers: np.ndarray) -> bool:
+    return math.isfinite(np.add.reduce(numbers))
+
+
+def _largest(numbers: np.ndarray) -> float:
+    """The largest size of some numbers, 0 if there are none; nan if one is."""
+    return float(np.maximum.reduce(np.abs(numbers), initial=0.0))
 
 
 class Sqp:
@@ -77,7 +86,7 @@ class Sqp:
         for _ in range(self._settings.iterations):
             if not here.is_finite():
                 break
-            is_feasible, size = here.violation() <= 0.5 * self._settings.feasibility, max(1.0, abs(here.f))
+            is_feasible, size = here.violation <= 0.5 * self._settings.feasibility, max(1.0, abs(here.f))
             step = self._step(here)
             if step is None:
                 if stalls or (is_feasible and gain <= _ROUNDING * size):
@@ -87,7 +96,7 @@ class Sqp:
             d, left, multipliers = step
             wanted = 1.5 * float(multipliers.sum())
             self._penalty = max(wanted, 0.5 * (self._penalty + wanted))
-            gain = abs(float(here.g @ d)) + self._penalty * here.violation()
+            gain = abs(float(here.g @ d)) + self._penalty * here.violation
             if is_feasible and left <= _LEFT and gain <= _GAIN * size:
                 return self._outcome(here, True)
             there = self._search(here, d, left)
@@ -97,7 +106,7 @@ class Sqp:
                 here = there
                 continue
             stalls += 1
-            if stalls > 1 or (left > _LEFT and np.abs(d).max() <= _LEFT):
+            if stalls > 1 or (left > _LEFT and _largest(d) <= _LEFT):
                 return self._outcome(here, is_feasible and gain <= _ROUNDING * size)
             self._B = self._first_hessian()
         else:
@@ -111,11 +120,12 @@ class Sqp:
     def _at(self, y: np.ndarray) -> Here:
         (f, g), (rows, J) = self._form.cost(y), self._form.dense_constraints(y)
         A_and_box = np.concatenate((J[self._high], -J[self._low], self._box))
-        return Here(y, f, g, self._beyond(rows), A_and_box[: len(A_and_box) - len(self._box)], A_and_box)
+        return Here(y, f, g, *self._beyond(rows), A_and_box[: len(A_and_box) - len(self._box)], A_and_box)
 
-    def _beyond(self, rows: np.ndarray) -> np.ndarray:
-        """How far rows are beyond their upper, then their lower bounds; negative inside."""
-        return np.concatenate((rows[self._high] - self._upper, self._lower - rows[self._low]))
+    def _beyond(self, rows: np.ndarray) -> tuple[np.ndarray, float]:
+        """How far rows are beyond their upper, then their lower bounds, negative inside; and at most."""
+        beyond = np.concatenate((rows[self._high] - self._upper, self._lower - rows[self._low]))
+        return beyond, float(np.maximum.reduce(beyond, initial=0.0))
 
     def _room(self, here: Here, beyond: np.ndarray) -> np.ndarray:
         """How far steps may go along the rows of A, then along those of the box."""
@@ -130,58 +140,51 @@ class Sqp:
         """
         rows, room = here.A_and_box, self._room(here, here.beyond)
         solved = solve_dense(self._B, here.g, rows, room)
-        if solved is not None and np.abs(solved[0]).max(initial=0.0) < _LONGEST:
+        if solved is not None and _largest(solved[0]) < _LONGEST:
             return solved[0], 0.0, np.maximum(solved[1][: len(here.A)], 0.0)
         n = len(here.g)
         Q, q, missed = np.zeros((n + 1, n + 1)), np.append(here.g, 0.0), np.zeros((len(rows) + 1, n + 1))
         Q[:n, :n], Q[n, n] = self._B, 1e-6
         missed[:-1, :n], missed[: len(here.A), n], missed[-1, n] = rows, -1.0, -1.0
-        for penalty in _PENALTIES * max(1.0, float(np.abs(here.g).max(initial=0.0))):
+        for penalty in _PENALTIES * max(1.0, _largest(here.g)):
             q[n] = penalty
             solved = solve_dense(Q, q, missed, np.append(room, 0.0))
             if solved is None:
                 return None
             step, left = solved[0][:n], max(0.0, float(solved[0][n]))
-            if left <= 0.9 * here.violation():
+            if left <= 0.9 * here.violation:
                 break
         self._penalty = max(self._penalty, penalty)
         return step, left, np.maximum(solved[1][: len(here.A)], 0.0)
 
     def _search(self, here: Here, d: np.ndarray, left: float) -> Here | None:
         """Where the penalty function falls along a step; None if nowhere."""
-        merit = here.f + self._penalty * here.violation()
-        slope = float(here.g @ d) - self._penalty * (here.violation() - left)
-        slope = min(slope, -0.5 * float(d @ self._B @ d))
-        alpha = min(1.0, _REACH * (1.0 + np.abs(here.y).max(initial=0.0)) / max(np.abs(d).max(initial=0.0), 1e-300))
-        is_first = True
-        while alpha >= _SHORTEST:
-            enough = merit + 1e-4 * alpha * slope + 1e-14 * abs(merit)
+        slope = float(here.g @ d) - self._penalty * (here.violation - left)
+        slope, merit = min(slope, -0.5 * float(d @ self._B @ d)), self._merit(here)
+        alpha = min(1.0, _REACH * (1.0 + _largest(here.y)) / max(_largest(d), 1e-300))
+        # Most of the work of derivatives is that of values: where the next step may begin, they are computed at once.
+        there = self._at(self._form.clip(here.y + alpha * d))
+        if self._merit(there) <= merit + _enough(merit, alpha * slope):
+            return there
+        if alpha == 1.0 and left == 0.0 and _are_finite(there.beyond):
+            corrected = self._corrected(here, d, there.beyond)
+            if corrected is not None and self._merit(corrected) <= merit + _enough(merit, slope):
+                return corrected
+        while (alpha := alpha * (0.5 if alpha > 0.1 else 0.2)) >= _SHORTEST:
             y = self._form.clip(here.y + alpha * d)
-            new, beyond = self._merit(y, is_first)
-            if new <= enough:
+            f, rows = self._form.values(y)
+            if f + self._penalty * self._beyond(rows)[1] <= merit + _enough(merit, alpha * slope):
                 return self._at(y)
-            if alpha == 1.0 and left == 0.0 and np.isfinite(beyond).all():
-                corrected = self._corrected(here, d, beyond)
-                if corrected is not None and self._merit(corrected, True)[0] <= enough:
-                    return self._at(corrected)
-            is_first = False
-            alpha *= 0.5 if alpha > 0.1 else 0.2
         return None
 
-    def _merit(self, y: np.ndarray, is_likely: bool) -> tuple[float, np.ndarray]:
-        """The penalty function, and how far rows are beyond their bounds.
+    def _merit(self, there: Here) -> float:
+        """The penalty function."""
+        return there.f + self._penalty * there.violation
 
-        Where the next step is likely to begin, derivatives are computed at once: most of their work is that of values.
-        """
-        form = self._form
-        f, rows = (form.cost(y)[0], form.constraints(y)[0]) if is_likely else form.values(y)
-        beyond = self._beyond(rows)
-        return f + self._penalty * float(beyond.max(initial=0.0)), beyond
-
-    def _corrected(self, here: Here, d: np.ndarray, beyond: np.ndarray) -> np.ndarray | None:
+    def _corrected(self, here: Here, d: np.ndarray, beyond: np.ndarray) -> Here | None:
         """Where a full step leads that heeds how rows curve: by what they were found beyond their bounds behind it."""
         solved = solve_dense(self._B, here.g, here.A_and_box, self._room(here, beyond - here.A @ d))
-        return None if solved is None else self._form.clip(here.y + solved[0])
+        return None if solved is None else self._at(self._form.clip(here.y + solved[0]))
 
     # The Hessian
 
@@ -201,10 +204,15 @@ class Sqp:
         """From how the Lagrangian's gradient changed by r along s."""
         Bs = self._B @ s
         sBs, sr = float(s @ Bs), float(s @ r)
-        if not sBs > 1e-30 or not np.isfinite(r).all():
+        if not sBs > 1e-30 or not math.isfinite(sr):
             return
         if sr < 0.2 * sBs:
             part = 0.8 * sBs / (sBs - sr)
             r = part * r + (1.0 - part) * Bs
             sr = 0.2 * sBs
-        self._B = self._B - np.outer(Bs, Bs) / sBs + np.outer(r, r) / sr
+        self._B = self._B - Bs[:, None] * (Bs / sBs) + r[:, None] * (r / sr)
+
+
+def _enough(merit: float, fall: float) -> float:
+    """How much the penalty function, where it is to fall, must do so; rounding may let it rise."""
+    return 1e-4 * fall + 1e-14 * abs(merit)

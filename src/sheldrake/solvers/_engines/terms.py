@@ -6,6 +6,7 @@ numbers whose rows and columns never change, so that solvers lay out their matri
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,7 +20,7 @@ from sheldrake.solvers._kernels import quasi_newton
 
 def without_nan(J: np.ndarray) -> np.ndarray:
     """Derivatives, those that are nan (of a length at zero, say) taken as zero."""
-    return np.where(np.isnan(J), 0.0, J) if np.isnan(J.sum()) else J
+    return np.where(np.isnan(J), 0.0, J) if math.isnan(np.add.reduce(J, axis=None)) else J
 
 
 class Terms:
@@ -195,7 +196,7 @@ class LearnedTerms(Terms):
         self._points[:] = points
         for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, points):
             values[:], J[:] = evaluator._eval_with_jacobian(own)
-        if np.isnan(self._J.sum()):
+        if math.isnan(np.add.reduce(self._J, axis=None)):
             self._J[:] = without_nan(self._J)
         return self._values.flatten(), self._J.flatten()
 
