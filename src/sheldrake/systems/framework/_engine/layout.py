@@ -170,7 +170,7 @@ class Layout(Memory):
         return place[0], place[0] + int(np.prod(place[1:]))
 
     def _required(self, row: Row) -> tuple[int, ...]:
-        others = tuple(slot.free for slot in row.reads.values() if slot.free >= 0)
+        others = tuple(s.free for s in row.reads.values() if s.free >= 0 and s.free not in self.optional_free)
         if "u" not in row.calc.names:
             return others
         inputs = zip(self.systems[row.node]._inputs, self.places[row.node].inputs)
