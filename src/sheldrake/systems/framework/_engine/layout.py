@@ -440,9 +440,11 @@ def _stage_row(
     out: Span,
     event: EventDeclaration | None = None,
 ) -> Row:
-    """The row of a stage: a kernel, a PythonStage, or a FedStage."""
+    """The row of a stage: a kernel, a PythonStage, a FedStage, or the callback that stands for all stages."""
     if isinstance(stage, FedStage):
         return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
+    if isinstance(stage, Callback) and event is not None:
+        event = dataclasses.replace(event, handler=stage)
     return Row(n, kind, stage, out, event=event)
 
 
