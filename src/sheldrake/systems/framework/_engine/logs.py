@@ -27,14 +27,19 @@ def _table(store: Store) -> np.ndarray:
     return store.I[store.layout.log0 : store.layout.fixed0].reshape(-1, 3)
 
 
-def grow(store: Store, least: int = 256) -> None:
+def grow(store: Store) -> None:
     """Gives every log that is nearly full twice the room."""
     i, first = store.i, store.layout.log0
     if all(i[at + 2] + _SPARE <= i[at + 1] for at in range(first, store.layout.fixed0, 3)):
         return
     table = _table(store)
+    if not store.L.size:
+        size, new = store.layout.first_logs
+        with store.moving:
+            store.L, table[...] = np.empty(size, store.S.dtype), new
+        return
     full = table[:, 2] + _SPARE > table[:, 1]
-    _lay_out(store, np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1]))
+    _lay_out(store, np.where(full, 2 * table[:, 1], table[:, 1]))
 
 
 def reserve(store: Store, s: int, room: int) -> None:
