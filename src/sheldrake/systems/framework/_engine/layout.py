@@ -215,6 +215,13 @@ class Layout(Memory):
         return _program.Program(words=joined.words, at=at, **self._tables)
 
     @cached_property
+    def derivative_calls(self) -> tuple[list[int], list[int]]:
+        """The rows of the derivatives of all leaves, and those that they need."""
+        tables: Any = self._tables
+        calls, needed = ([*tables[k][tables[f"{k}_begin"][-2] :].tolist()] for k in ("calls", "prerequisites"))
+        return calls, needed
+
+    @cached_property
     def first_logs(self) -> tuple[int, np.ndarray]:
         """Of logs that are empty: the size of their array, and start, room and number of samples of each."""
         widths = self.program.log[:, _program.Log.length] + 1
