@@ -77,11 +77,21 @@ def _lay_out(store: Store, room: np.ndarray, samples: list[tuple[int, int, Any, 
         table[:, 0], table[:, 1], table[:, 2] = starts[:-1], room, counts
 
 
+def place_of_count(store: Store, s: int) -> int:
+    """Where in the side the number of samples of log `s` is."""
+    return store.layout.log0 + 3 * s + 2
+
+
+def room(store: Store, s: int) -> np.ndarray:
+    """Samples of log `s` and the room behind them: a view of the array."""
+    at, i, (_, (a, b)) = store.layout.log0 + 3 * s, store.i, store.layout.logs[s]
+    first, most, width = i[at], i[at + 1], b - a + 1
+    return store.L[first : first + most * width].reshape(most, width)
+
+
 def _there(store: Store, s: int) -> np.ndarray:
     """Samples of log `s` in the array: a view."""
-    at, i, (_, (a, b)) = store.layout.log0 + 3 * s, store.i, store.layout.logs[s]
-    first, count, width = i[at], i[at + 2], b - a + 1
-    return store.L[first : first + count * width].reshape(count, width)
+    return room(store, s)[: store.i[place_of_count(store, s)]]
 
 
 def _merged(there: np.ndarray, late: list[tuple[int, int, Any, Any]]) -> np.ndarray:
