@@ -81,7 +81,7 @@ def derivatives(program, run, S, side, L, rows, out):
 
 @kernel(top=True, strict=True, short_loops=True)
 def derivatives_now(program_model: Program, S: Vector, side: Side, L: Vector, rows: IntVector) -> int:
-    """Time derivatives at the slab's t and xc, for whoever asks between steps; a status, which the side has not kept."""
+    """Time derivatives at the slab's t and xc between steps; a status, which the side has not kept."""
     program = program_model
     refresh(program, S, side, rows, program.derivatives)
     fire(program, S, side, L, rows, program.derivatives)
