@@ -40,7 +40,7 @@ class Tape(NamedTuple):
     result: IntVector  # which numbers the expressions are
 
 
-@kernel
+@kernel(strict=True)
 def unary(kind, x):
     """A function of one number."""
     if kind == SIN:
@@ -74,7 +74,7 @@ def unary(kind, x):
     return np.floor(x)
 
 
-@kernel
+@kernel(strict=True)
 def binary(kind, x, y):
     """A function of two numbers."""
     if kind == ADD:
@@ -106,7 +106,7 @@ def in_domain(kind, x, y):
     return True
 
 
-@kernel
+@kernel(strict=True)
 def evaluate(tape, x, out):
     """Values of the expressions; a status.
 

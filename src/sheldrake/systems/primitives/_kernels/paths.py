@@ -94,7 +94,7 @@ def turn_of_time(t: float, turn_model: Turns, y: Vector) -> None:
         y[j] = q[i, j] * weight + q[i + 1, j] * other
 
 
-@kernel
+@kernel(strict=True)
 def element_at(path, top, x, j):
     """Element j of a piece, x after its break, by Horner's rule; `top` is where its highest power is."""
     value = path.c[top, j]
@@ -103,14 +103,14 @@ def element_at(path, top, x, j):
     return value
 
 
-@kernel
+@kernel(strict=True)
 def start_of_piece(path, t):
     """Of the piece at a time: where its highest power is, and the time since its break."""
     i = piece_at(path.breaks, t)
     return ((i + 1) * path.powers - 1, nearest_inside(path.breaks, t) - path.breaks[i])
 
 
-@kernel
+@kernel(strict=True)
 def add_vector(path, t, sign, y):
     """Adds a vector's value, times `sign`, to y."""
     top, x = start_of_piece(path, t)
@@ -118,7 +118,7 @@ def add_vector(path, t, sign, y):
         y[j] += sign * element_at(path, top, x, j)
 
 
-@kernel
+@kernel(strict=True)
 def add_product(path, t, sign, v, y):
     """Adds the product of a matrix's value with v, times `sign`, to y."""
     top, x = start_of_piece(path, t)
@@ -130,7 +130,7 @@ def add_product(path, t, sign, v, y):
         y[i] += sign * total
 
 
-@kernel
+@kernel(strict=True)
 def put_affine(t, x, u, by_state, by_input, offset, y):
     """y = M(t) x + N(t) u + b(t)."""
     for i in range(y.shape[0]):
