@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _FLOAT64 = np.dtype(np.float64)
 _FEW = 3
+_MOST = 16  # queries, as there may be one for each number of times
 _NONE: dict = {}
 
 
@@ -43,6 +44,7 @@ class Trajectory:
     _HAS_QUERIES: ClassVar[bool] = False
     """Whether `_make_query` is defined."""
     _queries: dict[int, Query | None] = _NONE
+    """By order of the derivative; for values at n times by -1 - n."""
     _times_asked: dict[int, int] = _NONE
 
     def __init__(self) -> None:
@@ -75,8 +77,15 @@ class Trajectory:
         times[order] = asked = times.get(order, 0) + 1
         if asked <= _FEW:
             return None
-        queries[order] = query = self._make_query(order) if _is_ours(self) else None  # another class computes its own
+        make = self._make_query if order >= 0 else self._make_query_of_times
+        if not _is_ours(self) or len(queries) >= _MOST:  # another class computes its own
+            return None
+        queries[order] = query = make(order)
         return query
+
+    def _make_query_of_times(self, key: int) -> Query | None:
+        """A function of -1 - `key` times, an array, that gives columns; None where there is none."""
+        return None
 
     def _make_query(self, order: int) -> Query | None:
         """That function, of plain numbers; it gives MISFIT for what is no float. None where there is none."""
@@ -92,6 +101,10 @@ class Trajectory:
         Raises:
             RuntimeError: the values are matrices.
         """
+        if type(t) is np.ndarray:
+            ask = self._queries.get(-1 - len(t)) if t.ndim == 1 else None
+            if ask is not None and type(found := ask(t)) is np.ndarray:
+                return found
         times = self._scalars("vector_values", t)
         rows, cols = self.rows(), self.cols()
         if rows != 1 and cols != 1:
@@ -99,6 +112,10 @@ class Trajectory:
                 "vector_values(): This method only supports vector-valued trajectories; "
                 f"the values are {rows} x {cols}."
             )
+        if times and cols == 1:
+            ask = self._query(-1 - len(times))
+            if ask is not None and type(found := ask(np.array(times))) is np.ndarray:
+                return found
         out = self._vector_values(times)
         return out if cols == 1 else out.T
 
@@ -290,14 +307,15 @@ def no_derivatives() -> RuntimeError:
 
 
 def query(kernel: Kernel, *args: KernelArgument, out: np.ndarray) -> Query | None:
-    """A query of a kernel that is given t and fills `out`; None where another thread could come between."""
+    """A query of a kernel that is given t, or times, and fills `out`; None where another thread could come between."""
     from sheldrake.common._native import builtin
     from sheldrake.common.calls import Calls
 
     calls = Calls(_NEVER)
     if not (calls.native and builtin.available()):
         return None
-    return calls.query(kernel, *args, out, given=("t",), answer=out)
+    given = tuple(name for name in kernel.names if name in ("t", "times"))
+    return calls.query(kernel, *args, out, given=given, answer=out)
 
 
 _NEVER = np.zeros(1, np.int64)

@@ -11,7 +11,7 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, is_symbolic
 from sheldrake.math import BsplineBasis_
 from sheldrake.trajectories._base import Trajectory, query
-from sheldrake.trajectories._kernels.values import spline
+from sheldrake.trajectories._kernels.values import spline, spline_at_times
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
@@ -96,6 +96,14 @@ class BsplineTrajectory(Trajectory):
         curve = self.DoMakeDerivative(order)
         points = np.array([p.ravel() for p in curve._points])
         return spline_query(curve._basis._knots, points, curve._points[0].shape)
+
+    def _make_query_of_times(self, key: int) -> Query | None:
+        if self._T is not float or self._basis is None:
+            return None
+        points, knots, times = np.array([p.ravel() for p in self._points]), self._basis._knots, np.zeros(-1 - key)
+        work = np.empty((len(knots) - len(points), points.shape[1]))
+        out = np.empty((points.shape[1], len(times)))
+        return query(spline_at_times, np.array(knots), points, times, work, out=out)
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t, by de Boor's rule."""

@@ -682,3 +682,23 @@ def test_a_derivative_is_no_part_of_its_curve():
         assert slope.value(0.25).item() == pytest.approx(2.0 * (0.75 * 1.0 + 0.25 * 3.0))
         slope.ElevateOrder() if isinstance(slope, BezierCurve) else slope.InsertKnots([0.5])
         assert curve.value(0.25) == before
+
+
+@pytest.mark.parametrize("n", [1, 5, 100])
+@pytest.mark.parametrize("curve", ["cubic", "steps", "constant", "spline"])
+def test_values_at_many_times_are_those_at_each_however_often_they_are_asked_for(curve, n):
+    breaks = np.linspace(0.0, 5.0, 11)
+    samples = np.sin(breaks + np.arange(3.0)[:, None])
+    made = {
+        "cubic": lambda: PiecewisePolynomial.CubicShapePreserving(breaks, samples, True),
+        "steps": lambda: PiecewisePolynomial.ZeroOrderHold(breaks, samples),
+        "constant": lambda: PiecewisePolynomial(samples[:, :1]),
+        "spline": lambda: BsplineTrajectory(BsplineBasis(4, 10), samples[:, :10]),
+    }[curve]()
+    times = np.linspace(-1.0, 6.0, n)
+    expected = np.column_stack([made.value(t)[:, 0] for t in times])
+    for given in [*[times] * 6, times.tolist(), times[None]]:
+        found = made.vector_values(given)
+        np.testing.assert_array_equal(found, expected)
+        found[:] = 0.0  # the caller's own
+    np.testing.assert_array_equal(made.vector_values(times[::-1]), expected[:, ::-1])

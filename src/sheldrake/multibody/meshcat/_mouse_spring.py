@@ -11,11 +11,7 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialForce_, SpatialVelocity_
-from sheldrake.multibody.meshcat._kernels.mouse_spring import (
-    Hold,
-    mouse_spring_of_derivatives,
-    mouse_spring_of_step,
-)
+from sheldrake.multibody.meshcat._kernels.mouse_spring import Hold, add_spring_force
 from sheldrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import DiagramBuilder, InputPort, LeafSystem, OutputPort
@@ -138,8 +134,8 @@ class MeshcatMouseSpring(LeafSystem):
         self._index = index
         self._hold.body[0] = row
 
-    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> FedStage | None:
-        """The same as a stage of the plant that it pulls.
+    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> list[FedStage] | None:
+        """The same as a stage of the plant that it pulls; None if it pulls another.
 
         Args:
             plant: The plant.
@@ -148,8 +144,7 @@ class MeshcatMouseSpring(LeafSystem):
         """
         if plant is not self._plant or rows_of != self._row_of:
             return None
-        kernel = mouse_spring_of_step if plant.is_discrete() else mouse_spring_of_derivatives
-        return FedStage(kernel, {}, {"hold_model": self._hold})
+        return [FedStage(add_spring_force, {}, {"hold_model": self._hold})]
 
     def _calc(self, context: Context, value: AbstractValue) -> None:
         if self._hold.body[0] == 0:

@@ -23,6 +23,7 @@ from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.coordinates import Coordinates
+from sheldrake.multibody.plant._kernels.derivatives import net_actuation_now
 from sheldrake.multibody.plant._kernels.ports import select_continuous_state, select_discrete_state
 from sheldrake.multibody.plant._step.accelerations import Accelerations
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
@@ -164,7 +165,12 @@ class OutputPorts:
         def fill(plant: MultibodyPlant, context: Context, vector: BasicVector) -> None:
             vector.SetFromVector(getattr(plant._parts.reports, what)(context)[at])
 
-        port = plant.DeclareVectorOutputPort(name, size, types.MethodType(fill, plant), tickets)
+        if what == "net_actuation" and not self._settings.is_discrete():  # known without accelerations
+            port = plant.DeclareVectorOutputPort(name, size, net_actuation_now, tickets)
+            select = np.arange(size) if instance is None else np.asarray(at)
+            plant._output_models[int(port.get_index())] = {"select_model": select.astype(np.int64)}
+        else:
+            port = plant.DeclareVectorOutputPort(name, size, types.MethodType(fill, plant), tickets)
         self.numbers[what, None if instance is None else int(instance)] = int(port.get_index())
 
     def _name(self, instance: ModelInstanceIndex, what: str) -> str:

@@ -22,7 +22,6 @@ from sheldrake.systems.analysis._witness import WitnessWatch
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.framework._event import EventStatus, checked_status
-from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels.program import Run, RunWords, SideWords
 from sheldrake.systems.framework._system import System
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
 
 Simulated = TypeVar("Simulated", bound=System)
 _Reason = SimulatorStatus.ReturnReason
+_COMMITS, _WATCHES = operator.index(RunWords.has_commit), operator.index(RunWords.has_witness)
+_MONITORS, _PUBLISHES = operator.index(RunWords.has_monitor), operator.index(RunWords.has_every_step)
 _BUDGET, _FRESH = operator.index(RunWords.budget), operator.index(RunWords.fresh)
 _TERMINATE, _STATUS = operator.index(SideWords.terminate), operator.index(SideWords.status)
 
@@ -261,7 +262,14 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         special += [_method(me, name) for name in _SPECIAL]
         self._span = Span(store, self._run, self._integrator._numbers, special, self._native)
         self._watch: Any = WitnessWatch(self._system, self._span, self._integrator) if watches else None
-        self._run.has_commit, self._run.has_witness = commits, watches
+        count = self._count
+        count[_COMMITS], count[_WATCHES] = commits, watches
+        if count[_MONITORS]:
+            self._span.enable(_program.MONITOR)
+        if count[_PUBLISHES]:
+            self._span.enable(_program.EVERY_STEP)
+        if type(self._integrator)._make_step is not IntegratorBase._make_step:
+            self._span.enable(_program.PYTHON_STEP)
         self._integrator._join(self._span)
 
     def _witness_before(self) -> None:
@@ -479,23 +487,16 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
     def _advance_pending_events(self) -> SimulatorStatus:
         self._get_ready()
         store, span = self._context._store, self._span
-        program, side = store.layout.program, store.side
-        side.terminate = 0
+        store.i[_TERMINATE] = 0
         logs.grow(store)
-        _loop.trigger(program, side, _program.PER_STEP)
-        for kind in (_program.UNRESTRICTED, _program.DISCRETE):
-            span.interpreted(_loop.update, kind)
-            if side.status:
-                self._raise()
-        if side.terminate not in (0, 1):  # what moves memory does so after the publishes
-            side.terminate = 0
-        if not side.terminate:
-            _loop.clear_updates(program, side)
-            self._run.steps += 1
-            span.interpreted(_loop.publish)
+        span.handle_pending()
+        if store.i[_STATUS]:
+            self._raise()
+        terminated = store.i[_TERMINATE] != 0
+        if not terminated:
             self._finish_step(self._publish_every_step)
-        code = _program.TERMINATED if side.terminate else _program.DONE
-        return self._status(float(store.S[0]), int(code))
+            terminated = store.i[_TERMINATE] != 0
+        return self._status(store.S.item(0), _program.TERMINATED if terminated else _program.DONE)
 
 
 def first_tick(offset: float, period: float, t: float) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.analysis._integrator import IntegratorBase
-from sheldrake.systems.framework._kernels.program import RunWords
+from sheldrake.systems.framework._kernels.program import EVERY_STEP, MONITOR, RunWords
 from sheldrake.systems.framework._vector import plain
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ class SimulatorSettings:
     _last_time: float | None
     _monitor: Any
     _show: bool
+    _span: Any
 
     # Settings.
 
@@ -59,6 +60,8 @@ class SimulatorSettings:
     def set_publish_every_time_step(self, publish: bool) -> None:
         """Whether to force a publish after every step."""
         self._publish_every_step = self._run.has_every_step = bool(publish)
+        if publish and self._span is not None:
+            self._span.enable(EVERY_STEP)
 
     def get_publish_every_time_step(self) -> bool:
         """Whether to force a publish after every step."""
@@ -73,6 +76,8 @@ class SimulatorSettings:
         if not callable(monitor):
             raise Mismatch(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")
         self._monitor, self._run.has_monitor = monitor, True
+        if self._span is not None:
+            self._span.enable(MONITOR)
 
     def clear_monitor(self) -> None:
         """Forgets the monitor."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from sheldrake.common._native.binding import HERE
 from sheldrake.common._native.parallel import prepare
+from sheldrake.common.kernel import Kernel
 from sheldrake.systems.analysis._first_calls import FirstCalls
 from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED
 from sheldrake.systems.framework._engine import logs, python_rows
@@ -51,6 +52,7 @@ class Span:
         run: Settings and counts of the simulator.
         numbers: The integrator's.
         special: The simulator's own rows, by number after the program's: Python functions; None: never called.
+            Those of `MONITOR` and behind are called when they have been enabled.
         native: Run the loop itself as machine code, where possible.
     """
 
@@ -71,6 +73,7 @@ class Span:
         self.first_calls = {r: f for r, f in enumerate(self.python) if isinstance(f, FirstCalls)}
         """Of Python rows, by number; those of the simulator come after the program's."""
         self._logs: np.ndarray | None = None
+        self._loops: dict[Kernel, Any] = {}
         if self.native:
             self._bind()
 
@@ -156,6 +159,12 @@ class Span:
             self.program = self.program._replace(at=at, words=np.concatenate([self.program.words, words]))
             self._logs = None  # to be bound anew
 
+    def enable(self, k: int) -> None:
+        """Special row `k`, of those from `MONITOR` on, may be called from now on."""
+        r = len(self.layout.rows) + k
+        if self.native and not self.table[r]:
+            self.table[r] = self.address_of(self.python[r])
+
     def guard(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A call that stops the span with the error of the function."""
         return _guard(function, self.outcome, self.store, None, "")
@@ -166,7 +175,7 @@ class Span:
             self.layout.prepared = True
         table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks: list[Any] = []
-        for r, function in enumerate(self.python):
+        for r, function in enumerate(self.python[: len(self.layout.rows) + _program.MONITOR]):
             if self._is_native(r):
                 table[r] = HERE.address(self.layout.rows[r].calc)
             elif function is not None:
@@ -206,10 +215,9 @@ class Span:
             self._inputs_there = True
         if not self.native:
             return int(_loop.advance(*self._tables(), self.python, T))
-        if self._logs is not self.store.L:
-            self._bind_loop()
-        self._bound.set("T", T)
-        return self._run(self._bound)
+        bound = self._on_memory(_loop.advance)
+        bound.set("T", T)
+        return self._run(bound)
 
     def begin(self, initializes: bool) -> None:
         """Sets the clocks and publishes what is due at the beginning; `initializes`: at initialization too."""
@@ -219,34 +227,56 @@ class Span:
         if not self.native:
             self.interpreted(_loop.begin, initializes)
             return
-        if self._logs is not self.store.L:
-            self._bind_loop()
-        self._bound_begin.set("initializes", initializes)
+        bound = self._on_memory(_loop.begin)
+        bound.set("initializes", initializes)
+        self._run_alone(bound)
+
+    def handle_pending(self) -> None:
+        """Handles what is triggered, updates and publishes, while time stands still; an error stays in the status."""
+        if not self.native or not self._has_inputs():
+            self.interpreted(_loop.handle_pending)
+            return
+        self._run_alone(self._on_memory(_loop.handle_pending))
+
+    def _run_alone(self, bound: Any) -> None:
+        """Runs machine code that makes no steps; an error stays in the status."""
         self.store.enter()
         try:
-            self._run(self._bound_begin)
+            self._run(bound)
         finally:
             self.store.leave()
         if self.outcome.error is not None:
             self.store.side.status = self.store.side.status or FAILED
 
-    def _bind_loop(self) -> None:
+    def _has_inputs(self) -> bool:
+        """Whether all inputs are there that kernels might see; else each call looks for its own."""
+        if not self._inputs_there:
+            i, first = self.store.i, self.layout.fixed0
+            rows, _ = self.layout.rows_that_need_inputs
+            self._inputs_there = all(i[first + free] for row in rows for free in row.free)
+        return self._inputs_there
+
+    def _on_memory(self, kernel: Kernel) -> Any:
+        """A kernel of the event loop, bound to what it works on as long as that is where it is."""
+        if self._logs is not self.store.L:
+            self._logs, self._loops = self.store.L, {}
+        bound = self._loops.get(kernel)
+        if bound is None:
+            bound = self._loops[kernel] = self._bound(kernel)
+        return bound
+
+    def _bound(self, kernel: Kernel) -> Any:
+        names = "program_model", "run", "integrator", "S", "side", "L", "rows"
         program, run, numbers, S, side, L = self._tables()
-        both = self.layout.blocks.copy()
-        self._bound = _loop.advance.bind(program, run, numbers, S, side, L, self.table, float(S[0]), blocks=both)
-        self._bound_begin = _loop.begin.bind(program, run, S, side, L, self.table, 0, blocks=both)
-        self.layout.blocks = {key: block for key, block in both.items() if block.given is self.layout.program}
-        self._bound_inside: dict[Any, Any] = {}
-        self._logs = L
+        arrays = dict(zip(names, (program, run, numbers, S, side, L, self.table)))
+        return kernel.form.bind(arrays, self.layout.known_words if program is self.layout.program else {})
 
     def inside(self, kernel: Any, T: float) -> None:
         """Calls a kernel with arguments as those of `advance` from within a step; an error stays in the status."""
         if not self.native:
             kernel(*self._tables(), self.python, T)
             return
-        bound = self._bound_inside.get(kernel)
-        if bound is None:
-            bound = self._bound_inside[kernel] = kernel.bind(*self._tables(), self.table, T)
+        bound = self._on_memory(kernel)
         bound.set("T", T)
         bound()
 

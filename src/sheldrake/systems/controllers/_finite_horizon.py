@@ -8,13 +8,16 @@ import numpy as np
 
 from sheldrake.common._options import Options
 from sheldrake.systems.analysis import SimulatorConfig
+from sheldrake.systems.controllers._kernels.regulators import regulate
 from sheldrake.systems.controllers._lqr import symmetric_matrix
 from sheldrake.systems.controllers._riccati_flow import hamiltonian, maps_of
 from sheldrake.systems.framework import InputPortSelection, LeafSystem, OutputPortSelection, System
 from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
 from sheldrake.systems.primitives import AffineSystem
 from sheldrake.systems.primitives._linearization import motion_and_slopes
+from sheldrake.systems.primitives._trajectory_systems import pieces_of
 from sheldrake.trajectories import PiecewisePolynomial, Trajectory
+from sheldrake.trajectories._pieces import as_piecewise_polynomial, is_piecewise
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -330,6 +333,13 @@ class _Regulator(LeafSystem):
         self._result = result
         self.DeclareVectorInputPort("plant_state", result.x0.rows())
         self.DeclareVectorOutputPort("command", result.u0.rows(), self._calc_command)
+        self._trajectories = {"x0_model": result.x0, "u0_model": result.u0, "K_model": result.K, "k0_model": result.k0}
+        if all(map(is_piecewise, self._trajectories.values())):
+            self._declare_scratch(result.x0.rows())
+            self._compute_natively(0, regulate)
+
+    def _kernel_models(self, root: Any) -> dict:
+        return {name: pieces_of([as_piecewise_polynomial(t)]) for name, t in self._trajectories.items()}
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         t, r = context.get_time(), self._result

@@ -82,8 +82,14 @@ class Stages:
     The last kernel completes what the event writes.
     """
 
-    choose: Callable[[Any, Any], Sequence[Kernel | PythonStage | FedStage]]
-    """Tells which, when a root is compiled: of the system and its view of the root."""
+    choose: Callable[[Any, Any], Sequence[Kernel | PythonStage | FedStage | Callback]]
+    """Tells which, when a root is compiled: of the system and its view of the root. A callback comes alone."""
+
+
+def on_doubles(kernel: Kernel, function: Callable[..., Any]) -> Stages:
+    """A kernel on doubles, and on other scalars a method of the system's class that computes the same."""
+    stages = {True: [kernel], False: [Callback(function, True)]}
+    return Stages(lambda system, root: stages[system._scalar is float])
 
 
 @dataclasses.dataclass(slots=True)

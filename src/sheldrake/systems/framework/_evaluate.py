@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sheldrake.systems.framework._declarations import (
     DISCRETE,
@@ -15,11 +17,15 @@ from sheldrake.systems.framework._declarations import (
     PythonStage,
 )
 from sheldrake.systems.framework._engine import logs
+from sheldrake.systems.framework._engine.derivatives import DERIVATIVES, keep_native_derivatives
 from sheldrake.systems.framework._engine.layout import NO_ROW
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._state import State
 from sheldrake.systems.framework._values import DiscreteValues
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 Select = Callable[[EventDeclaration], bool]
 
@@ -64,8 +70,12 @@ def run_stages(store: Store, first: int) -> Any:
     return result
 
 
-def derivatives(store: Store, n: int) -> tuple[int, int]:
-    """Fills the derivatives of all leaves under node `n`, as far as they are out of date; where they are."""
+def derivatives(context: Context) -> np.ndarray:
+    """The derivatives of all leaves of a context, computed as far as they are out of date; a view of the slab."""
+    read = context._reads.get(DERIVATIVES)
+    if read is not None and (found := read()) is not None:
+        return found
+    store, n = context._store, context._node
     if store.unsettled:
         store.settle()
     i, layout = store.i, store.layout
@@ -79,7 +89,9 @@ def derivatives(store: Store, n: int) -> tuple[int, int]:
                 i[stamp0 + r] = i[2]
         finally:
             store.leave()
-    return span
+        if not n:
+            keep_native_derivatives(context)
+    return store.S[span[0] : span[1]]
 
 
 def events(store: Store, n: int, kind: int, select: Select) -> Iterator[tuple[int, EventDeclaration, int]]:

@@ -160,14 +160,16 @@ class System(ScalarConversion, SystemPorts):
 
     def EvalTimeDerivatives(self, context: Context) -> ContinuousState:
         """Time derivatives of the continuous state."""
-        self.ValidateContext(context)
-        store = context._store
-        a, b = _evaluate.derivatives(store, context._node)
-        return ContinuousState._view(BasicVector._view(store.S[a:b].copy()), context._place.parts)
+        if getattr(context, "_system", None) is not self:
+            self.ValidateContext(context)
+        found = _evaluate.derivatives(context)
+        return ContinuousState._view(BasicVector._view(found.copy()), context._place.parts)
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""
-        derivatives.SetFrom(self.EvalTimeDerivatives(context))
+        if getattr(context, "_system", None) is not self:
+            self.ValidateContext(context)
+        derivatives._vector.SetFromVector(_evaluate.derivatives(context))
 
     @checked
     def CalcImplicitTimeDerivativesResidual(

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework import BasicVector, LeafSystem
+from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sheldrake.common._types import Symbolics
+    from sheldrake.common.kernel import Kernel
     from sheldrake.symbolic._expression import Expression
     from sheldrake.symbolic._variable import Variable
     from sheldrake.systems.framework import Context
@@ -54,17 +57,53 @@ class SymbolicVectorSystem(LeafSystem):
             raise RuntimeError(f"SymbolicVectorSystem: {n} states need as many dynamics, not {len(self._dynamics)}.")
         everything = [v for group in ([] if time is None else [time], *self._variables) for v in group]
         self._functions = [_Function(e, everything, self._variables[1]) for e in (self._dynamics, self._output)]
+        motion, output = self._kernels()
         if self._variables[1]:
             self.DeclareVectorInputPort("u0", len(self._variables[1]))
         if self._variables[2]:
             self.DeclareNumericParameter(BasicVector(np.zeros(len(self._variables[2]))))
         if n and self._period > 0:
             self.DeclareDiscreteState(n)
-            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
+            update = self._update if motion is None else on_doubles(motion, SymbolicVectorSystem._update)
+            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, update)
         elif n:
             self.DeclareContinuousState(n)
+            if motion is not None:
+                self.DeclareTimeDerivatives(on_doubles(motion, SymbolicVectorSystem.DoCalcTimeDerivatives))
         if self._output:
             self.DeclareVectorOutputPort("y0", len(self._output), self._calc, self._output_tickets())
+            self._compute_natively(0, output)
+            self._output_models[0] = {"tape_model": self._tapes[1]}
+
+    def _kernels(self) -> list[Kernel | None]:
+        """What computes dynamics and output on doubles; None for those that only Python can evaluate."""
+        from sheldrake.symbolic._tape import tape_of
+        from sheldrake.systems.primitives._kernels import expressions
+
+        state, inputs, parameters = self._variables
+        variables = [self._time, *state, *parameters, *inputs]
+        self._tapes = [tape_of(function.expressions, variables) for function in self._functions]
+        sizes = [len(tape.constant) + len(variables) + len(tape.operation) for tape in self._tapes if tape is not None]
+        self._declare_scratch(max(sizes, default=0))
+        return [
+            None if tape is None else expressions.of_state_and_input if f.by_inputs else expressions.of_state
+            for f, tape in zip(self._functions, self._tapes)
+        ]
+
+    def _kernel_models(self, root: Any) -> dict:
+        return {"tape_model": self._tapes[0]}
+
+    def _explain_status(self, status: int, context: Context) -> Exception:
+        """What Python says of the numbers that a kernel has left."""
+        ends = np.cumsum([0, 1, *(len(self._variables[k]) for k in (0, 2, 1))])
+        work = context._store.scratch(context._node)
+        t, x, p, u = (work[a:b].tolist() for a, b in itertools.pairwise(ends))
+        for function in self._functions:
+            try:
+                function.at_floats([*(t if self._time is not None else ()), *x, *u, *p])
+            except Exception as error:
+                return error
+        return super()._explain_status(status, context)
 
     def _output_tickets(self) -> set[int]:
         used = {v.get_id() for e in self._output for v in _variables_of(e)}
@@ -141,8 +180,8 @@ class _Function:
         from sheldrake.symbolic import Expression
         from sheldrake.symbolic._compiled import Compiled
 
-        self._expressions = [Expression(e) for e in expressions]
-        self._variables, self._plain = variables, Compiled(self._expressions, variables)
+        self.expressions = [Expression(e) for e in expressions]
+        self._variables, self._plain = variables, Compiled(self.expressions, variables)
         self._slopes: Any = None
         used = {v.get_id() for e in expressions for v in _variables_of(e)}
         self.by_inputs = any(v.get_id() in used for v in inputs)
@@ -164,7 +203,7 @@ class _Function:
             return [autodiff_class()(v, slope) for v, slope in zip(values, slopes)]
         if not all(issubclass(T, (float, int)) for T in kinds):
             at = {v: expression_class()(x) for v, x, used in zip(self._variables, numbers, self._used) if used}
-            return [e.Substitute(at) for e in self._expressions]
+            return [e.Substitute(at) for e in self.expressions]
         return self.at_floats(numbers)
 
     def at_floats(self, numbers: list[float]) -> np.ndarray:
@@ -181,9 +220,9 @@ class _Function:
         from sheldrake.symbolic import Jacobian
         from sheldrake.symbolic._compiled import Compiled
 
-        shape = len(self._expressions), len(self._variables)
+        shape = len(self.expressions), len(self._variables)
         if self._slopes is None:
-            self._slopes = Compiled(Jacobian(self._expressions, self._variables).ravel().tolist(), self._variables)
+            self._slopes = Compiled(Jacobian(self.expressions, self._variables).ravel().tolist(), self._variables)
         return np.array(self._slopes(numbers), dtype=float).reshape(shape)
 
 

@@ -13,6 +13,7 @@ from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector
 from sheldrake.systems.primitives._kernels import paths
@@ -106,7 +107,7 @@ class TrajectorySource(LeafSystem):
             trajectory: Any = self._trajectory
             return paths.Turns(np.array(trajectory.get_segment_times(), float), np.array(trajectory._q, float))
         path = as_piecewise_polynomial(self._trajectory)
-        return _pieces([path, *(path.derivative(k) for k in range(1, self._order + 1))], self._zero)
+        return pieces_of([path, *(path.derivative(k) for k in range(1, self._order + 1))], self._zero)
 
     def _kernel_models(self, root: Any) -> dict:
         if self._kernel() is None:
@@ -132,14 +133,14 @@ class TrajectorySource(LeafSystem):
         output.SetFromVector(np.concatenate(parts))
 
 
-def _pieces(functions: list[PiecewisePolynomial], zero_outside: bool) -> paths.Pieces:
-    """A piecewise polynomial and its derivatives, to be evaluated together."""
-    rows, powers = functions[0].rows(), max(c.shape[-1] for c in functions[0]._c)
-    c = np.zeros((len(functions[0]._c), powers, rows * len(functions)))
+def pieces_of(functions: list[PiecewisePolynomial], zero_outside: bool = False) -> paths.Pieces:
+    """A piecewise polynomial and its derivatives, to be evaluated together; elements of a matrix row by row."""
+    size, powers = functions[0].rows() * functions[0].cols(), max(c.shape[-1] for c in functions[0]._c)
+    c = np.zeros((len(functions[0]._c), powers, size * len(functions)))
     for k, function in enumerate(functions):
         for i, piece in enumerate(function._c):
-            c[i, : piece.shape[-1], k * rows : (k + 1) * rows] = piece.reshape(rows, -1).T
-    form = np.array([powers, rows if zero_outside else c.shape[-1]], np.int64)
+            c[i, : piece.shape[-1], k * size : (k + 1) * size] = piece.reshape(size, -1).T
+    form = np.array([powers, size if zero_outside else c.shape[-1]], np.int64)
     breaks = np.array(functions[0].get_segment_times(), float)
     return paths.Pieces(breaks, c.reshape(-1, c.shape[-1]), form)
 
@@ -191,13 +192,42 @@ class TrajectoryAffineSystem(LeafSystem):
         self._covariance: Any = None
         if m:
             self.DeclareVectorInputPort("u0", m)
+        kernel = self._kernel()
         if n and self._period > 0:
             self.DeclareDiscreteState(n)
-            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
+            update = self._update if kernel is None else on_doubles(kernel, TrajectoryAffineSystem._update)
+            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, update)
         elif n:
             self.DeclareContinuousState(n)
+            if kernel is not None:
+                self.DeclareTimeDerivatives(on_doubles(kernel, TrajectoryAffineSystem.DoCalcTimeDerivatives))
         if k:
             self.DeclareVectorOutputPort("y0", k, self._calc)
+            self._compute_natively(0, kernel)
+            if kernel is not None:
+                self._output_models[0] = self._models("C", "D", "y0")
+
+    def _kernel(self) -> Kernel | None:
+        """What computes on doubles; None if a coefficient is no polynomial between breaks."""
+        if type(self) not in (TrajectoryAffineSystem, TrajectoryLinearSystem):
+            return None  # a class of a user may compute coefficients in its own way
+        if not all(is_piecewise(t) for t in self._of.values() if t is not None and t.rows() * t.cols()):
+            return None
+        return paths.affine_in_discrete_state if self._period > 0 else paths.affine_in_continuous_state
+
+    def _models(self, M: str, N: str, offset: str) -> dict[str, Any]:
+        """The coefficients of a map, for its kernel."""
+        names = {"by_state_model": M, "by_input_model": N, "offset_model": offset}
+        return {key: self._pieces_of(name) for key, name in names.items()}
+
+    def _pieces_of(self, name: str) -> paths.Pieces:
+        trajectory = self._of[name]
+        if trajectory is None or not trajectory.rows() * trajectory.cols():
+            return pieces_of([PiecewisePolynomial(self._at(name, 0.0) if trajectory is None else np.zeros((1, 1)))])
+        return pieces_of([as_piecewise_polynomial(trajectory)])
+
+    def _kernel_models(self, root: Any) -> dict:
+        return self._models("A", "B", "f0") if self._kernel() is not None else {}
 
     def _check(self) -> tuple[int, int, int]:
         shapes = {name: (t.rows(), t.cols()) for name, t in self._of.items() if t is not None}

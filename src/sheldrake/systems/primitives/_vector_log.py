@@ -213,8 +213,8 @@ class VectorLog:
 
     def data(self) -> np.ndarray:
         """The samples as columns, shape (input_size, num_samples)."""
-        samples = self._record()[:, 1:].copy().T
-        samples.setflags(write=False)
+        samples = self._record().copy()[:, 1:].T  # all at once, which takes a third of what columns alone do
+        samples.flags.writeable = False
         return samples
 
     def AddData(self, time: float, sample: Scalars) -> None:
@@ -311,9 +311,18 @@ class _ContextLog(VectorLog):
     def __init__(self, store: Store, number: int, size: int, source_names: Callable[[], list[str] | None]):
         self._store, self._number, self._size = store, number, size
         self._source_names = source_names
+        self._memory: Any = None  # where rows were found, and by which layout
+        self._layout: Any = None
 
     def _record(self) -> np.ndarray:
-        return logs.record(self._store, self._number)
+        store = self._store
+        if store.waiting.samples:
+            return logs.record(store, self._number)
+        with store.moving:
+            if store.L is not self._memory or store.layout is not self._layout:
+                self._memory, self._layout = store.L, store.layout
+                self._rows, self._counted = logs.room(store, self._number), logs.place_of_count(store, self._number)
+            return self._rows[: store.i[self._counted]]
 
     def _names(self) -> list[str]:
         return self._source_names() or super()._names()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._port import OutputPort
 
 
+_NOTHING: dict[Any, Any] = {}
 _SUPPORTED = (TriggerType.kForced, TriggerType.kPerStep, TriggerType.kPeriodic)
 
 
@@ -91,14 +92,19 @@ class VectorLogSink(LeafSystem):
         names = getattr(store.systems[m], "_output_names", None)
         return None if names is None else names(j)
 
-    @checked
     def FindLog(self, context: Context) -> VectorLog:
         """This sink's log in a root context."""
-        return self._log(context)
+        known = getattr(context, "_reads", _NOTHING).get(self)
+        return self._found(context) if known is None else known
 
     def FindMutableLog(self, context: Context) -> VectorLog:
         """This sink's log in a root context, to be changed."""
-        return self._log(context)
+        return self.FindLog(context)
+
+    @checked
+    def _found(self, context: Context) -> VectorLog:
+        log = context._reads[self] = self._log(context)
+        return log
 
     def GetLog(self, context: Context) -> VectorLog:
         """The log in this sink's own context."""

@@ -22,6 +22,15 @@ def interval(knots, t, low, high):
     return low - 1
 
 
+@kernel(strict=True)
+def horner(coefficients, at, degree, since):
+    """The polynomial of row `at`."""
+    value = coefficients[at, degree]
+    for power in range(degree - 1, -1, -1):
+        value = value * since + coefficients[at, power]
+    return value
+
+
 @kernel(top=True, strict=True)
 def polynomials(breaks: Vector, coefficients: Matrix, t: float, out: Matrix) -> None:
     """Values of piecewise polynomials by Horner's rule; outside the breaks those at the nearest one.
@@ -36,29 +45,27 @@ def polynomials(breaks: Vector, coefficients: Matrix, t: float, out: Matrix) -> 
     last, degree = breaks.shape[0] - 1, coefficients.shape[1] - 1
     time = clamped(t, breaks[0], breaks[last])
     i = interval(breaks, time, 1, last)
-    since = time - breaks[i]
     at = i * rows * cols
     for row in range(rows):
         for col in range(cols):
-            value = coefficients[at, degree]
-            for power in range(degree - 1, -1, -1):
-                value = value * since + coefficients[at, power]
-            out[row, col] = value
+            out[row, col] = horner(coefficients, at, degree, time - breaks[i])
             at += 1
 
 
 @kernel(top=True, strict=True)
-def spline(knots: Vector, points: Matrix, t: float, work: Matrix, out: Matrix) -> None:
-    """The value of a B-spline by de Boor's rule; outside its time those at the ends.
+def polynomials_at_times(breaks: Vector, coefficients: Matrix, times: Vector, out: Matrix) -> None:
+    """`polynomials` at many times, a column of `out` for each."""
+    last, degree = breaks.shape[0] - 1, coefficients.shape[1] - 1
+    for k in range(times.shape[0]):
+        time = clamped(times[k], breaks[0], breaks[last])
+        i = interval(breaks, time, 1, last)
+        for j in range(out.shape[0]):
+            out[j, k] = horner(coefficients, i * out.shape[0] + j, degree, time - breaks[i])
 
-    Args:
-        knots: Shape (num_points + order,).
-        points: A row for each control point.
-        t: Time.
-        work: Shape (order, rows * cols).
-        out: Shape (rows, cols).
-    """
-    rows, cols = out.shape
+
+@kernel(strict=True)
+def de_boor(knots, points, t, work):
+    """Leaves the value of a B-spline in the last row of `work`; see `spline`."""
     order, size = work.shape
     last = points.shape[0] - 1
     time = clamped(t, knots[order - 1], knots[last + 1])
@@ -73,6 +80,32 @@ def spline(knots: Vector, points: Matrix, t: float, work: Matrix, out: Matrix) -
             beta = 1.0 - alpha
             for k in range(size):
                 work[j, k] = work[j - 1, k] * beta + work[j, k] * alpha
+
+
+@kernel(top=True, strict=True)
+def spline(knots: Vector, points: Matrix, t: float, work: Matrix, out: Matrix) -> None:
+    """The value of a B-spline by de Boor's rule; outside its time those at the ends.
+
+    Args:
+        knots: Shape (num_points + order,).
+        points: A row for each control point.
+        t: Time.
+        work: Shape (order, rows * cols).
+        out: Shape (rows, cols).
+    """
+    rows, cols = out.shape
+    order = work.shape[0]
+    de_boor(knots, points, t, work)
     for row in range(rows):
         for col in range(cols):
             out[row, col] = work[order - 1, row * cols + col]
+
+
+@kernel(top=True, strict=True)
+def spline_at_times(knots: Vector, points: Matrix, times: Vector, work: Matrix, out: Matrix) -> None:
+    """`spline` at many times, a column of `out` for each."""
+    order = work.shape[0]
+    for k in range(times.shape[0]):
+        de_boor(knots, points, times[k], work)
+        for j in range(out.shape[0]):
+            out[j, k] = work[order - 1, j]

@@ -29,6 +29,13 @@ X_BG = RigidTransform(RollPitchYaw(0.2, 0.1, -0.4), [0.01, -0.02, 0.03])
 BOX, ROD = "/drake/visualizer/box/box/box/look", "/drake/visualizer/rod/rod/rod/look"
 
 
+class JoinedInPython(ExternallyAppliedSpatialForceMultiplexer):
+    """A multiplexer that joins lists in Python, whatever feeds it."""
+
+    def _native_forces(self, plant, rows_of, root):
+        return None
+
+
 class Scene:
     """A box that floats and carries a rod on a hinge, without gravity."""
 
@@ -49,7 +56,7 @@ class Scene:
             self.spring = MeshcatMouseSpring.AddToBuilder(builder, plant, self.meshcat, stiffness)
         else:
             self.spring = spring = builder.AddSystem(MeshcatMouseSpring(self.meshcat, plant, stiffness))
-            joined = builder.AddSystem(ExternallyAppliedSpatialForceMultiplexer(1))
+            joined = builder.AddSystem(JoinedInPython(1))
             builder.Connect(plant.get_body_poses_output_port(), spring.get_body_poses_input_port())
             velocities = plant.get_body_spatial_velocities_output_port()
             builder.Connect(velocities, spring.get_body_spatial_velocities_input_port())

@@ -11,6 +11,7 @@ from sheldrake.all import (
     AutoDiffXd,
     BodyIndex,
     Box,
+    ConstantVectorSource,
     CoulombFriction,
     DiagramBuilder,
     ExternallyAppliedSpatialForce,
@@ -177,6 +178,13 @@ def test_propellers_and_wings_of_odd_numbers_are_refused_by_name():
         Wing(BodyIndex(1), "x")
 
 
+class JoinedInPython(ExternallyAppliedSpatialForceMultiplexer):
+    """A multiplexer that joins lists in Python, whatever feeds it."""
+
+    def _native_forces(self, plant, rows_of, root):
+        return None
+
+
 def hovering(time_step: float, as_list: bool) -> tuple[object, MultibodyPlant]:
     """Two links with propellers, whose forces come as a list or, straight from the propellers, by a kernel."""
     builder, plant = two_links(time_step)
@@ -185,7 +193,7 @@ def hovering(time_step: float, as_list: bool) -> tuple[object, MultibodyPlant]:
     propellers = builder.AddSystem(Propeller([PropellerInfo(body, X, 2.0, 0.3) for body in bodies]))
     forces = propellers.get_output_port()
     if as_list:
-        joined = builder.AddSystem(ExternallyAppliedSpatialForceMultiplexer(1))
+        joined = builder.AddSystem(JoinedInPython(1))
         builder.Connect(forces, joined.get_input_port(0))
         forces = joined.get_output_port()
     builder.Connect(forces, plant.get_applied_spatial_force_input_port())
@@ -203,11 +211,7 @@ def test_propellers_are_a_stage_of_the_plant_that_they_lift(time_step):
         own = plant.GetMyContextFromRoot(context)
         start(plant, own)
         diagram.get_input_port().FixValue(context, [3.0, -2.0])
-        layout = context._store.layout
-        n = layout.node_of[plant._system_id]
-        first = layout.places[n].derivatives if not time_step else layout.places[n].events[0]
-        kinds = {type(layout.rows[r].calc) for r in layout.stages(first)}
-        assert kinds == ({PythonStage, Kernel} if as_list else {Kernel})
+        assert kinds_of_stages(plant, context) == ({PythonStage, Kernel} if as_list else {Kernel})
         motion = next_state(diagram, context) if time_step else diagram.EvalTimeDerivatives(context).CopyToVector()
         simulator = Simulator(diagram, context)
         simulator.AdvanceTo(0.1)
@@ -253,3 +257,110 @@ def test_derivatives_through_applied_forces(time_step, as_list):
         step = h * (np.arange(len(z)) == k)
         expected = (motion(diagram, context, z + step) - motion(diagram, context, z - step)) / (2 * h)
         np.testing.assert_allclose(slopes[:, k], expected, rtol=1e-6, atol=2e-6)  # h² and round-off / h
+
+
+def gliding(time_step: float, joined_by: type, density: float | None = None) -> tuple[object, MultibodyPlant]:
+    """Two links with a propeller and two wings, one of them in wind, joined in Python or by kernels."""
+    builder, plant = two_links(time_step)
+    bodies = [plant.GetBodyByName(name).index() for name in ("free", "hinged")]
+    X = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), POINT)
+    systems = [builder.AddSystem(Propeller(bodies[1], X, 2.0, 0.3))]
+    systems += [builder.AddSystem(Wing(body, 0.5, X)) for body in bodies]
+    for wing in systems[1:]:
+        builder.Connect(plant.get_body_spatial_velocities_output_port(), wing.get_body_spatial_velocities_input_port())
+    command = builder.AddSystem(ConstantVectorSource([3.0]))
+    builder.Connect(command.get_output_port(), systems[0].get_command_input_port())
+    wind = builder.AddSystem(ConstantVectorSource([1.0, -2.0, 0.5]))
+    builder.Connect(wind.get_output_port(), systems[1].get_wind_velocity_input_port())
+    if density is not None:
+        air = builder.AddSystem(ConstantVectorSource([density]))
+        builder.Connect(air.get_output_port(), systems[2].get_fluid_density_input_port())
+    joined = builder.AddSystem(joined_by(3))
+    for i, system in enumerate(systems):
+        builder.Connect(plant.get_body_poses_output_port(), system.get_body_poses_input_port())
+        builder.Connect(system.get_output_port(0), joined.get_input_port(i))
+    builder.Connect(joined.get_output_port(), plant.get_applied_spatial_force_input_port())
+    return builder.Build(), plant
+
+
+def kinds_of_stages(plant: MultibodyPlant, context: object) -> set[type]:
+    layout = context._store.layout
+    n = layout.node_of[plant._system_id]
+    first = layout.places[n].events[0] if plant.is_discrete() else layout.places[n].derivatives
+    return {type(layout.rows[r].calc) for r in layout.stages(first)}
+
+
+@pytest.mark.parametrize("density", [None, 3.0, 0.0])
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+def test_what_a_multiplexer_joins_are_stages_of_the_plant(time_step, density):
+    found = []
+    for joined_by, kinds in (
+        (ExternallyAppliedSpatialForceMultiplexer, {Kernel}),
+        (JoinedInPython, {PythonStage, Kernel}),
+    ):
+        diagram, plant = gliding(time_step, joined_by, density)
+        context = diagram.CreateDefaultContext()
+        own = plant.GetMyContextFromRoot(context)
+        start(plant, own)
+        assert kinds_of_stages(plant, context) == kinds
+        motion = next_state(diagram, context) if time_step else diagram.EvalTimeDerivatives(context).CopyToVector()
+        Simulator(diagram, context).AdvanceTo(0.1)
+        found.append(np.concatenate([motion, plant.GetPositionsAndVelocities(own)]))
+    np.testing.assert_allclose(*found, rtol=1e-11, atol=1e-11)  # round-off over ten steps
+
+
+def test_a_wing_has_the_density_that_is_fixed_and_else_its_own():
+    builder, plant = two_links(0.0)
+    wing = Wing.AddToBuilder(builder, plant, plant.GetBodyByName("free").index(), 0.5)
+    diagram = builder.Build()
+    motions = []
+    for density in (None, 1.204, 2.408):
+        context = diagram.CreateDefaultContext()
+        start(plant, plant.GetMyContextFromRoot(context))
+        if density is not None:
+            wing.get_fluid_density_input_port().FixValue(wing.GetMyContextFromRoot(context), [density])
+        motions.append(diagram.EvalTimeDerivatives(context).CopyToVector())
+    np.testing.assert_array_equal(motions[0], motions[1])
+    assert np.abs(motions[2] - motions[0]).max() > 0.1
+
+
+def test_wings_with_densities_of_their_own_may_share_a_port_of_the_diagram():
+    motions = []
+    for exported in (False, True):
+        builder, plant = two_links(0.0)
+        joined = builder.AddSystem(ExternallyAppliedSpatialForceMultiplexer(2))
+        for i, name in enumerate(("free", "hinged")):
+            wing = builder.AddSystem(Wing(plant.GetBodyByName(name).index(), 0.5, fluid_density=1.0 + i))
+            velocities = plant.get_body_spatial_velocities_output_port()
+            builder.Connect(plant.get_body_poses_output_port(), wing.get_body_poses_input_port())
+            builder.Connect(velocities, wing.get_body_spatial_velocities_input_port())
+            builder.Connect(wing.get_spatial_force_output_port(), joined.get_input_port(i))
+            if exported and i == 0:
+                builder.ExportInput(wing.get_fluid_density_input_port(), "density")
+            elif exported:
+                builder.ConnectInput("density", wing.get_fluid_density_input_port())
+        builder.Connect(joined.get_output_port(), plant.get_applied_spatial_force_input_port())
+        diagram = builder.Build()
+        context = diagram.CreateDefaultContext()
+        start(plant, plant.GetMyContextFromRoot(context))
+        motions.append(diagram.EvalTimeDerivatives(context).CopyToVector())
+    np.testing.assert_allclose(*motions, rtol=1e-12, atol=1e-12)  # round-off of sums in another order
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+def test_derivatives_through_wings(time_step):
+    """Slopes by kernels are those of the lists in Python."""
+    slopes = []
+    for joined_by in (ExternallyAppliedSpatialForceMultiplexer, JoinedInPython):
+        diagram, plant = gliding(time_step, joined_by)
+        context = diagram.CreateDefaultContext()
+        start(plant, plant.GetMyContextFromRoot(context))
+        x = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(context))
+        on_duals = diagram.ToAutoDiffXd()
+        own = on_duals.CreateDefaultContext()
+        inner = on_duals.GetSubsystemByName("plant")
+        duals = np.array([AutoDiffXd(value, row) for value, row in zip(x, np.eye(len(x)))])
+        inner.SetPositionsAndVelocities(inner.GetMyMutableContextFromRoot(own), duals)
+        motion = next_state(on_duals, own) if time_step else on_duals.EvalTimeDerivatives(own).CopyToVector()
+        slopes.append(np.array([a.derivatives() for a in motion]))
+    np.testing.assert_allclose(*slopes, rtol=1e-9, atol=1e-9)  # round-off of other sums

@@ -45,6 +45,16 @@ class PointPairContactInfo:
         self._f_Bc_W, self._p_WC = np.array(f_Bc_W), np.array(p_WC)
         self._separation, self._slip, self._pair = separation_speed, slip_speed, point_pair
 
+    @classmethod
+    def _of(
+        cls, A: BodyIndex, B: BodyIndex, f_Bc_W: np.ndarray, p_WC: np.ndarray, separation: float, slip: float, pair: Any
+    ) -> PointPairContactInfo:
+        """One whose arrays nobody changes; `pair` has the fields of a PenetrationAsPointPair, in order."""
+        info = object.__new__(cls)
+        info._A, info._B, info._f_Bc_W, info._p_WC = A, B, f_Bc_W, p_WC
+        info._separation, info._slip, info._pair = separation, slip, pair
+        return info
+
     def bodyA_index(self) -> BodyIndex:
         """Body A."""
         return self._A
@@ -71,11 +81,15 @@ class PointPairContactInfo:
 
     def point_pair(self) -> PenetrationAsPointPair:
         """The PenetrationAsPointPair it comes from."""
+        if type(self._pair) is tuple:
+            from sheldrake.geometry import PenetrationAsPointPair
+
+            self._pair = PenetrationAsPointPair._of(*self._pair)
         return self._pair
 
     def __copy__(self) -> PointPairContactInfo:
         return PointPairContactInfo(
-            self._A, self._B, self._f_Bc_W, self._p_WC, self._separation, self._slip, self._pair
+            self._A, self._B, self._f_Bc_W, self._p_WC, self._separation, self._slip, self.point_pair()
         )
 
     def __deepcopy__(self, memo: dict) -> PointPairContactInfo:

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from sheldrake.common._kernels.generic import is_finite, sqrt
 from sheldrake.common._kernels.vec import add3, add6, cross3, dot3, load6, neg3, scale3, sub3
-from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
+from sheldrake.common.kernel import IntVector, Matrix, Vector, Vectors, kernel
 from sheldrake.common.record import Items, Record, number, numbers, table
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
@@ -21,6 +21,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_applied_forces,
     add_controlled_actuation,
     add_element_forces,
+    controlled_effort,
     is_locked,
     lock_mass_matrix,
     put_passive_forces,
@@ -331,3 +332,21 @@ def plant_derivatives(
     for k in range(flow.surface_speed.shape[0]):
         out[nq + nv + k] = flow.surface_speed[k]
     return SOLVED
+
+
+@kernel(top=True)
+def net_actuation_now(
+    xc: Vector,
+    p: Vector,
+    u: Vectors,
+    plant_model: PlantModel,
+    select_model: IntVector,
+    flow: DerivativeVectors,
+    net_actuation: Vector,
+) -> None:
+    """Efforts of some actuators at the present state [N m or N]."""
+    nq = flow.qdot.shape[0]
+    for k in range(net_actuation.shape[0]):
+        i = select_model[k]
+        actuator = plant_model.actuators[i]
+        net_actuation[k] = controlled_effort(plant_model, i, xc[actuator.q], xc[nq + actuator.dof], p, u)

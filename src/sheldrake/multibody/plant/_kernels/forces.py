@@ -92,17 +92,24 @@ def gains_of(plant_model, p, i):
 
 
 @kernel
+def controlled_effort(plant_model, i, q, v, p, u):
+    """Effort of actuator i, whose dof is at q and moves at v, with PD control, clamped to its limit [N m or N]."""
+    actuator = plant_model.actuators[i]
+    effort = commanded_effort(plant_model, u, i)
+    if has_desired_state(plant_model, u, i):
+        desired = u[actuator.desired_port]
+        kp, kd = gains_of(plant_model, p, i)
+        effort += kp * (desired[actuator.desired_q] - q)
+        effort += kd * (desired[actuator.desired_v] - v)
+    return within_limit(plant_model, i, effort)
+
+
+@kernel
 def add_controlled_actuation(plant_model, q, v, p, u, force, net_actuation):
-    """Adds actuation, PD control at q and v included, clamped to the effort limits; fills net_actuation [N m or N]."""
+    """Adds actuation, PD control at q and v included; fills net_actuation [N m or N]."""
     for i in range(len(plant_model.actuators)):
         actuator = plant_model.actuators[i]
-        effort = commanded_effort(plant_model, u, i)
-        if has_desired_state(plant_model, u, i):
-            desired = u[actuator.desired_port]
-            kp, kd = gains_of(plant_model, p, i)
-            effort += kp * (desired[actuator.desired_q] - q[actuator.q])
-            effort += kd * (desired[actuator.desired_v] - v[actuator.dof])
-        effort = within_limit(plant_model, i, effort)
+        effort = controlled_effort(plant_model, i, q[actuator.q], v[actuator.dof], p, u)
         net_actuation[i] = effort
         force[actuator.dof] += effort
 

@@ -82,8 +82,9 @@ class Advance:
             kernels = [PythonStage(_find_surface_speeds, (self.equations.vectors, "surface_speed")), *kernels]
         if not self._applied.are_used(plant):
             return kernels
+        native = self._applied.native_stages(plant, root)
         reads = PythonStage(_find_applied_force, (self.equations.vectors, "applied_force"))
-        return [self._applied.native_stage(plant, root) or reads, *kernels]
+        return [*([reads] if native is None else native), *kernels]
 
     def find_applied_force(self, context: Context) -> None:
         """Turns the applied spatial forces into generalized ones, in the scratch of the step or the derivatives."""

@@ -11,9 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import View
+from sheldrake.multibody.plant._kernels.applied_forces import (
+    begin_forces_of_derivatives,
+    begin_forces_of_step,
+    end_forces_of_derivatives,
+    end_forces_of_step,
+)
 from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
 from sheldrake.multibody.plant._step.input_ports import InputPorts, has_value
 from sheldrake.multibody.tree._kernels.model import BodyPose
@@ -47,6 +54,23 @@ def plant_node(plant: Any, store: Store) -> int:
     return store.layout.node_of[plant._system_id]
 
 
+def stages_that_feed(plant: Any, rows_of: list[int], root: RootView, i: int) -> list[FedStage] | None:
+    """The kernels of what feeds an input port with forces, each of which adds them to those on bodies.
+
+    Args:
+        plant: The plant that the forces act on.
+        rows_of: The row of each of its bodies.
+        root: What the system with the port may ask.
+        i: The port.
+
+    Returns:
+        The kernels; None if what feeds the port has none for this plant.
+    """
+    source = root.source(i)
+    offers = getattr(source[0], "_native_forces", None) if source is not None else None
+    return offers(plant, rows_of, root.feeding(i)) if offers is not None else None
+
+
 class AppliedForces:
     """What acts on bodies from outside.
 
@@ -72,14 +96,15 @@ class AppliedForces:
         port = me, self._inputs.spatial_force
         return port in parent._wires or port in parent._exported_inputs
 
-    def native_stage(self, plant: LeafSystem, root: RootView) -> FedStage | None:
-        """The kernel of what feeds the applied_spatial_force port, if it has one for this plant."""
-        source = root.source(self._inputs.spatial_force)
-        offers = getattr(source[0], "_native_forces", None) if source is not None else None
-        if offers is None:
-            return None
+    def native_stages(self, plant: LeafSystem, root: RootView) -> list[Kernel | FedStage] | None:
+        """The kernels of what feeds the applied_spatial_force port; None if it has none for this plant."""
         rows = self._elements.model("MultibodyPlant").row_list
-        return offers(plant, rows, root.feeding(self._inputs.spatial_force))
+        stages = stages_that_feed(plant, rows, root, self._inputs.spatial_force)
+        if stages is None:
+            return None
+        if plant.is_discrete():
+            return [begin_forces_of_step, *stages, end_forces_of_step]
+        return [begin_forces_of_derivatives, *stages, end_forces_of_derivatives]
 
     def are_given(self, context: Context) -> bool:
         """Whether the applied_spatial_force port has a value."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,6 @@ from sheldrake.multibody.plant._kernels.derivatives import (
 )
 from sheldrake.multibody.plant._kernels.ports import refuse_constraints, refuse_without_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
-from sheldrake.multibody.plant._step.results import point_pair
 from sheldrake.multibody.plant._step.stages import contact_stages
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework import LeafSystem
@@ -129,12 +129,15 @@ _FORCE, _WHERE = ContactForce.f_BC_W.columns, ContactForce.p_WC.columns
 
 def _infos(arrays: PointContactArrays, forces: np.ndarray, points: np.ndarray) -> list[PointPairContactInfo]:
     """Point contacts as objects."""
-    infos = []
-    for (A, B, body_A, body_B), force, point in zip(arrays.pair.tolist(), forces, points):
-        p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
-        nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
-        pair = point_pair(arrays.geometries[A], arrays.geometries[B], p_WCa, p_WCb, nhat, depth)
-        speeds = force[ContactForce.separation], force[ContactForce.slip]
-        bodies = arrays.bodies[body_A], arrays.bodies[body_B]
-        infos.append(PointPairContactInfo(*bodies, force[_FORCE], force[_WHERE], *speeds, pair))
-    return infos
+    ids, bodies, make = arrays.geometries, arrays.bodies, PointPairContactInfo._of
+    speeds = forces[:, _SPEEDS].tolist()
+    rows = zip(arrays.pair.tolist(), arrays.f_Bc_W, arrays.p_WC, speeds, *(points[:, p] for p in _POINTS))
+    depths = points[:, ContactPoint.depth].tolist()
+    return [
+        make(bodies[a], bodies[b], f_Bc_W, p_WC, *speed, (ids[A], ids[B], *where, depth))
+        for ((A, B, a, b), f_Bc_W, p_WC, speed, *where), depth in zip(rows, depths)
+    ]
+
+
+_POINTS = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns, ContactPoint.nhat_BA_W.columns
+_SPEEDS = [operator.index(ContactForce.separation), operator.index(ContactForce.slip)]

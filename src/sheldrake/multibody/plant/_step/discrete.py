@@ -22,7 +22,6 @@ from sheldrake.multibody.plant._step.results import (
     accelerations,
     contact_room,
     generalized_contact_forces,
-    point_pair,
     step_contacts,
     step_surfaces,
 )
@@ -139,23 +138,18 @@ class DiscreteUpdate:
 
 def _infos(contacts: StepContacts, arrays: PointContactArrays) -> list[PointPairContactInfo]:
     """Point contacts as objects."""
-    bodies, geometries = arrays.bodies, arrays.geometries
+    bodies, ids, make = arrays.bodies, arrays.geometries, PointPairContactInfo._of
     return [
-        PointPairContactInfo(
-            bodies[a],
-            bodies[b],
-            contacts.f_Bc_W[i],
-            contacts.p_WC[i],
-            contacts.separation_speed.item(i),
-            contacts.slip_speed.item(i),
-            point_pair(
-                geometries[A],
-                geometries[B],
-                contacts.p_WCa[i],
-                contacts.p_WCb[i],
-                contacts.nhat_BA_W[i],
-                contacts.depth.item(i),
-            ),
+        make(bodies[a], bodies[b], f_Bc_W, p_WC, separation, slip, (ids[A], ids[B], p_WCa, p_WCb, nhat_BA_W, depth))
+        for (A, B, a, b), f_Bc_W, p_WC, separation, slip, p_WCa, p_WCb, nhat_BA_W, depth in zip(
+            arrays.pair.tolist(),
+            contacts.f_Bc_W,
+            contacts.p_WC,
+            contacts.separation_speed.tolist(),
+            contacts.slip_speed.tolist(),
+            contacts.p_WCa,
+            contacts.p_WCb,
+            contacts.nhat_BA_W,
+            contacts.depth.tolist(),
         )
-        for i, (A, B, a, b) in enumerate(arrays.pair.tolist())
     ]

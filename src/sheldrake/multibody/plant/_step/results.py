@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry import GeometryId
 from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
@@ -18,7 +17,7 @@ from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels.model import TreeModel
 
 if TYPE_CHECKING:
-    from sheldrake.geometry import PenetrationAsPointPair
+    pass
 
 
 class StepContacts(NamedTuple):
@@ -128,16 +127,3 @@ def bodies_at_hand(work: StepWork, tree_model: TreeModel) -> list[int]:
 def accelerations(work: StepWork, dt: float) -> np.ndarray:
     """Change of the generalized velocities over the last step, per time [rad/s² or m/s²], shape (nv,)."""
     return (work.step.v_next - work.step.v) / dt
-
-
-def point_pair(
-    id_A: GeometryId, id_B: GeometryId, p_WCa: np.ndarray, p_WCb: np.ndarray, nhat: np.ndarray, depth: float
-) -> PenetrationAsPointPair:
-    """A PenetrationAsPointPair."""
-    from sheldrake.geometry import PenetrationAsPointPair
-
-    pair = object.__new__(PenetrationAsPointPair)  # every field is given: no defaults
-    pair.id_A, pair.id_B, pair.p_WCa, pair.p_WCb, pair.nhat_BA_W, pair.depth = (
-        id_A, id_B, p_WCa, p_WCb, nhat, depth,
-    )  # fmt: skip
-    return pair

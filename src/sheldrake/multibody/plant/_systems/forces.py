@@ -10,14 +10,16 @@ from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialForce, SpatialForce_, SpatialVelocity_
-from sheldrake.multibody.plant._kernels.propellers import (
+from sheldrake.multibody.plant._kernels.applied_forces import (
     Propellers,
-    propellers_of_derivatives,
-    propellers_of_step,
+    Wings,
+    add_propeller_forces,
+    add_wing_force,
 )
+from sheldrake.multibody.plant._step.applied_forces import stages_that_feed
 from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import BodyIndex
-from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.framework._declarations import FedStage
 from sheldrake.systems.framework._templates import on_scalar_of
 
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
     from sheldrake.systems.framework._diagram_builder import DiagramBuilder
     from sheldrake.systems.framework._engine.memory import RootView
-    from sheldrake.systems.framework._vector import BasicVector
 
 
 def _forces() -> AbstractValue:
@@ -36,6 +37,11 @@ def _applied(body: BodyIndex, point: np.ndarray, F_Bq_W: SpatialForce) -> Extern
     force = object.__new__(ExternallyAppliedSpatialForce)
     force._body_index, force._p_BoBq_B, force.F_Bq_W = body, point, F_Bq_W
     return force
+
+
+def _shows(root: RootView, i: int, plant: MultibodyPlant, port: OutputPort) -> bool:
+    """Whether input port `i` shows this port of this plant."""
+    return root.source(i) == (plant, int(port.get_index()))
 
 
 class ExternallyAppliedSpatialForceMultiplexer(LeafSystem):
@@ -52,6 +58,16 @@ class ExternallyAppliedSpatialForceMultiplexer(LeafSystem):
         for i in range(num_inputs):
             self.DeclareAbstractInputPort(f"u{i}", _forces())
         self.DeclareAbstractOutputPort("y0", _forces, self._join)
+
+    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> list[FedStage] | None:
+        """The stages of all that feed it; None if one of them has none for this plant."""
+        found: list[FedStage] = []
+        for i in range(self.num_input_ports()):
+            stages = stages_that_feed(plant, rows_of, root, i)
+            if stages is None:
+                return None
+            found += stages
+        return found
 
     def _join(self, context: Context, value: AbstractValue) -> None:
         system = context._system
@@ -138,22 +154,21 @@ class Propeller(LeafSystem):
         """Output: a list of ExternallyAppliedSpatialForce."""
         return self.get_output_port(0)
 
-    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> FedStage | None:
-        """The same as a stage of the plant that it feeds, if it is fed by that plant.
+    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> list[FedStage] | None:
+        """The same as a stage of the plant that it feeds; None if it is not fed by that plant.
 
         Args:
             plant: The plant.
             rows_of: The row of each body.
             root: As in `_kernel_models`.
         """
-        if root.source(1) != (plant, int(plant.get_body_poses_output_port().get_index())):
+        if not _shows(root, 1, plant, plant.get_body_poses_output_port()):
             return None
         rows = [rows_of[body] for body in self._bodies]
         z_B, ratios = self._z_B[:, :, 0], self._ratios.T[:, [3, 0]]
         numbers = np.concatenate([np.array(self._points).reshape(-1, 3), z_B, ratios], axis=1)
         model = Propellers(np.ascontiguousarray(numbers), np.array(rows, np.int64))
-        kernel = propellers_of_step if plant.is_discrete() else propellers_of_derivatives
-        return FedStage(kernel, {"command": root.slot(0)}, {"propeller_model": model})
+        return [FedStage(add_propeller_forces, {"command": root.slot(0)}, {"propeller_model": model})]
 
     def _calc(self, context: Context, value: AbstractValue) -> None:
         system = context._system
@@ -195,7 +210,9 @@ class Wing(LeafSystem):
             "body_spatial_velocities", AbstractValue.Make([SpatialVelocity_[float](np.zeros(6))])
         )
         self.DeclareVectorInputPort("wind_velocity_at_aerodynamic_center", 3)
-        self.DeclareVectorInputPort("fluid_density", 1)
+        self.DeclareVectorInputPort("fluid_density", BasicVector([self._density]))
+        for optional in self._inputs[2:]:
+            optional.optional = True
         self.DeclareAbstractOutputPort("spatial_force", _forces, self._calc_force)
         poses = {self.input_port_ticket(0)}
         self.DeclareVectorOutputPort("aerodynamic_center", 3, self._calc_center, poses)
@@ -223,6 +240,24 @@ class Wing(LeafSystem):
     def get_aerodynamic_center_output_port(self) -> OutputPort:
         """Output: the aerodynamic centre, in W [m]."""
         return self.get_output_port(1)
+
+    def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> list[FedStage] | None:
+        """The same as a stage of the plant that it feeds; None if it is not fed by that plant.
+
+        Args:
+            plant: The plant.
+            rows_of: The row of each body.
+            root: As in `_kernel_models`.
+        """
+        ports = plant.get_body_poses_output_port(), plant.get_body_spatial_velocities_output_port()
+        if not all(_shows(root, i, plant, port) for i, port in enumerate(ports)):
+            return None
+        if root.is_exported(3):  # wings with other densities of their own may have the same port of a diagram
+            return None
+        R_BWing, p_BWing = self._X_BWing.rotation().matrix(), self._X_BWing.translation()
+        numbers = np.concatenate([p_BWing, R_BWing[:, 0], R_BWing[:, 2], [self._area]])
+        model = Wings(numbers[None], np.array([rows_of[int(self._body)]], np.int64))
+        return [FedStage(add_wing_force, {"wind": root.slot(2), "density": root.slot(3)}, {"wing_model": model})]
 
     def _calc_force(self, context: Context, value: AbstractValue) -> None:
         system = context._system

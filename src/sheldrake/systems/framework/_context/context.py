@@ -401,16 +401,23 @@ class Context(ContextBase):
                 f"{self._system._describe()}."
             )
         store, other = self._store, source._store
+        store.check_thread()
         S, scalar = store.S, store.scalar
         for (a, b), (first, last) in ((mine.xc, its.xc), (mine.xd, its.xd), (mine.p, its.p)):
             if b > a:
                 S[a:b] = converted(other.S[first:last], scalar)
-        for (a, b), (first, _), values, others in (
-            (mine.abstract, its.abstract, store.abstract, other.abstract),
-            (mine.abstract_parameters, its.abstract_parameters, store.parameters, other.parameters),
-        ):
-            for k in range(b - a):
-                values[a + k].SetFrom(others[first + k])
+        self._take_abstract_from(source)
+
+    def _take_abstract_from(self, source: Context) -> None:
+        """Copies what has no place in the slab, where all else is copied."""
+        mine, its, store, other = self._place, source._place, self._store, source._store
+        if store.abstract or store.parameters:
+            for (a, b), (first, _), values, others in (
+                (mine.abstract, its.abstract, store.abstract, other.abstract),
+                (mine.abstract_parameters, its.abstract_parameters, store.parameters, other.parameters),
+            ):
+                for k in range(b - a):
+                    values[a + k].SetFrom(others[first + k])
         store.accuracy = other.accuracy
         store.touch(CONSTANT, "all")
         if store.layout.structured:
@@ -419,8 +426,14 @@ class Context(ContextBase):
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""
         its, store = expect("SetTimeStateAndParametersFrom", source, Context)._store, self._store
-        self._must_be_root("SetTimeStateAndParametersFrom")
+        if self._node:
+            self._must_be_root("SetTimeStateAndParametersFrom")
         store.check_thread()
+        if its.layout is store.layout and its.scalar is store.scalar is float and not source._node:
+            end = store.layout.p[1]
+            store.S[:end] = its.S[:end]
+            self._take_abstract_from(source)
+            return
         store.S[:1] = converted(its.S[:1], store.scalar)
         self.SetStateAndParametersFrom(source)
 

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 NO_ROW = -(10**9)
 """Number of the row of an event without a handler."""
 
+_FIRST_ROOM = 256
+"""Samples for which an empty log has room."""
+
 LOG = "log"
 """Handler of an event that appends the leaf's only input to its log."""
 
@@ -87,7 +90,7 @@ class Layout(Memory):
         self.with_own_defaults = [n for n, s in leaves if s._sets_own_defaults()]
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
-        self.blocks: dict[Any, Any] = {}  # what event loops bound to the program keep for the next ones
+        self.known_words: dict[str, np.ndarray] = {}  # of the program, as kernels of event loops are told where it is
         self.prepared = False  # whether the kernels of the event loop are there
         self._stamps = self._tables["level"].tolist()
         self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
@@ -170,7 +173,7 @@ class Layout(Memory):
         return place[0], place[0] + int(np.prod(place[1:]))
 
     def _required(self, row: Row) -> tuple[int, ...]:
-        others = tuple(slot.free for slot in row.reads.values() if slot.free >= 0)
+        others = tuple(s.free for s in row.reads.values() if s.free >= 0 and s.free not in self.optional_free)
         if "u" not in row.calc.names:
             return others
         inputs = zip(self.systems[row.node]._inputs, self.places[row.node].inputs)
@@ -210,6 +213,21 @@ class Layout(Memory):
         joined, begins = join_in_slab(self._calls, HERE)
         at = _ints(begins + begins[-1:] * (len(self.rows) - len(begins) + _program.NUM_SPECIAL + 1))
         return _program.Program(words=joined.words, at=at, **self._tables)
+
+    @cached_property
+    def derivative_calls(self) -> tuple[list[int], list[int]]:
+        """The rows of the derivatives of all leaves, and those that they need."""
+        tables: Any = self._tables
+        calls, needed = ([*tables[k][tables[f"{k}_begin"][-2] :].tolist()] for k in ("calls", "prerequisites"))
+        return calls, needed
+
+    @cached_property
+    def first_logs(self) -> tuple[int, np.ndarray]:
+        """Of logs that are empty: the size of their array, and start, room and number of samples of each."""
+        widths = self.program.log[:, _program.Log.length] + 1
+        ends = np.cumsum(_FIRST_ROOM * widths)
+        table = np.stack((ends - _FIRST_ROOM * widths, np.full_like(ends, _FIRST_ROOM), np.zeros_like(ends)), axis=1)
+        return int(ends[-1]), table
 
     @cached_property
     def rows_that_need_inputs(self) -> tuple[list[Row], list[Row]]:
@@ -440,9 +458,11 @@ def _stage_row(
     out: Span,
     event: EventDeclaration | None = None,
 ) -> Row:
-    """The row of a stage: a kernel, a PythonStage, or a FedStage."""
+    """The row of a stage: a kernel, a PythonStage, a FedStage, or the callback that stands for all stages."""
     if isinstance(stage, FedStage):
         return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
+    if isinstance(stage, Callback) and event is not None:
+        event = dataclasses.replace(event, handler=stage)
     return Row(n, kind, stage, out, event=event)
 
 

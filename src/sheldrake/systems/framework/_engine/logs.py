@@ -27,14 +27,19 @@ def _table(store: Store) -> np.ndarray:
     return store.I[store.layout.log0 : store.layout.fixed0].reshape(-1, 3)
 
 
-def grow(store: Store, least: int = 256) -> None:
+def grow(store: Store) -> None:
     """Gives every log that is nearly full twice the room."""
     i, first = store.i, store.layout.log0
     if all(i[at + 2] + _SPARE <= i[at + 1] for at in range(first, store.layout.fixed0, 3)):
         return
     table = _table(store)
+    if not store.L.size:
+        size, new = store.layout.first_logs
+        with store.moving:
+            store.L, table[...] = np.empty(size, store.S.dtype), new
+        return
     full = table[:, 2] + _SPARE > table[:, 1]
-    _lay_out(store, np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1]))
+    _lay_out(store, np.where(full, 2 * table[:, 1], table[:, 1]))
 
 
 def reserve(store: Store, s: int, room: int) -> None:
@@ -72,11 +77,21 @@ def _lay_out(store: Store, room: np.ndarray, samples: list[tuple[int, int, Any, 
         table[:, 0], table[:, 1], table[:, 2] = starts[:-1], room, counts
 
 
+def place_of_count(store: Store, s: int) -> int:
+    """Where in the side the number of samples of log `s` is."""
+    return store.layout.log0 + 3 * s + 2
+
+
+def room(store: Store, s: int) -> np.ndarray:
+    """Samples of log `s` and the room behind them: a view of the array."""
+    at, i, (_, (a, b)) = store.layout.log0 + 3 * s, store.i, store.layout.logs[s]
+    first, most, width = i[at], i[at + 1], b - a + 1
+    return store.L[first : first + most * width].reshape(most, width)
+
+
 def _there(store: Store, s: int) -> np.ndarray:
     """Samples of log `s` in the array: a view."""
-    at, i, (_, (a, b)) = store.layout.log0 + 3 * s, store.i, store.layout.logs[s]
-    first, count, width = i[at], i[at + 2], b - a + 1
-    return store.L[first : first + count * width].reshape(count, width)
+    return room(store, s)[: store.i[place_of_count(store, s)]]
 
 
 def _merged(there: np.ndarray, late: list[tuple[int, int, Any, Any]]) -> np.ndarray:

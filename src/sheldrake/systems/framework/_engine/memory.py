@@ -141,9 +141,11 @@ class Memory(Topology):
                     place.outputs[j] = self._state_slot(place, *o.state)
         self.free: dict[tuple[int, int], int] = {}
         self.free_slots: list[Slot] = []
+        self.optional_free: set[int] = set()
         for n in self.leaves:
             slots = [self._input_slot(self.sources[n, i]) for i in range(len(self.systems[n]._inputs))]
             self.places[n].inputs = slots
+            self.optional_free.update(s.free for d, s in zip(self.systems[n]._inputs, slots) if d.optional)
         for node in self.nodes:
             if not node.leaf:  # also what is exported to nobody may be fixed
                 for i in range(len(self.systems[node.number]._inputs)):
@@ -220,6 +222,11 @@ class RootView:
     def slot(self, i: int) -> Slot:
         """Where the value of input port `i` is."""
         return self._layout.places[self._node].inputs[i]
+
+    def is_exported(self, i: int) -> bool:
+        """Whether input port `i` takes its value, if it has one, from an input port of a diagram around it."""
+        kind, n, _ = self._layout.sources[self._node, i]
+        return kind == "free" and n != self._node
 
     def stores(self) -> weakref.WeakSet[Any]:
         """Stores of contexts with this layout, now and later; `Store.restructure` has one follow a changed system."""

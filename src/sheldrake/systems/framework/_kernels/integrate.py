@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from sheldrake.common.kernel import IntVector, Vector
+from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.common.record import Record, array, number, table
 from sheldrake.systems.framework._kernels.program import (
     CONTINUOUS,
@@ -77,6 +77,20 @@ def derivatives(program, run, S, side, L, rows, out):
     fire(program, S, side, L, rows, program.derivatives)
     for i in range(program.num_xc):
         S[out + i] = S[program.xdot + i]
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def derivatives_now(program_model: Program, S: Vector, side: Side, L: Vector, rows: IntVector) -> int:
+    """Time derivatives at the slab's t and xc between steps; a status, which the side has not kept."""
+    program = program_model
+    refresh(program, S, side, rows, program.derivatives)
+    fire(program, S, side, L, rows, program.derivatives)
+    status = int(side.status)
+    side.status = 0
+    if status == 0:
+        for j in range(program.calls_begin[program.derivatives], program.calls_begin[program.derivatives + 1]):
+            side.word[program.stamps + program.calls[j]] = side.word[CONTINUOUS]
+    return status
 
 
 @inner

@@ -207,6 +207,24 @@ def begin(
 
 
 @kernel(top=True, strict=True, short_loops=True)
+def handle_pending(program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
+    """Updates that are triggered, then publishes; time stands still."""
+    program = program_model
+    trigger(program, side, PER_STEP)
+    update(program, run, S, side, L, rows, UNRESTRICTED)
+    if side.status == 0:
+        update(program, run, S, side, L, rows, DISCRETE)
+    if side.status != 0:
+        return
+    if side.terminate > 1:  # an update asked for what moves memory, which is done behind the publishes
+        side.terminate = 0
+    if side.terminate == 0:
+        clear_updates(program, side)
+        run.steps += 1
+        publish(program, run, S, side, L, rows)
+
+
+@kernel(top=True, strict=True, short_loops=True)
 def integrate_to(
     program_model: Program,
     run: Run,
