@@ -56,7 +56,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
     has_base_of_six,
-    is_chain_of_six,
     velocity_of_any,
     with_drift,
 )
