@@ -169,7 +169,7 @@ def _exchange(into: bool) -> Builtin:
             parts = [b.at("double", start, at) for start in starts]
             beside = b.at(LANES.element, lanes.leaves[0], at)
             places = [b.at(LANES.element, beside, i) for i in range(4)]
-            _transpose(f, *((parts, places) if into else (places, parts)))
+            _transpose(f, into, parts, places)
 
         head, body, after, before, following = b.label(), b.label(), b.label(), b.block, f"%n{b.label()}"
         b.start(head)
@@ -186,20 +186,35 @@ def _exchange(into: bool) -> Builtin:
     return call
 
 
-def _transpose(f: Function, sources: list[str], targets: list[str]) -> None:
-    """Four by four numbers, which are copied with rows and columns exchanged."""
-    b, four = f.b, LANES.element
+def _transpose(f: Function, into: bool, parts: list[str], places: list[str]) -> None:
+    """Four numbers of each of four rows, and the same places of lanes: one is copied, rows as columns, to the other.
 
-    def mixed(x: str, y: str, which: tuple[int, ...]) -> str:
+    Rows are loaded and stored by halves: exchanging those within registers would take as long as all else.
+    """
+    b, four, two = f.b, LANES.element, "<2 x double>"
+
+    def mixed(kind: str, x: str, y: str, *which: int) -> str:
         mask = ", ".join(f"i32 {i}" for i in which)
-        return b.op(f"shufflevector {four} {x}, {four} {y}, <4 x i32> <{mask}>")
+        return b.op(f"shufflevector {kind} {x}, {kind} {y}, <{len(which)} x i32> <{mask}>")
 
-    w, x, y, z = (b.op(f"load {four}, ptr {f.check_memory(p)}, align 8") for p in sources)
-    low = [mixed(p, q, (0, 4, 2, 6)) for p, q in ((w, x), (y, z))]
-    high = [mixed(p, q, (1, 5, 3, 7)) for p, q in ((w, x), (y, z))]
-    columns = [mixed(p, q, half) for half in ((0, 1, 4, 5), (2, 3, 6, 7)) for p, q in (low, high)]
-    for column, target in zip(columns, targets):
-        b.do(f"store {four} {column}, ptr {f.check_memory(target)}, align 8")
+    def load(kind: str, at: str) -> str:
+        return b.op(f"load {kind}, ptr {f.check_memory(at)}, align 8")
+
+    def store(kind: str, value: str, at: str) -> None:
+        b.do(f"store {kind} {value}, ptr {f.check_memory(at)}, align 8")
+
+    for half in (0, 2):
+        ends = [b.at("double", part, half) for part in parts]
+        if into:
+            w, x, y, z = (load(two, end) for end in ends)
+            even, odd = (mixed(two, p, q, 0, 1, 2, 3) for p, q in ((w, y), (x, z)))
+            store(four, mixed(four, even, odd, 0, 4, 2, 6), places[half])
+            store(four, mixed(four, even, odd, 1, 5, 3, 7), places[half + 1])
+        else:
+            p, q = (load(four, place) for place in places[half : half + 2])
+            even, odd = mixed(four, p, q, 0, 4, 2, 6), mixed(four, p, q, 1, 5, 3, 7)
+            for (both, low), end in zip(((even, 0), (odd, 0), (even, 2), (odd, 2)), ends):
+                store(two, mixed(four, both, both, low, low + 1), end)
 
 
 BUILTINS: dict[Any, tuple[Builtin, int, int]] = {

@@ -104,15 +104,22 @@ def whole_cost(model, problem, contacts, rows):
 
 @kernel
 def along_direction(model, problem):
-    """(slope of the cost, slope of the momentum cost, dv^T A dv) at the iterate along dv [J]."""
+    """Slope of the cost at the iterate along dv [J]."""
     slope = 0.0
-    slope_A = 0.0
-    curvature_A = 0.0
     for k in dofs_of_island(model, problem):
         slope += problem.dv[k] * problem.gradient[k]
-        slope_A += problem.dv[k] * (problem.p[k] - problem.p_star[k])
-        curvature_A += problem.dv[k] * problem.a_dv[k]
-    return slope, slope_A, curvature_A
+    return slope
+
+
+@kernel
+def momentum_along_direction(model, problem):
+    """(slope of the momentum cost, dv^T A dv) at the iterate along dv [J]."""
+    slope = 0.0
+    curvature = 0.0
+    for k in dofs_of_island(model, problem):
+        slope += problem.dv[k] * (problem.p[k] - problem.p_star[k])
+        curvature += problem.dv[k] * problem.a_dv[k]
+    return slope, curvature
 
 
 # ---- impulses and gradient

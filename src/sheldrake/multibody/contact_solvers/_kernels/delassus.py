@@ -56,7 +56,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
     has_base_of_six,
-    is_chain_of_six,
     velocity_of_any,
     with_drift,
 )
@@ -75,7 +74,7 @@ def few_contacts(model, problem, rows, factor, relative):
     if problem.trees_end - problem.trees_begin > 1 or (n > CHEAP and relative < AT_HAND):
         return -1
     t = problem.trees[problem.trees_begin].order
-    if is_chain_of_six(model, t) or 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
+    if 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
         return -1
     for place in range(problem.rows_begin, problem.rows_end):
         r = rows[place].order
@@ -125,6 +124,8 @@ def limb(model, contact, begin, end):
         return begin, end
     first = contact.dofs[contact.width - 1]
     last = first
+    if model.dofs[contact.dofs[0]].depth == 0:  # the path is all there
+        return contact.dofs[model.dofs[begin].depth], last + 1
     while model.dofs[first].parent >= begin:
         first = model.dofs[first].parent
     return first, last + 1
@@ -188,13 +189,9 @@ def block_at(factor, c, e):
 
 
 @kernel
-def delassus_of_base(model, problem, factor, c, e, first):
-    """The part of the six dofs that all others hang on in W of contacts c and e."""
-    Y, at = factor.spread, model.dofs[first].row_start
-    m = packed_diagonal_six(problem.L, at)
-    x, y, z = load_three_sixes(Y, 3 * c, first)
-    x, y, z = times_six(m, x), times_six(m, y), times_six(m, z)
-    u, v, w = load_three_sixes(Y, 3 * e, first)
+def delassus_of_base(factor, e, first, x, y, z):
+    """The part of the six dofs that all others hang on in W of two contacts, x, y, z being the rows of one, over D."""
+    u, v, w = load_three_sixes(factor.spread, 3 * e, first)
     return (
         dot_six(x, u), dot_six(x, v), dot_six(x, w),
         dot_six(y, u), dot_six(y, v), dot_six(y, w),
@@ -207,10 +204,15 @@ def delassus_row(model, problem, contacts, factor, c, first, begin, end):
     """W of contact c and all up to it: what both push is the base, and a limb if they are on the same one."""
     Y, L = factor.spread, problem.L
     low, high = limb(model, contact_at(problem, contacts, c), begin, end)
+    x = y = z = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if begin > first:
+        m = packed_diagonal_six(L, model.dofs[first].row_start)
+        x, y, z = load_three_sixes(Y, 3 * c, first)
+        x, y, z = times_six(m, x), times_six(m, y), times_six(m, z)
     for e in range(c + 1):
         W = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         if begin > first:
-            W = delassus_of_base(model, problem, factor, c, e, first)
+            W = delassus_of_base(factor, e, first, x, y, z)
         low_e, high_e = limb(model, contact_at(problem, contacts, e), begin, end)
         for k in range(max(low, low_e), min(high, high_e)):
             W = add_dyad(W, scale3(column3(Y, 3 * c, k), L[diagonal(model, k)]), column3(Y, 3 * e, k))

@@ -526,9 +526,62 @@ def subtract_product(L, C, A, B, rows, columns, inner):
                     L[C + rows * b + a] -= L[A + rows * c + a] * s
 
 
+@kernel(outline=True)
+def factorise_six(L, D):
+    """`factorise_diagonal` of a block 6 by 6; the roots, as 1 / sqrt(D) of L D L^T, come all at once at the end."""
+    a, b, c, d, e, f = load_six(L, D)
+    if not a > 0.0:
+        return HESSIAN_NOT_POSITIVE
+    p = 1.0 / a
+    s, t, u, v, w = b * p, c * p, d * p, e * p, f * p
+    bb, cb, db, eb, fb = L[D + 7] - s * b, L[D + 8] - s * c, L[D + 9] - s * d, L[D + 10] - s * e, L[D + 11] - s * f
+    cc, dc, ec, fc = L[D + 14] - t * c, L[D + 15] - t * d, L[D + 16] - t * e, L[D + 17] - t * f
+    dd, ed, fd = L[D + 21] - u * d, L[D + 22] - u * e, L[D + 23] - u * f
+    ee, fe = L[D + 28] - v * e, L[D + 29] - v * f
+    ff = L[D + 35] - w * f
+    if not bb > 0.0:
+        return HESSIAN_NOT_POSITIVE
+    q = 1.0 / bb
+    t, u, v, w = cb * q, db * q, eb * q, fb * q
+    cc, dc, ec, fc = cc - t * cb, dc - t * db, ec - t * eb, fc - t * fb
+    dd, ed, fd = dd - u * db, ed - u * eb, fd - u * fb
+    ee, fe = ee - v * eb, fe - v * fb
+    ff = ff - w * fb
+    if not cc > 0.0:
+        return HESSIAN_NOT_POSITIVE
+    r = 1.0 / cc
+    u, v, w = dc * r, ec * r, fc * r
+    dd, ed, fd = dd - u * dc, ed - u * ec, fd - u * fc
+    ee, fe = ee - v * ec, fe - v * fc
+    ff = ff - w * fc
+    if not dd > 0.0:
+        return HESSIAN_NOT_POSITIVE
+    x = 1.0 / dd
+    v, w = ed * x, fd * x
+    ee, fe = ee - v * ed, fe - v * fd
+    ff = ff - w * fd
+    if not ee > 0.0:
+        return HESSIAN_NOT_POSITIVE
+    y = 1.0 / ee
+    ff = ff - fe * y * fe
+    if not ff > 0.0:
+        return HESSIAN_NOT_POSITIVE
+    z = 1.0 / ff
+    p, q, r, x, y, z = sqrt(p), sqrt(q), sqrt(r), sqrt(x), sqrt(y), sqrt(z)
+    store_six(L, D, (p, b * p, c * p, d * p, e * p, f * p))
+    L[D + 7], L[D + 8], L[D + 9], L[D + 10], L[D + 11] = q, cb * q, db * q, eb * q, fb * q
+    L[D + 14], L[D + 15], L[D + 16], L[D + 17] = r, dc * r, ec * r, fc * r
+    L[D + 21], L[D + 22], L[D + 23] = x, ed * x, fd * x
+    L[D + 28], L[D + 29] = y, fe * y
+    L[D + 35] = z
+    return SOLVED
+
+
 @kernel
 def factorise_diagonal(L, D, n):
     """Cholesky of the lower triangle of the block at D in place; a status."""
+    if n == SIX:
+        return factorise_six(L, D)
     for c in range(n):
         column = D + n * c
         for e in range(c):

@@ -17,6 +17,7 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     evaluate,
     evaluate_v,
     keep_slopes,
+    momentum_along_direction,
     newton_direction,
     numeric_factor,
     optimality,
@@ -233,8 +234,9 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
 
 @kernel(outline=True)
-def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
+def search(model, problem, contacts, rows, slope):
     """Step length, and whether one was found, from an iterate whose cost is not known; see `line_search`."""
+    slope_A, curvature_A = momentum_along_direction(model, problem)
     momentum, cost = whole_cost(model, problem, contacts, rows)
     return line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
 
@@ -252,7 +254,8 @@ def iterate(model, problem, contacts, rows, factor):
         status = newton(model, problem, contacts, rows, factor, 1)
         if status != SOLVED:
             return status
-        slope, slope_A, curvature_A = along_direction(model, problem)
+        slope = along_direction(model, problem)
+        slope_A, curvature_A = momentum_along_direction(model, problem)
         alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
         if found == 0:
             return LINE_SEARCH_FAILED
@@ -327,16 +330,16 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         status = newton(model, problem, contacts, rows, factor, fresh)
         if status != SOLVED:
             return status
-        slope, slope_A, curvature_A = along_direction(model, problem)
+        slope = along_direction(model, problem)
         alpha = 1.0 + 0.0 * slope
         before = excess
         problem.iterations += 1
         advance(model, problem, contacts, rows, alpha)
         excess, momentum, impulse = evaluate(model, problem, contacts, rows)
-        slope_there, _, _ = along_direction(model, problem)
+        slope_there = along_direction(model, problem)
         if not (excess <= 1.0 or slope_there <= -FULL_STEP * slope):
             advance(model, problem, contacts, rows, -alpha)
-            alpha, found = search(model, problem, contacts, rows, slope, slope_A, curvature_A)
+            alpha, found = search(model, problem, contacts, rows, slope)
             if found == 0:
                 return LINE_SEARCH_FAILED
             advance(model, problem, contacts, rows, alpha)

@@ -8,7 +8,10 @@ but the joint damping and the constraints is explicit, taken at the start of the
 solver has nothing to do.
 """
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import is_finite
+from sheldrake.common._kernels.vec import SIX
 from sheldrake.common.kernel import LaneMemory, Vector, Vectors, kernel
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
@@ -49,7 +52,7 @@ from sheldrake.multibody.tree._kernels.integrate import (
     shorten_quaternions,
 )
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics
-from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
+from sheldrake.multibody.tree._kernels.model import FREE, Body, TreeModel, TreeWork
 
 
 @kernel
@@ -109,6 +112,18 @@ def free_motion(tree_model, solver_model, tree, problem, rows, v, force):
     return SOLVED
 
 
+def motions_of_free_bodies_and_others(
+    tree_model: TreeModel, tree: TreeWork
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Rows of `tree.S`, in runs: those that no step changes, and those that each one writes."""
+    still = np.zeros(len(tree.S), bool)
+    for dof in tree_model.body[tree_model.body[:, Body.kind] == FREE, Body.first_dof]:
+        still[dof : dof + SIX] = True
+    begins = np.flatnonzero(np.diff(still, prepend=~still[:1]))
+    runs = np.split(tree.S, begins[1:])
+    return [s for s, k in zip(runs, begins) if still[k]], [s for s, k in zip(runs, begins) if not still[k]]
+
+
 def memory_in_lanes(
     xd: Vector,
     p: Vector,
@@ -118,15 +133,17 @@ def memory_in_lanes(
     problem: Problem,
     rows: Rows,
     step: StepVectors,
+    tree_model: TreeModel,
     *models: object,
 ) -> LaneMemory:
     """What `smooth_motion` reads and writes, for four worlds that call it at once."""
     count = problem.count[Counts.num_contacts : Counts.iterations]
+    still, moving = motions_of_free_bodies_and_others(tree_model, tree)
     return LaneMemory(
-        constant=(p,),
+        constant=(p, *still),
         reads=(xd, *u, step.applied_force, step.v_next),
         writes=(
-            *(part for name, part in zip(tree._fields, tree) if name != "L"),
+            *(part for name, part in zip(tree._fields, tree) if name not in ("L", "S")), *moving,
             table.X_WG, table.count, problem.A, problem.L, problem.v0, problem.v_star, problem.p_star, count,
             step.v, step.v_next, step.force, step.net_actuation,
         ),
