@@ -29,6 +29,7 @@ from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._kernels import queries
 from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose
 from sheldrake.systems.framework import Context
 
@@ -312,13 +313,15 @@ class Kinematics:
 
     def com_acceleration(self, view: View, rows: np.ndarray, mass: Scalar, A_WB: np.ndarray) -> np.ndarray:
         """Acceleration of a centre of mass, given those of the body origins."""
-        work = view.velocities()
-        m, h = self._masses_and_moments(work, rows)
-        V, A = work.V[rows], A_WB[rows]
-        h = h + m * (self._roots(view, work, rows) - work.X_WB[rows, BodyPose.p_WB.columns])
-        w = V[:, :3]
-        a = m * A[:, 3:] + np.cross(A[:, :3], h) + np.cross(w, np.cross(w, h))
-        return a.sum(axis=0) / mass
+        mask, force = view.integers("mask", view.nb), view.buffer("force of masses", 3)
+        mask[:] = 0
+        mask[rows] = 1
+        arguments = view.model, view.work, mask, view.buffer("A_WB of masses", view.nb, 6), force
+        needs = view.POSES | view.INERTIAS | view.VELOCITIES
+        return (
+            view.query(queries.calc_force_of_masses, *arguments, given=("A_WB",), needs=needs, answer=force)(A_WB)
+            / mass
+        )
 
     @typing_overload
     def CalcSpatialMomentumInWorldAboutPoint(self, context: Context, p_WoP_W: Scalars) -> SpatialMomentum: ...

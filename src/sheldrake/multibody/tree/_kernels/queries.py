@@ -178,6 +178,23 @@ def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vect
 
 
 @kernel(top=True, short_loops=True)
+def calc_force_of_masses(model: TreeModel, work: TreeWork, mask: IntVector, A_WB: Matrix, force: Vector) -> None:
+    """Rate of the linear momentum of the masked bodies [N], in W, shape (3,), when their origins accelerate by A_WB.
+
+    Needs `body_inertias` and `velocity_kinematics`.
+    """
+    write3(force, 0, (0.0, 0.0, 0.0))
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            body = work[b]
+            w, _ = body.V_WB
+            alpha, a = load6(A_WB, b)
+            moment = add3(body.first_moment, scale3(sub3(work[model.bodies[b].root].p_WB, body.p_WB), body.mass))
+            f = add3(scale3(a, body.mass), add3(cross3(alpha, moment), cross3(w, cross3(w, moment))))
+            write3(force, 0, add3(read3(force, 0), f))
+
+
+@kernel(top=True, short_loops=True)
 def calc_kinetic_energy(model: TreeModel, p: Vector, work: TreeWork, v: Vector, energy: Vector) -> None:
     """Energy of motion [J], that of rotors too, shape (1,); needs `body_inertias` and `velocity_kinematics`."""
     energy[0] = 0.0
