@@ -221,7 +221,7 @@ class MultipleShooting:
         self._free_steps("AddEqualTimeIntervalsConstraints")
         bindings, out = parts_of(self._prog).bindings, []
         for i in range(len(self._h_vars) - 1):
-            equal = LinearEqualityConstraint._of_row(np.array([1.0, -1.0]), 0.0, 0.0)
+            equal = LinearEqualityConstraint._of_row([1.0, -1.0], 0.0, 0.0)
             out.append(bindings.add(bind(LinearEqualityConstraint, equal, self._h_vars[i : i + 2].copy())))
         return out
 

@@ -91,6 +91,41 @@ def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] 
     return out
 
 
+QuadraticTerms = tuple[dict[Variable, float], list[tuple[Variable, Variable, float]], float]
+
+
+def quadratic_terms(e: Expression) -> QuadraticTerms | None:
+    """Coefficients of variables and of products of two, and the constant, of a polynomial expanded as it is.
+
+    Of degree two at most; None for others.
+    """
+    linear: dict[Variable, float] = {}
+    products: list[tuple[Variable, Variable, float]] = []
+    is_sum = e._kind == k.ADD
+    for term, c in e._terms.values() if is_sum else ((e, 1.0),):
+        kind = term._kind
+        if kind == k.VAR:
+            linear[term._made[0]] = c
+        elif kind == k.POW:
+            base, exponent = term._made
+            if base._kind != k.VAR or exponent is not _build.TWO:
+                return None
+            v = base._made[0]
+            products.append((v, v, c))
+        elif kind == k.MUL and len(term._terms) <= 2:
+            factors = []
+            for base, exponent in term._terms.values():
+                if base._kind != k.VAR or not (exponent is _build.ONE or exponent is _build.TWO):
+                    return None
+                factors += [base._made[0]] * (1 if exponent is _build.ONE else 2)
+            if len(factors) != 2:
+                return None
+            products.append((factors[0], factors[1], c * term._constant))
+        else:
+            return None
+    return linear, products, e._constant if is_sum else 0.0
+
+
 def degree_of_product(e: Expression) -> int:
     """The degree of a product of powers of variables and of sums `flat_terms` knows: nothing cancels; 0 of others."""
     if e._kind != k.MUL or e._constant == 0.0:

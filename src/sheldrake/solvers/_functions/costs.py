@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls, room
 from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import Changes, Cost, EvaluatorBase
 from sheldrake.solvers._functions.expressions import ExpressionFunction
+from sheldrake.solvers._kernels.definite import have_factors
 from sheldrake.symbolic import Expression, ToLatex
 
 if TYPE_CHECKING:
+    from sheldrake.common.kernel import Bound
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
@@ -51,6 +54,28 @@ def is_semidefinite(Q: np.ndarray) -> bool:
     """Whether Q has no negative eigenvalue, up to rounding."""
     least, _, rounding = range_of_eigenvalues(Q)
     return least >= -rounding
+
+
+_EXACT = 200  # rows up to which rounding of a factor is less than what `is_semidefinite` takes for rounding
+
+
+def _have_factors(matrices: Sequence[np.ndarray]) -> list[int]:
+    """Which matrices have no negative eigenvalue, found by elimination (see the kernel)."""
+    count, numbers = len(matrices), _arrays.joined([Q.ravel() for Q in matrices], float)
+    call, sizes, all_numbers, found = _calls.of(room(count), room(len(numbers)))
+    sizes[:count], all_numbers[: len(numbers)] = [len(Q) for Q in matrices], numbers
+    call.set("count", count)
+    call()
+    return found[:count].tolist()
+
+
+def _bound(count: int, numbers: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray]:
+    """A bound call of `have_factors`; its sizes, numbers and answers."""
+    (sizes, found), entries = np.zeros((2, count), dtype=np.int64), np.zeros(numbers)
+    return have_factors.bind(0, sizes, entries, found), sizes, entries, found
+
+
+_calls = BoundCalls(_bound, largest=8192)
 
 
 class LinearCost(Cost):
@@ -177,16 +202,10 @@ class QuadraticCost(Cost):
         """Tells whether all are; for many, as the eigenvalues of those of a size are found at once."""
         if all([cost._is_convex for cost in costs]):
             return True
-        unknown: dict[int, list[QuadraticCost]] = {}
-        for cost in costs:
-            if cost._is_convex is None and cost._Q.size:
-                unknown.setdefault(len(cost._Q), []).append(cost)
-        for alike in unknown.values():
-            values = np.linalg.eigvalsh(np.stack([cost._Q for cost in alike]))
-            rounding = 1e-12 * np.maximum(1.0, np.abs(values).max(axis=1))
-            for cost, convex in zip(alike, (values[:, 0] >= -rounding).tolist()):
-                cost._is_convex = convex
-        return all(cost.is_convex() for cost in costs)
+        unknown = [cost for cost in costs if cost._is_convex is None and len(cost._Q) <= _EXACT]
+        for cost, found in zip(unknown, _have_factors([cost._Q for cost in unknown])):
+            cost._is_convex = True if found else None  # eigenvalues tell of the others
+        return all([cost.is_convex() for cost in costs])
 
     def UpdateCoefficients(
         self, new_Q: ArrayLike, new_b: ArrayLike, new_c: float = 0.0, is_convex: bool | None = None

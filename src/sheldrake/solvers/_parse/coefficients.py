@@ -65,15 +65,42 @@ class Coefficients:
         return out
 
     @classmethod
-    def of_difference(cls, a: Expression, b: Expression) -> Coefficients | None:
-        """Those of a - b, if both are linear as they are, or a is expanded as it is and b a number."""
-        row = difference(a, b)
-        if row is not None:
-            return cls.linear(*row)
-        flat = decompose.flat_terms(a) if b._kind == k.CONSTANT else None
-        if flat is None:
+    def quadratic(cls, e: Expression) -> Coefficients | None:
+        """Those of a sum of numbers, variables, and products of two, each once, times numbers; None of others."""
+        terms = decompose.quadratic_terms(e)
+        if terms is None:
             return None
-        out = cls(a, flat)
+        linear, products, c = terms
+        found = dict.fromkeys(linear)
+        for v, w, _ in products:
+            found[v] = found[w] = None
+        ordered = sorted(found, key=decompose.age)
+        places = {v: i for i, v in enumerate(ordered)}
+        out, n = cls.__new__(cls), len(ordered)
+        out.vars, out.c, out.degree = traverse.object_array(ordered), c, 2 if products else 1
+        out.b = np.array([linear.get(v, 0.0) for v in ordered]) if linear else np.zeros(n)
+        out.Q = None
+        if products:
+            at, values = [], []
+            for v, w, value in products:
+                i, j = places[v], places[w]
+                at += (i * n + j, j * n + i)
+                values += (value, value) if i != j else (2.0 * value, 2.0 * value)
+            out.Q = np.zeros((n, n))
+            out.Q.put(at, values)
+        return out
+
+    @classmethod
+    def of_difference(cls, a: Expression, b: Expression) -> Coefficients | None:
+        """Those of a - b, if a is expanded as it is and b a number."""
+        if b._kind != k.CONSTANT:
+            return None
+        out = cls.quadratic(a)
+        if out is None:
+            flat = decompose.flat_terms(a)
+            if flat is None:
+                return None
+            out = cls(a, flat)
         out.c -= b._made[0]
         return out
 
@@ -93,7 +120,8 @@ def difference(a: Expression, b: Expression) -> LinearTerms | None:
         for v, value in others:
             total[v] = total.get(v, 0.0) - value
         terms = [(v, value) for v, value in total.items() if value != 0.0]
-    terms.sort(key=_age_of_term)
+    if len(terms) > 1:
+        terms.sort(key=_age_of_term)
     return terms, c - d
 
 
@@ -102,6 +130,9 @@ def coefficients(e: Expression) -> Coefficients | None:
     linear = decompose.linear_terms(e)
     if linear is not None:
         return Coefficients.linear(*linear)
+    found = Coefficients.quadratic(e)
+    if found is not None:
+        return found
     flat = decompose.flat_terms(e)
     return Coefficients(e, flat) if flat is not None or traverse.is_polynomial(e) else None
 

@@ -97,7 +97,7 @@ class ProgramBindings:
         Raises:
             RuntimeError: one of its variables is no decision variable.
         """
-        self._variables.check_decisions(binding._variables)
+        self._variables.check_decisions(binding._list)
         evaluator = binding._evaluator
         kind = _kind_of(type(evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
@@ -129,10 +129,11 @@ class ProgramBindings:
         found = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
         quadratic, linear, rows, equations, boxes = found
         rows += equations
-        matrices = [e._Q for e in quadratic] + [e._A for e in rows]
+        matrices = [e._Q for e in quadratic] + [e._row or e._A for e in rows]
         costs = [e._b for e in quadratic + linear] + [e._c for e in quadratic] + [e._a for e in linear]
         rows += boxes
-        return matrices, costs + [e._lower for e in rows] + [e._upper for e in rows]
+        bounds = [e._row or e._lower for e in rows] + [e._row or e._upper for e in rows]
+        return matrices, costs + bounds
 
     def are_convex(self) -> bool:
         """Whether each quadratic cost is convex."""
@@ -140,7 +141,7 @@ class ProgramBindings:
 
     def places(self, *bindings: BindingBase) -> np.ndarray:
         """Places of the variables of bindings among the decision variables, one binding after the other, shape (n,)."""
-        return self._variables.places([v for b in bindings for v in b._variables.tolist()])
+        return self._variables.places([v for b in bindings for v in b._list])
 
     # What there is
 

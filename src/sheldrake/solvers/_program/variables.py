@@ -259,10 +259,10 @@ class ProgramVariables:
         places = self._places
         return np.array([places[v._id] for v in vars], dtype=int)
 
-    def check_decisions(self, vars: np.ndarray) -> None:
+    def check_decisions(self, vars: Iterable[Variable]) -> None:
         """Raises RuntimeError where one is no decision variable."""
         places = self._places
-        for v in vars.tolist():
+        for v in vars:
             if v._id not in places:
                 raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
