@@ -43,7 +43,10 @@ LinearTerms = tuple[list[tuple[Variable, float]], float]
 
 
 def linear_terms(e: Expression) -> LinearTerms | None:
-    """Variables with their coefficients, and the constant, of an expression that `is_linear`; None for others."""
+    """Variables with their coefficients, and the constant, of an expression that `is_linear`, or of a number times one.
+
+    None for others.
+    """
     kind = e._kind
     if kind == k.ADD:
         terms = [(t._made[0], c) for t, c in e._terms.values() if t._kind == k.VAR]
@@ -55,7 +58,15 @@ def linear_terms(e: Expression) -> LinearTerms | None:
     if kind != k.MUL or len(e._terms) != 1:
         return None
     ((base, exponent),) = e._terms.values()
-    return ([(base._made[0], e._constant)], 0.0) if base._kind == k.VAR and exponent is _build.ONE else None
+    if exponent is not _build.ONE:
+        return None
+    if base._kind == k.VAR:
+        return [(base._made[0], e._constant)], 0.0
+    found, scale = linear_terms(base), e._constant
+    if found is None:
+        return None
+    terms = [(v, scale * c) for v, c in found[0]]
+    return (terms, scale * found[1]) if all([c for _, c in terms]) else None
 
 
 def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] | None:
@@ -97,12 +108,18 @@ QuadraticTerms = tuple[dict[Variable, float], list[tuple[Variable, Variable, flo
 def quadratic_terms(e: Expression) -> QuadraticTerms | None:
     """Coefficients of variables and of products of two, and the constant, of a polynomial expanded as it is.
 
-    Of degree two at most; None for others.
+    Of degree two at most, or a number times such a one; None for others.
     """
     linear: dict[Variable, float] = {}
     products: list[tuple[Variable, Variable, float]] = []
+    scale = 1.0
+    if e._kind == k.MUL and len(e._terms) == 1:
+        ((base, exponent),) = e._terms.values()
+        if base._kind == k.ADD and exponent is _build.ONE:
+            e, scale = base, e._constant
     is_sum = e._kind == k.ADD
     for term, c in e._terms.values() if is_sum else ((e, 1.0),):
+        c *= scale
         kind = term._kind
         if kind == k.VAR:
             linear[term._made[0]] = c
@@ -123,7 +140,7 @@ def quadratic_terms(e: Expression) -> QuadraticTerms | None:
             products.append((factors[0], factors[1], c * term._constant))
         else:
             return None
-    return linear, products, e._constant if is_sum else 0.0
+    return linear, products, scale * e._constant if is_sum else 0.0
 
 
 def degree_of_product(e: Expression) -> int:

@@ -13,6 +13,7 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
 from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._functions.costs import QuadraticCost
 from sheldrake.solvers._kernels.rows import conic_rows
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -76,7 +77,7 @@ class ConicForm:
 
     def _objective(self) -> None:
         quadratic = self.prog.quadratic_costs()
-        rows, cols, values = entries([b._evaluator._Q for b in quadratic], [b._evaluator._num_vars for b in quadratic])
+        rows, cols, values = entries(*QuadraticCost.matrices([b._evaluator for b in quadratic]))
         at = parts_of(self.prog).bindings.places(*quadratic)
         self._triplets_P = at[rows], at[cols], values
         slacks = len(self.prog.l2norm_costs())
@@ -316,6 +317,6 @@ class LinearObjective:
 
     def now(self) -> tuple[np.ndarray, float]:
         """c and constant as the costs have them now."""
-        slopes = _arrays.joined([e._b for e in self._quadratic] + [e._a for e in self._linear], float)
+        slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self._quadratic), *[e._a for e in self._linear]])
         constant = sum([e._c for e in self._quadratic]) + sum([e._b for e in self._linear])
         return np.bincount(self._at, slopes, self._n), float(constant)

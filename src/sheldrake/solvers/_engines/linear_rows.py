@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
-import operator
 from collections.abc import Sequence
 from typing import Any, TypeAlias, TypeVar
 
@@ -20,7 +20,7 @@ from sheldrake.solvers._program.program import MathematicalProgram
 Triplets: TypeAlias = "tuple[np.ndarray, np.ndarray, np.ndarray]"  # rows, columns and values
 
 
-Block: TypeAlias = "_arrays.Matrix | list[float] | None"  # a matrix, the numbers of one row, or the identity
+Block: TypeAlias = "_arrays.Matrix | list[float] | None"  # a matrix, its numbers row by row, or the identity
 
 
 def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
@@ -30,8 +30,8 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
         blocks: The matrices.
         sizes: How many rows they have.
     """
-    widths = [_width(A) for A in blocks]
-    numbers = _joined([A for A, width in zip(blocks, widths) if width >= 0])
+    widths = [_width(A, size) for A, size in zip(blocks, sizes)]
+    numbers = _arrays.joined_numbers([A for A, width in zip(blocks, widths) if width >= 0])
     n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
     call, all_heights, all_widths, all_numbers, rows, cols, values = _calls.of(room(n), room(most))
     all_heights[:n], all_widths[:n], all_numbers[: len(numbers)] = sizes, widths, numbers
@@ -41,22 +41,11 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
     return found if min(widths, default=0) >= -1 else _with_sparse(found, blocks, sizes, widths)
 
 
-def _width(A: Any) -> int:
+def _width(A: Any, size: int) -> int:
     """The number of columns as `entries_of_blocks` takes it, which leaves out sparse matrices."""
     if A.__class__ is list:
-        return len(A)
+        return len(A) // size
     return -1 if A is None else A.shape[1] if isinstance(A, np.ndarray) else -2 - A.shape[1]
-
-
-def _joined(parts: Sequence[Any]) -> np.ndarray:
-    """The numbers of arrays and lists, one after the other."""
-    arrays: list[np.ndarray] = []
-    for kind, run in itertools.groupby(parts, type):
-        if kind is list or kind is tuple:
-            arrays.append(np.array(list(itertools.chain.from_iterable(run)), dtype=float))
-        else:
-            arrays += [A.ravel() for A in run]
-    return _arrays.joined(arrays, float)
 
 
 def _with_sparse(
@@ -94,13 +83,6 @@ def another(form: Form) -> Form:
     return out
 
 
-def _block(e: LinearConstraint) -> Block:
-    """The matrix of a constraint."""
-    if isinstance(e, BoundingBoxConstraint):
-        return None
-    return e._A if e._row is None else e._row[0]
-
-
 class LinearRows:
     """lower <= A x <= upper, x being all decision variables.
 
@@ -111,30 +93,43 @@ class LinearRows:
     Attributes:
         rows, cols, values: The entries of A; those at one place add up.
         lower, upper: Shape (num_rows,).
-        places: Each constraint and its rows.
     """
 
     def __init__(self, prog: MathematicalProgram, bindings: Sequence[BindingBase[LinearConstraint]]):
-        self._evaluators = [b._evaluator for b in bindings]
-        ends = list(itertools.accumulate([e._num_outputs for e in self._evaluators], initial=0))
-        self.places = [(b, slice(first, end)) for b, first, end in zip(bindings, ends, ends[1:])]
-        self.num_rows = ends[-1]
-        self.rows, columns, self.values = entries(
-            [_block(e) for e in self._evaluators],
-            [e._num_outputs for e in self._evaluators],
-        )
+        self._bindings, self._sizes = bindings, [b._evaluator._num_outputs for b in bindings]
+        blocks: list[Block] = []
+        for b in bindings:
+            e = b._evaluator
+            is_box = isinstance(e, BoundingBoxConstraint)
+            blocks.append(None if is_box else e._A if e._row is None else e._row[0])
+        self.rows, columns, self.values = entries(blocks, self._sizes)
         self.cols = parts_of(prog).bindings.places(*bindings)[columns]
         self._take_bounds()
+        self.num_rows = len(self.lower)
 
     def _take_bounds(self) -> None:
-        self._bounds = [e._row or e._lower for e in self._evaluators] + [e._row or e._upper for e in self._evaluators]
-        count = len(self._evaluators)
-        lower = [b[1:2] if b.__class__ is tuple else b for b in self._bounds[:count]]
-        upper = [b[2:] if b.__class__ is tuple else b for b in self._bounds[count:]]
-        self.lower, self.upper = _joined(lower), _joined(upper)
+        lower: list[float] = []
+        upper: list[float] = []
+        for b in self._bindings:
+            e = b._evaluator
+            row = e._row
+            if row is None:
+                lower += e._lower.tolist()
+                upper += e._upper.tolist()
+            else:
+                lower.append(row[1])
+                upper.append(row[2])
+        self.lower, self.upper = np.array(lower, dtype=float), np.array(upper, dtype=float)
+
+    @functools.cached_property
+    def places(self) -> list[tuple[BindingBase[LinearConstraint], slice]]:
+        """Each constraint and its rows."""
+        ends = list(itertools.accumulate(self._sizes, initial=0))
+        return [(b, slice(first, end)) for b, first, end in zip(self._bindings, ends, ends[1:])]
 
     def again(self) -> LinearRows:
         """The same with the bounds that the constraints have now; itself if these are the same."""
         out = another(self)
         out._take_bounds()
-        return self if all(map(operator.is_, out._bounds, self._bounds)) else out
+        is_same = np.array_equal(out.lower, self.lower) and np.array_equal(out.upper, self.upper)
+        return self if is_same else out

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +30,7 @@ class Coefficients:
             variables = traverse.variables_of(e)
             found = variables
             if self.degree <= 2:
-                terms_of = decompose.decompose(e, variables).items()
-                flat = [(coefficient._made[0], list(m._powers.items())) for m, coefficient in terms_of]
+                flat = _terms_of(e, variables)
         else:
             found = {v: None for _, powers in flat for v, _ in powers}
         ordered = sorted(found, key=decompose.age)
@@ -67,27 +67,15 @@ class Coefficients:
     @classmethod
     def quadratic(cls, e: Expression) -> Coefficients | None:
         """Those of a sum of numbers, variables, and products of two, each once, times numbers; None of others."""
-        terms = decompose.quadratic_terms(e)
-        if terms is None:
+        found = Quadratic.of(e)
+        if found is None:
             return None
-        linear, products, c = terms
-        found = dict.fromkeys(linear)
-        for v, w, _ in products:
-            found[v] = found[w] = None
-        ordered = sorted(found, key=decompose.age)
-        places = {v: i for i, v in enumerate(ordered)}
-        out, n = cls.__new__(cls), len(ordered)
-        out.vars, out.c, out.degree = traverse.object_array(ordered), c, 2 if products else 1
-        out.b = np.array([linear.get(v, 0.0) for v in ordered]) if linear else np.zeros(n)
-        out.Q = None
-        if products:
-            at, values = [], []
-            for v, w, value in products:
-                i, j = places[v], places[w]
-                at += (i * n + j, j * n + i)
-                values += (value, value) if i != j else (2.0 * value, 2.0 * value)
+        out, n = cls.__new__(cls), len(found.vars)
+        out.vars, out.b, out.c = traverse.object_array(found.vars), np.array(found.b, dtype=float), found.c
+        out.Q, out.degree = None, 2 if found.at else 1
+        if found.at:
             out.Q = np.zeros((n, n))
-            out.Q.put(at, values)
+            out.Q.put(found.at, found.values)
         return out
 
     @classmethod
@@ -107,6 +95,48 @@ class Coefficients:
     def hessian(self) -> np.ndarray:
         """Q, zero if there is no term of degree two."""
         return np.zeros((len(self.vars), len(self.vars))) if self.Q is None else self.Q
+
+
+class Quadratic(NamedTuple):
+    """1/2 x' Q x + b' x + c as lists: entries of Q by their places, row by row; there are no others."""
+
+    vars: list[Variable]
+    at: list[int]
+    values: list[float]
+    b: list[float]
+    c: float
+
+    @classmethod
+    def of(cls, e: Expression) -> Quadratic | None:
+        """A sum of numbers, variables, and products of two, each once, times numbers; None of others."""
+        terms = decompose.quadratic_terms(e)
+        if terms is None:
+            return None
+        linear, products, c = terms
+        found = dict.fromkeys(linear)
+        for v, w, _ in products:
+            found[v] = found[w] = None
+        ordered = sorted(found, key=decompose.age)
+        places, n = {v: i for i, v in enumerate(ordered)}, len(ordered)
+        at: list[int] = []
+        values: list[float] = []
+        for v, w, value in products:
+            i, j = places[v], places[w]
+            if i == j:
+                at.append(i * n + i)
+                values.append(2.0 * value)
+            else:
+                at += (i * n + j, j * n + i)
+                values += (value, value)
+        return cls(ordered, at, values, [linear.get(v, 0.0) for v in ordered], c)
+
+
+def _terms_of(e: Expression, variables: Set[Variable]) -> list[tuple[float, list[tuple[Variable, int]]]]:
+    """The terms of a polynomial: numbers and powers of variables."""
+    numbers = decompose.Numbers.of_expression(e, variables)
+    if numbers is not None:
+        return [(c, list(numbers.keys.powers(key))) for key, c in numbers.part.items()]
+    return [(c._made[0], list(m._powers.items())) for m, c in decompose.decompose(e, variables).items()]
 
 
 def difference(a: Expression, b: Expression) -> LinearTerms | None:

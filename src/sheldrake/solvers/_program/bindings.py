@@ -129,8 +129,8 @@ class ProgramBindings:
         found = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
         quadratic, linear, rows, equations, boxes = found
         rows += equations
-        matrices = [e._Q for e in quadratic] + [e._row or e._A for e in rows]
-        costs = [e._b for e in quadratic + linear] + [e._c for e in quadratic] + [e._a for e in linear]
+        matrices = [e._numbers or e._Q for e in quadratic] + [e._row or e._A for e in rows]
+        costs = [e._numbers or e._b for e in quadratic] + [e._b for e in linear] + [e._c for e in quadratic] + [e._a for e in linear]
         rows += boxes
         bounds = [e._row or e._lower for e in rows] + [e._row or e._upper for e in rows]
         return matrices, costs + bounds
@@ -141,7 +141,7 @@ class ProgramBindings:
 
     def places(self, *bindings: BindingBase) -> np.ndarray:
         """Places of the variables of bindings among the decision variables, one binding after the other, shape (n,)."""
-        return self._variables.places([v for b in bindings for v in b._list])
+        return self._variables.places_in(bindings)
 
     # What there is
 
