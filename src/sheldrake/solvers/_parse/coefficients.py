@@ -130,6 +130,11 @@ class Quadratic(NamedTuple):
                 values += (value, value)
         return cls(ordered, at, values, [linear.get(v, 0.0) for v in ordered], c)
 
+    def is_sum_of_squares(self) -> bool:
+        """Whether there are no products of two variables, and no square is subtracted."""
+        n = len(self.vars)
+        return min(self.values) >= 0.0 and not any([place % (n + 1) for place in self.at])
+
 
 def _terms_of(e: Expression, variables: Set[Variable]) -> list[tuple[float, list[tuple[Variable, int]]]]:
     """The terms of a polynomial: numbers and powers of variables."""

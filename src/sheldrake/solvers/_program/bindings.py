@@ -118,14 +118,16 @@ class ProgramBindings:
         """All costs, constraints and callbacks."""
         return self._of_all(ATTRIBUTES)
 
-    def contents(self) -> tuple[list[object], list[object]] | None:
-        """What linear constraints, linear and quadratic costs are made of; None where there is more in the program.
+    def have_contents(self) -> bool:
+        """Whether there are linear constraints, linear and quadratic costs alone."""
+        return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT])
+
+    def contents(self) -> tuple[list[object], list[object]]:
+        """What linear constraints, linear and quadratic costs are made of, where there is nothing else.
 
         First matrices, then bounds, linear costs and constants. As arrays of evaluators never change in place, whatever
         was made of these bindings still fits while these are the very same objects.
         """
-        if any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT]):
-            return None
         found = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
         quadratic, linear, rows, equations, boxes = found
         rows += equations
