@@ -313,7 +313,6 @@ def multiply(a: Coefficients, b: Coefficients) -> Coefficients:
 def substitute(coefficients: Coefficients, places: Mapping[Variable, Coefficients]) -> Coefficients:
     """A polynomial with polynomials in the place of its indeterminates."""
     keys = _keys_of(places.values())
-    keys.numeric = keys.numeric and all([c._kind == k.CONSTANT for c in coefficients.values()])
     known: dict[tuple[Variable, int], _Part] = {}
 
     def power_of(v: Variable, n: int) -> _Part:
@@ -325,11 +324,17 @@ def substitute(coefficients: Coefficients, places: Mapping[Variable, Coefficient
 
     sums = _Sums()
     for m, c in coefficients.items():
-        part = {keys.one: c._made[0] if c._kind == k.CONSTANT else c}
+        number = c._made[0] if c._kind == k.CONSTANT else 1.0
+        part: _Part = {keys.one: number}
         for v, n in m._powers.items():
             part = _product(part, power_of(v, n), keys)
         for key, d in part.items():
-            sums.add(key, d)
+            if c._kind == k.CONSTANT:
+                sums.add(key, d)
+            elif d.__class__ is float:
+                sums.add(key, c, d)
+            else:
+                sums.add(key, _build.multiply(c, d))
     return keys.coefficients(sums.whole())
 
 
@@ -385,6 +390,8 @@ class Numbers(NamedTuple):
     @classmethod
     def of(cls, coefficients: Coefficients) -> Numbers | None:
         """That of monomials and their coefficients; None where these are no numbers."""
+        if not all([c._kind == k.CONSTANT for c in coefficients.values()]):
+            return None
         keys = _keys_of((coefficients,))
         return cls(keys, keys.plain(coefficients)) if keys.numeric else None
 

@@ -262,6 +262,10 @@ def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> B
     Raises:
         RuntimeError: an expression is not linear.
     """
+    terms = difference(expressions, build.ZERO) if isinstance(expressions, Expression) else None
+    if terms is not None and terms[0] and isinstance(b, float) and not math.isnan(value := b - terms[1]):
+        equation = LinearEqualityConstraint._of_row([c for _, c in terms[0]], value, value)
+        return bind_list(LinearEqualityConstraint, equation, [v for v, _ in terms[0]])
     row = coefficients(expressions) if isinstance(expressions, Expression) else None
     if row is not None and row.degree == 1:
         right = np.asarray(b, dtype=float)
