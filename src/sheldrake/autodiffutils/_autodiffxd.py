@@ -66,6 +66,7 @@ class AutoDiffXd:
     """
 
     __slots__ = ("_d", "_v")
+    __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
     _d: np.ndarray | None
     _v: float
     __hash__ = None  # type: ignore[assignment]

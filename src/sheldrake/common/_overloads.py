@@ -161,6 +161,8 @@ class Ways(list[Overload]):
     def __init__(self, ways: Sequence[Overload]) -> None:
         super().__init__(ways)
         self._plans: dict[tuple[type, ...], list[_Plan]] = {}
+        self.as_given: dict[tuple[type, ...], tuple[Callable[..., Any], list[Any]]] = {}
+        """By types of arguments that the first way takes as they are: its function, and what it gets beside them."""
 
     def first(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> _Found | None:
         """The function of the first way that takes the arguments, and its values; None if none does."""
@@ -171,7 +173,10 @@ class Ways(list[Overload]):
         if plans is None:
             if len(self._plans) >= _MOST_PLANS:
                 self._plans.clear()
+                self.as_given.clear()
             plans = self._plans[types] = [plan for way in self if (plan := _plan(way, types)) is not None]
+            if plans and not any(plans[0].steps):
+                self.as_given[types] = plans[0].function, plans[0].tail
         for function, steps, tail in plans:
             try:
                 return function, [v if convert is None else convert(v) for v, convert in zip(args, steps)] + tail
@@ -179,13 +184,10 @@ class Ways(list[Overload]):
                 continue
         return None
 
-    def takes_as_given(self, types: tuple[type, ...]) -> bool:
-        """Whether the first way that may take arguments of these types, met before, takes them as they are."""
-        plans = self._plans.get(types, [])
-        return bool(plans) and not plans[0].tail and not any(plans[0].steps)
-
     def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         """What the first way gives that takes the arguments, called with these alone (see `dispatch`)."""
+        if not kwargs and (direct := self.as_given.get(tuple(map(type, args)))) is not None:
+            return direct[0](*args, *direct[1])
         found = self.first(args, kwargs)
         if found is None:
             raise incompatible(call, [str(way) for way in self], args, kwargs)
@@ -236,19 +238,16 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
     def decorate(body: Callable[..., Any]) -> Any:
         all_ways = Ways([way if way.function is not None else way._replace(function=body) for way in ways])
         constructor = body.__name__ == "__init__"
-        as_given: dict[tuple[type, ...], Callable[..., Any]] = {}  # where nothing is left to look at or to convert
+        as_given = all_ways.as_given
 
         def method(self: Any, /, *args: Any, **kwargs: Any) -> Any:
-            types = tuple(map(type, args))
-            if not kwargs and (function := as_given.get(types)) is not None:
-                return function(self, *args)
+            if not kwargs and (direct := as_given.get(tuple(map(type, args)))) is not None:
+                return direct[0](self, *args, *direct[1])
             found = all_ways.first(args, kwargs)
             if found is None:
                 name = pretty_class_name(type(self)) if constructor else call.__qualname__
                 raise incompatible(name, [str(way) for way in all_ways], args, kwargs, constructor=constructor)
             function, values = found
-            if not kwargs and all_ways.takes_as_given(types) and len(as_given) < _MOST_PLANS:
-                as_given[types] = function
             return function(self, *values)
 
         def free(*args: Any, **kwargs: Any) -> Any:

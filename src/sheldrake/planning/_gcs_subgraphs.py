@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -206,54 +206,59 @@ def energy_weights(call: str, n: int, weight: float) -> np.ndarray:
     return weights(call, n, 2.0 * float(weight) ** 2 if np.ndim(weight) == 0 else weight)
 
 
-def linear(
-    A: np.ndarray, lower: Any, upper: Any, vars: Sequence[Variable] | np.ndarray
-) -> BindingBase[LinearConstraint]:
-    """lower <= A vars <= upper."""
-    A = np.atleast_2d(A)
+def linear(A: np.ndarray, lower: float, upper: float) -> LinearConstraint:
+    """lower <= A x <= upper."""
     m = len(A)
-    c = LinearConstraint(A, np.broadcast_to(float(lower), m), np.broadcast_to(float(upper), m))
-    return bind(LinearConstraint, c, np.asarray(vars, dtype=object))
+    return LinearConstraint(A, np.full(m, lower), np.full(m, upper))
 
 
-def zero(A: np.ndarray, b: ArrayLike, vars: Sequence[Variable] | np.ndarray) -> BindingBase[LinearEqualityConstraint]:
-    """A vars = b."""
-    c = LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
-    return bind(LinearEqualityConstraint, c, np.asarray(vars, dtype=object))
+def zero(A: np.ndarray, b: ArrayLike = 0.0) -> LinearEqualityConstraint:
+    """A x = b."""
+    return LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
 
 
-def add_velocity_bounds(
-    target: Any, D: np.ndarray, points: np.ndarray, h: Variable, lower: np.ndarray, upper: np.ndarray
-) -> None:
+Target: TypeAlias = "tuple[Any, np.ndarray, Variable]"  # a vertex or edge, control points of a curve, its duration
+
+
+def add_velocity_bounds(targets: Iterable[Target], D: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
     """Adds lower h <= D r <= upper h for the control points r of each coordinate; h is the curve's duration.
 
     Args:
-        target: A vertex or an edge.
+        targets: What it is added to; control points have shape (num_positions, order + 1).
         D: Rows of a derivative matrix, shape (m, order + 1).
-        points: Control points, shape (num_positions, order + 1).
-        h: The duration.
         lower: Least velocities, shape (num_positions,).
         upper: Greatest velocities, shape (num_positions,).
     """
-    for i, r in enumerate(points):
-        for bound, ends in ((lower[i], (0.0, np.inf)), (upper[i], (-np.inf, 0.0))):
-            target.AddConstraint(linear(np.column_stack((D, np.full(len(D), -bound))), *ends, [*r, h]))
+
+    def bounded(bound: float, low: float, high: float) -> LinearConstraint:
+        return linear(np.column_stack((D, np.full(len(D), -bound))), low, high)
+
+    above = [bounded(bound, 0.0, np.inf) for bound in lower.tolist()]
+    below = [bounded(bound, -np.inf, 0.0) for bound in upper.tolist()]
+    for target, points, h in targets:
+        for i, r in enumerate(points):
+            vars = np.append(r, h)
+            target.AddConstraint(bind(LinearConstraint, above[i], vars))
+            target.AddConstraint(bind(LinearConstraint, below[i], vars))
 
 
 def add_derivative_bounds(
-    target: Any, D: np.ndarray, points: np.ndarray, h: Variable, lower: np.ndarray, upper: np.ndarray, derivative: int
+    targets: Iterable[Target], D: np.ndarray, lower: np.ndarray, upper: np.ndarray, derivative: int
 ) -> None:
     """Adds lower h^n <= D r <= upper h^n for derivative n, with h in the place of h^n in the relaxation.
 
     Arguments are those of `add_velocity_bounds`.
     """
-    for i, r in enumerate(points):
-        vars = np.array([*r, h], dtype=object)
-        m = len(D)
-        A = np.vstack((np.column_stack((D, np.full(m, -lower[i]))), np.column_stack((-D, np.full(m, upper[i])))))
-        target.AddConstraint(linear(A, 0.0, np.inf, vars), CONVEX)
-        exact = NonlinearDerivativeConstraint(D, lower[i], upper[i], derivative)
-        target.AddConstraint(Binding[Constraint](exact, vars), EXACT)
+    m, relaxed, exact = len(D), [], []
+    for low, high in zip(lower, upper):
+        A = np.vstack((np.column_stack((D, np.full(m, -low))), np.column_stack((-D, np.full(m, high)))))
+        relaxed.append(linear(A, 0.0, np.inf))
+        exact.append(NonlinearDerivativeConstraint(D, low, high, derivative))
+    for target, points, h in targets:
+        for i, r in enumerate(points):
+            vars = np.append(r, h)
+            target.AddConstraint(bind(LinearConstraint, relaxed[i], vars), CONVEX)
+            target.AddConstraint(Binding[Constraint](exact[i], vars), EXACT)
 
 
 def require_higher(derivative: int) -> None:
@@ -346,7 +351,8 @@ class Part:
         last, first = self._points(edge.xu(), orders[0])[:, -1], self._points(edge.xv(), orders[1])[:, 0]
         n = len(last)
         shift = np.zeros(n) if offset is None else np.asarray(offset, dtype=float)
-        edge.AddConstraint(zero(np.hstack((np.eye(n), -np.eye(n))), -shift, np.concatenate((last, first))))
+        joined = zero(np.hstack((np.eye(n), -np.eye(n))), -shift)
+        edge.AddConstraint(bind(LinearEqualityConstraint, joined, np.concatenate((last, first))))
 
     def _orders(self) -> tuple[int, int]:
         """Orders of the curves before and after each edge."""
@@ -380,20 +386,20 @@ class Part:
     def _continue_path(self, derivative: int, use: Iterable) -> None:
         orders = self._orders()
         last, first = derivative_matrix(orders[0], derivative)[-1], derivative_matrix(orders[1], derivative)[0]
+        same = zero(np.concatenate((last, -first)))
         for edge in self._edges:
             u, v = self._points(edge.xu(), orders[0]), self._points(edge.xv(), orders[1])
-            for i in range(len(u)):
-                row = zero(np.concatenate((last, -first)), 0.0, np.concatenate((u[i], v[i])))
-                edge.AddConstraint(row, use)
+            for row in np.hstack((u, v)):
+                edge.AddConstraint(bind(LinearEqualityConstraint, same, row), use)
 
     def _continue_motion(self, derivative: int) -> None:
         orders = self._orders()
         last, first = derivative_matrix(orders[0], derivative)[-1], derivative_matrix(orders[1], derivative)[0]
+        exact = NonlinearContinuityConstraint(last, first, derivative)
         for edge in self._edges:
             xu, xv = edge.xu(), edge.xv()
             u, v = self._points(xu, orders[0]), self._points(xv, orders[1])
             for i in range(len(u)):
-                exact = NonlinearContinuityConstraint(last, first, derivative)
                 vars = np.concatenate((u[i], xu[-1:], v[i], xv[-1:]))
                 edge.AddConstraint(Binding[Constraint](exact, vars), EXACT)
 
@@ -499,8 +505,8 @@ class Subgraph(Part):
 
     def AddTimeCost(self, weight: float = 1.0) -> None:
         """Adds the duration of each curve, times a weight, to the cost."""
+        cost = LinearCost(np.array([float(weight)]), 0.0)
         for vertex in self._vertices:
-            cost = LinearCost(np.array([float(weight)]), 0.0)
             vertex.AddCost(bind(LinearCost, cost, vertex.x()[-1:]))
 
     def _steps(self, vertex: GraphOfConvexSets.Vertex) -> list[np.ndarray]:
@@ -516,9 +522,9 @@ class Subgraph(Part):
         """
         W = weights("AddPathLengthCost", self._traj.num_positions(), weight_matrix if weight is None else weight)
         self._require_order("Path length cost is", 1)
+        cost = L2NormCost(np.hstack((W, -W)), np.zeros(len(W)))
         for vertex in self._vertices:
             for vars in self._steps(vertex):
-                cost = L2NormCost(np.hstack((W, -W)), np.zeros(len(W)))
                 vertex.AddCost(bind(L2NormCost, cost, vars))
 
     def AddPathEnergyCost(self, weight_matrix: Any = 1.0, *, weight: Any = None) -> None:
@@ -530,10 +536,10 @@ class Subgraph(Part):
         given = weight_matrix if weight is None else weight
         W = energy_weights("AddPathEnergyCost", self._traj.num_positions(), given)
         self._require_order("Path energy cost is", 1)
+        cost = QuadraticCost(np.block([[W, -W], [-W, W]]), np.zeros(2 * len(W)), 0.0)
         for vertex in self._vertices:
             for vars in self._steps(vertex):
-                Q = np.block([[W, -W], [-W, W]])
-                vertex.AddCost(bind(QuadraticCost, QuadraticCost(Q, np.zeros(len(Q)), 0.0), vars))
+                vertex.AddCost(bind(QuadraticCost, cost, vars))
 
     def _require_order(self, what: str, least: int) -> None:
         if self._order < least:
@@ -547,10 +553,12 @@ class Subgraph(Part):
         """
         lower, upper = checked_bounds("AddVelocityBounds", self._traj.num_positions(), lb, ub)
         self._require_order("Velocity Bounds are", 1)
-        D = derivative_matrix(self._order, 1)
-        for vertex in self._vertices:
-            x = vertex.x()
-            add_velocity_bounds(vertex, D, self._points(x, self._order), x[-1], lower, upper)
+        add_velocity_bounds(self._targets(), derivative_matrix(self._order, 1), lower, upper)
+
+    def _targets(self) -> list[Target]:
+        """All vertices, for bounds."""
+        points = [(vertex, vertex.x()) for vertex in self._vertices]
+        return [(vertex, self._points(x, self._order), x[-1]) for vertex, x in points]
 
     def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps higher time derivatives of all curves between bounds; the relaxation takes the duration for one.
@@ -565,9 +573,7 @@ class Subgraph(Part):
                 f"Cannot add derivative bounds of order {derivative_order} to a set of order {self._order}."
             )
         D = derivative_matrix(self._order, derivative_order)
-        for vertex in self._vertices:
-            x = vertex.x()
-            add_derivative_bounds(vertex, D, self._points(x, self._order), x[-1], lower, upper, derivative_order)
+        add_derivative_bounds(self._targets(), D, lower, upper, derivative_order)
 
     def _orders(self) -> tuple[int, int]:
         return self._order, self._order
@@ -612,7 +618,7 @@ class EdgesBetweenSubgraphs(Part):
     def _keep_in(self, edge: GraphOfConvexSets.Edge, subspace: ConvexSet) -> None:
         last = self._points(edge.xu(), self._from._order)[:, -1]
         if isinstance(subspace, Point):
-            edge.AddConstraint(zero(np.eye(len(last)), subspace.x(), last))
+            edge.AddConstraint(bind(LinearEqualityConstraint, zero(np.eye(len(last)), subspace.x()), last))
         elif isinstance(subspace, HPolyhedron):
             c = LinearConstraint(subspace.A(), np.full(subspace.b().size, -np.inf), subspace.b())
             edge.AddConstraint(bind(LinearConstraint, c, last))
@@ -637,10 +643,13 @@ class EdgesBetweenSubgraphs(Part):
         ends = self._ends(1)
         if not ends:
             raise RuntimeError("Cannot add velocity bounds to subgraph edges where both subgraphs have zero order.")
-        for edge in self._edges:
-            for order, D, first in ends:
-                x = edge.xu() if first else edge.xv()
-                add_velocity_bounds(edge, D, self._points(x, order), x[-1], lower, upper)
+        for order, D, first in ends:
+            add_velocity_bounds(self._targets(order, first), D, lower, upper)
+
+    def _targets(self, order: int, first: bool) -> list[Target]:
+        """All edges, for bounds on one of the two curves."""
+        points = [(edge, edge.xu() if first else edge.xv()) for edge in self._edges]
+        return [(edge, self._points(x, order), x[-1]) for edge, x in points]
 
     def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps a higher time derivative where the curves meet between bounds.
@@ -652,10 +661,8 @@ class EdgesBetweenSubgraphs(Part):
         require_higher(derivative_order)
         ends = self._ends(derivative_order)
         self._require_ends(ends, derivative_order)
-        for edge in self._edges:
-            for order, D, first in ends:
-                x = edge.xu() if first else edge.xv()
-                add_derivative_bounds(edge, D, self._points(x, order), x[-1], lower, upper, derivative_order)
+        for order, D, first in ends:
+            add_derivative_bounds(self._targets(order, first), D, lower, upper, derivative_order)
 
     def AddZeroDerivativeConstraints(self, derivative_order: int) -> None:
         """Makes a derivative zero where the curves meet.
@@ -667,10 +674,11 @@ class EdgesBetweenSubgraphs(Part):
             raise RuntimeError("Derivative order must be greater than 1.")
         ends = self._ends(derivative_order)
         self._require_ends(ends, derivative_order)
-        for edge in self._edges:
-            for order, D, first in ends:
-                for row in self._points(edge.xu() if first else edge.xv(), order):
-                    edge.AddConstraint(zero(D, 0.0, row))
+        for order, D, first in ends:
+            rest = zero(D)
+            for edge, points, _ in self._targets(order, first):
+                for row in points:
+                    edge.AddConstraint(bind(LinearEqualityConstraint, rest, row))
 
     def _require_ends(self, ends: list, derivative: int) -> None:
         if not ends:

@@ -261,7 +261,7 @@ class MultipleShooting:
         """Adds that all time steps are equal."""
         self._free_steps("AddEqualTimeIntervalsConstraints")
         h = self._h_vars
-        equal = LinearEqualityConstraint._of_row(np.array([1.0, -1.0]), 0.0, 0.0)
+        equal = LinearEqualityConstraint._of_row([1.0, -1.0], 0.0, 0.0)
         return self._copies(bind(LinearEqualityConstraint, equal, h[:2]), {h[0]: h[:-1], h[1]: h[1:]}) if len(h) > 1 else []
 
     def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:

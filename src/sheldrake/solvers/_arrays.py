@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -35,6 +36,17 @@ def is_sparse(A: ArrayLike) -> bool:
 def joined(arrays: Sequence[np.ndarray], kind: type) -> np.ndarray:
     """Vectors one after the other; of none an empty one of this kind."""
     return np.concatenate(arrays) if arrays else np.zeros(0, dtype=kind)
+
+
+def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
+    """The numbers of arrays and lists, one after the other."""
+    arrays: list[np.ndarray] = []
+    for kind, run in itertools.groupby(parts, type):
+        if kind is list:
+            arrays.append(np.array(list(itertools.chain.from_iterable(run)), dtype=float))
+        else:
+            arrays += [A.ravel() for A in run]
+    return joined(arrays, float)
 
 
 @kind("array of Variable")

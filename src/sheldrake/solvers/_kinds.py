@@ -22,7 +22,7 @@ def function(value: Any) -> Any:
     return value
 
 
-@kind("Formula")
+@kind("Formula", takes=(Formula,))
 def formula(value: object) -> Formula:
     """Kind: a formula, or True or False."""
     if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):

@@ -43,7 +43,10 @@ LinearTerms = tuple[list[tuple[Variable, float]], float]
 
 
 def linear_terms(e: Expression) -> LinearTerms | None:
-    """Variables with their coefficients, and the constant, of an expression that `is_linear`; None for others."""
+    """Variables with their coefficients, and the constant, of an expression that `is_linear`, or of a number times one.
+
+    None for others.
+    """
     kind = e._kind
     if kind == k.ADD:
         terms = [(t._made[0], c) for t, c in e._terms.values() if t._kind == k.VAR]
@@ -55,7 +58,15 @@ def linear_terms(e: Expression) -> LinearTerms | None:
     if kind != k.MUL or len(e._terms) != 1:
         return None
     ((base, exponent),) = e._terms.values()
-    return ([(base._made[0], e._constant)], 0.0) if base._kind == k.VAR and exponent is _build.ONE else None
+    if exponent is not _build.ONE:
+        return None
+    if base._kind == k.VAR:
+        return [(base._made[0], e._constant)], 0.0
+    found, scale = linear_terms(base), e._constant
+    if found is None:
+        return None
+    terms = [(v, scale * c) for v, c in found[0]]
+    return (terms, scale * found[1]) if all([c for _, c in terms]) else None
 
 
 def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] | None:
@@ -89,6 +100,47 @@ def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] 
             powers.append((base._made[0], int(n)))
         out.append((c, powers))
     return out
+
+
+QuadraticTerms = tuple[dict[Variable, float], list[tuple[Variable, Variable, float]], float]
+
+
+def quadratic_terms(e: Expression) -> QuadraticTerms | None:
+    """Coefficients of variables and of products of two, and the constant, of a polynomial expanded as it is.
+
+    Of degree two at most, or a number times such a one; None for others.
+    """
+    linear: dict[Variable, float] = {}
+    products: list[tuple[Variable, Variable, float]] = []
+    scale = 1.0
+    if e._kind == k.MUL and len(e._terms) == 1:
+        ((base, exponent),) = e._terms.values()
+        if base._kind == k.ADD and exponent is _build.ONE:
+            e, scale = base, e._constant
+    is_sum = e._kind == k.ADD
+    for term, c in e._terms.values() if is_sum else ((e, 1.0),):
+        c *= scale
+        kind = term._kind
+        if kind == k.VAR:
+            linear[term._made[0]] = c
+        elif kind == k.POW:
+            base, exponent = term._made
+            if base._kind != k.VAR or exponent is not _build.TWO:
+                return None
+            v = base._made[0]
+            products.append((v, v, c))
+        elif kind == k.MUL and len(term._terms) <= 2:
+            factors = []
+            for base, exponent in term._terms.values():
+                if base._kind != k.VAR or not (exponent is _build.ONE or exponent is _build.TWO):
+                    return None
+                factors += [base._made[0]] * (1 if exponent is _build.ONE else 2)
+            if len(factors) != 2:
+                return None
+            products.append((factors[0], factors[1], c * term._constant))
+        else:
+            return None
+    return linear, products, scale * e._constant if is_sum else 0.0
 
 
 def degree_of_product(e: Expression) -> int:
@@ -261,7 +313,6 @@ def multiply(a: Coefficients, b: Coefficients) -> Coefficients:
 def substitute(coefficients: Coefficients, places: Mapping[Variable, Coefficients]) -> Coefficients:
     """A polynomial with polynomials in the place of its indeterminates."""
     keys = _keys_of(places.values())
-    keys.numeric = keys.numeric and all([c._kind == k.CONSTANT for c in coefficients.values()])
     known: dict[tuple[Variable, int], _Part] = {}
 
     def power_of(v: Variable, n: int) -> _Part:
@@ -273,11 +324,17 @@ def substitute(coefficients: Coefficients, places: Mapping[Variable, Coefficient
 
     sums = _Sums()
     for m, c in coefficients.items():
-        part = {keys.one: c._made[0] if c._kind == k.CONSTANT else c}
+        number = c._made[0] if c._kind == k.CONSTANT else 1.0
+        part: _Part = {keys.one: number}
         for v, n in m._powers.items():
             part = _product(part, power_of(v, n), keys)
         for key, d in part.items():
-            sums.add(key, d)
+            if c._kind == k.CONSTANT:
+                sums.add(key, d)
+            elif d.__class__ is float:
+                sums.add(key, c, d)
+            else:
+                sums.add(key, _build.multiply(c, d))
     return keys.coefficients(sums.whole())
 
 
@@ -333,6 +390,8 @@ class Numbers(NamedTuple):
     @classmethod
     def of(cls, coefficients: Coefficients) -> Numbers | None:
         """That of monomials and their coefficients; None where these are no numbers."""
+        if not all([c._kind == k.CONSTANT for c in coefficients.values()]):
+            return None
         keys = _keys_of((coefficients,))
         return cls(keys, keys.plain(coefficients)) if keys.numeric else None
 

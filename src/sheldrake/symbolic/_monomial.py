@@ -39,6 +39,7 @@ class Monomial:
     """
 
     __slots__ = ("_code", "_powers")
+    __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
     _powers: dict[Variable, int]
     _code: int | None  # its hash, once it has been asked for
 

@@ -22,6 +22,7 @@ class Operators:
     """Arithmetic gives expressions, comparison gives formulas. NumPy calls the methods for elements of arrays."""
 
     __slots__ = ()
+    __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
 
     if TYPE_CHECKING:  # bound below, but for the node that a variable has
         _expression: Any

@@ -51,6 +51,7 @@ class Polynomial:
     """
 
     __slots__ = ("_known_decisions", "_known_indeterminates", "_made", "_numbers")
+    __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
     _known_decisions: Variables | frozenset[Variable] | None
     _known_indeterminates: Variables | frozenset[Variable] | None
     _made: dict[Monomial, Expression] | None  # once it has been asked for

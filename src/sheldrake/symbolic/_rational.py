@@ -37,6 +37,7 @@ class RationalFunction:
     """
 
     __slots__ = ("_denominator", "_numerator")
+    __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
     __hash__ = None  # type: ignore[assignment]
 
     @overloaded(

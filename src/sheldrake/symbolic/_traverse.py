@@ -27,6 +27,11 @@ def variables_of(e: Expression) -> frozenset[Variable]:
     """The variables in an expression; kept with it."""
     if e._variables is None:
         found: set[Variable] = set()
+        if e._kind == k.ADD:
+            found.update([t._made[0] for t, _ in e._terms.values() if t._kind == k.VAR])
+            if len(found) == len(e._terms):
+                e._variables = frozenset(found)
+                return e._variables
         seen: set[int] = set()
         stack = [e]
         while stack:
@@ -117,7 +122,7 @@ def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]
         if kind == k.ADD:
             total, terms = args
             for t, c in terms:
-                total += c * of(t)
+                total += c * (env[t._made[0]] if t._kind == k.VAR and t._made[0] in env else of(t))
             return total
         if kind == k.MUL:
             product, factors = args

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers import BoundingBoxConstraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
-from sheldrake.solvers._functions.bindings import bind
+from sheldrake.solvers._functions.bindings import bind, bind_list
 from sheldrake.solvers._program.parts import parts_of
+from sheldrake.symbolic import Variable
+from sheldrake.symbolic._traverse import object_array
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike
 
     from sheldrake.common._types import Symbolic
+    from sheldrake.geometry.optimization._convex_set import ConvexSet
     from sheldrake.solvers import Constraint
 
 
@@ -23,20 +26,20 @@ class Affine:
     """A sum of A x for blocks x of variables of a program, and b.
 
     Args:
-        terms: (A, x) of each block, A of shape (m, len(x)); None for the variables themselves.
+        terms: (A, x) of each block, A of shape (m, len(x)); or a number, by which the variables are multiplied.
         b: Shape (m,).
     """
 
     __array_ufunc__ = None  # NumPy leaves M @ affine to __rmatmul__.
 
-    def __init__(self, terms: list[tuple[np.ndarray | None, np.ndarray]], b: np.ndarray):
+    def __init__(self, terms: list[tuple[np.ndarray | float, np.ndarray]], b: np.ndarray):
         self.terms, self.b = terms, b
 
     @classmethod
     def of(cls, vars: Sequence[Symbolic] | np.ndarray) -> Affine:
         """The variables themselves."""
         vars = np.asarray(vars, dtype=object).ravel()
-        return cls([(None, vars)], np.zeros(len(vars)))
+        return cls([(1.0, vars)], np.zeros(len(vars)))
 
     @classmethod
     def constant(cls, b: ArrayLike) -> Affine:
@@ -47,6 +50,11 @@ class Affine:
         """Whether it is the number one."""
         return not self.terms and np.array_equal(self.b, [1.0])
 
+    def factors(self) -> tuple[float, ...] | None:
+        """The numbers its blocks are multiplied by, if it has no matrices and no constant."""
+        found = tuple([A for A, _ in self.terms])
+        return None if self.b.any() or any([A.__class__ is not float for A in found]) else found  # type: ignore[return-value]
+
     def __len__(self) -> int:
         return self.b.size
 
@@ -54,17 +62,15 @@ class Affine:
         return Affine(self.terms + other.terms, self.b + other.b)
 
     def __sub__(self, other: Affine) -> Affine:
-        minus: list[tuple[np.ndarray | None, np.ndarray]] = [
-            (-np.eye(len(x)) if A is None else -A, x) for A, x in other.terms
-        ]
-        return Affine(self.terms + minus, self.b - other.b)
+        return Affine(self.terms + [(-A, x) for A, x in other.terms], self.b - other.b)
 
     def __rmatmul__(self, M: np.ndarray) -> Affine:
-        return Affine([(M if A is None else M @ A, x) for A, x in self.terms], M @ self.b)
+        return Affine([(M * A if A.__class__ is float else M @ A, x) for A, x in self.terms], M @ self.b)
 
     def __getitem__(self, rows: slice | np.ndarray | list[int]) -> Affine:
         """Some rows."""
-        return Affine([(None, x[rows]) if A is None else (A[rows], x) for A, x in self.terms], self.b[rows])
+        terms = [(A, x[rows]) if A.__class__ is float else (A[rows], x) for A, x in self.terms]
+        return Affine(terms, self.b[rows])
 
     def stacked(self, other: Affine) -> Affine:
         """This one over another."""
@@ -80,7 +86,7 @@ class Affine:
         """A, shape (m, n), and the variables, each once."""
         if not self.terms:
             return np.zeros((len(self), 0)), np.zeros(0, dtype=object)
-        A = np.concatenate([np.eye(len(x)) if A is None else A for A, x in self.terms], axis=1)
+        A = np.concatenate([A * np.eye(len(x)) if A.__class__ is float else A for A, x in self.terms], axis=1)
         vars = np.concatenate([x for _, x in self.terms])
         first: dict[int, int] = {}
         places = [first.setdefault(v._id, i) for i, v in enumerate(vars.tolist())]
@@ -90,6 +96,20 @@ class Affine:
         np.add.at(together.T, places, A.T)
         kept = list(first.values())
         return together[:, kept], vars[kept]
+
+
+class _Added(NamedTuple):
+    """What was added for an object and variables, as it can be added for others.
+
+    Attributes:
+        source: The object, which is not to be forgotten.
+        names: Of new variables.
+        bindings: Kind, evaluator and places of the variables among those given and the new ones.
+    """
+
+    source: object
+    names: list[str]
+    bindings: list[tuple[Any, Any, list[int]]]
 
 
 class Rows:
@@ -105,9 +125,47 @@ class Rows:
         self._bindings = parts_of(prog).bindings
         self.variables: list[Any] = []
         self.constraints: list[Any] = []
+        self._added: dict[tuple[Any, ...], _Added] = {}
 
     def _add(self, evaluator: Constraint, vars: np.ndarray) -> None:
         self.constraints.append(self._bindings.add(bind(type(evaluator), evaluator, vars)))
+
+    def contain(self, set: ConvexSet, x: Affine, scale: Affine) -> None:
+        """Has x be in a set times a scale that is not negative."""
+        self.alike(set, (x, scale), lambda: set._contain(self, x, scale))
+
+    def alike(self, source: object, of: tuple[Affine, ...], add: Callable[[], None]) -> None:
+        """What `add` adds, which depends on an object and on affine functions of variables.
+
+        Where these are sums of different variables times numbers, or the number one, it is done once for each object
+        and such numbers: for other variables the same evaluators are bound to them.
+        """
+        parts: list[Any] = ["one" if e.is_one() else e.factors() for e in of]
+        given = [v for e in of for _, x in e.terms for v in x.tolist()]
+        if None in parts or len({v._id for v in given}) < len(given):
+            add()
+            return
+        key = id(source), len(of[0]), *parts
+        known = self._added.get(key)
+        if known is not None:
+            self._again(known, given)
+            return
+        before = len(self.variables), len(self.constraints)
+        add()
+        new = self.variables[before[0] :]
+        places = {v._id: i for i, v in enumerate([*given, *new])}
+        found = [(b._kind, b._evaluator, [places[v._id] for v in b._list]) for b in self.constraints[before[1] :]]
+        self._added[key] = _Added(source, [v.get_name() for v in new], found)
+
+    def _again(self, known: _Added, given: list[Variable]) -> None:
+        new = [Variable(name) for name in known.names]
+        if new:
+            self.prog.AddDecisionVariables(object_array(new))
+            self.variables += new
+        vars = given + new
+        for kind, evaluator, places in known.bindings:
+            binding = bind_list(kind, evaluator, [vars[i] for i in places])
+            self.constraints.append(self._bindings.add(binding))
 
     def new(self, count: int, name: str) -> Affine:
         """New variables."""
@@ -129,8 +187,9 @@ class Rows:
 
     def between(self, lower: np.ndarray, e: Affine, upper: np.ndarray) -> None:
         """lower <= e <= upper; bounds where e are variables."""
-        if len(e.terms) == 1 and e.terms[0][0] is None:
-            self._add(BoundingBoxConstraint._of(lower - e.b, upper - e.b), e.terms[0][1])
+        factor, vars = e.terms[0] if len(e.terms) == 1 else (0.0, None)
+        if isinstance(factor, float) and factor == 1.0:
+            self._add(BoundingBoxConstraint._of(lower - e.b, upper - e.b), vars)
         else:
             self.linear(lower, e, upper)
 

@@ -66,7 +66,7 @@ class MinkowskiSum(ConvexSet):
                 total = total + term[i : i + 1]
             into.equal(total - x[i : i + 1])
         for s, term in zip(self._sets, terms):
-            s._contain(into, term, scale)
+            into.contain(s, term, scale)
         into.nonnegative(scale)
 
     def _empty(self) -> bool:
@@ -117,7 +117,7 @@ class Intersection(ConvexSet):
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         for s in self._sets:
-            s._contain(into, x, scale)
+            into.contain(s, x, scale)
         into.nonnegative(scale)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
@@ -210,7 +210,7 @@ class CartesianProduct(ConvexSet):
             into.equal(y - self._A @ x - scale.times(self._b))
         for s, at in zip(self._sets, self._slices()):
             if s.ambient_dimension():
-                s._contain(into, y[at], scale)
+                into.contain(s, y[at], scale)
         into.nonnegative(scale)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
@@ -322,7 +322,7 @@ class ConvexHull(ConvexSet):
             into.equal(total - x[i : i + 1])
         into.equal(np.ones((1, count)) @ weights - scale)
         for k, (s, part) in enumerate(zip(self._taking_part, parts)):
-            s._contain(into, part, weights[k : k + 1])
+            into.contain(s, part, weights[k : k + 1])
         into.nonnegative(scale)
 
     def _empty(self) -> bool:

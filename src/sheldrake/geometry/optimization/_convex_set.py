@@ -139,6 +139,13 @@ class ConvexSet:
     def __copy__(self) -> ConvexSet:
         return copy.deepcopy(self)
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> ConvexSet:
+        out: ConvexSet = object.__new__(type(self))
+        memo[id(self)] = out
+        for name, value in self.__dict__.items():  # arrays of sets never change in place
+            out.__dict__[name] = value if isinstance(value, np.ndarray) else copy.deepcopy(value, memo)
+        return out
+
     def _same_space(self, call: str, other: ConvexSet) -> None:
         if other.ambient_dimension() != self._dimension:
             raise RuntimeError(

@@ -123,10 +123,11 @@ def sample_paths(
     generator = RandomGenerator(options.rounding_seed)
     paths: list[list[Edge]] = []
     known: set[tuple[int, ...]] = set()
+    usable: dict[int, list[_Choice]] = {}
     trials = 0
     while len(paths) < wanted and trials < options.max_rounding_trials:
         trials += 1
-        path = _sample(generator, source, target, flows, options.flow_tolerance)
+        path = _sample(generator, source, target, flows, options.flow_tolerance, usable)
         if path is None:
             break
         key = tuple(id(e) for e in path)
@@ -136,23 +137,36 @@ def sample_paths(
     return paths, trials - len(paths)
 
 
+_Choice = tuple["Edge", float, int]  # an edge, its flow and the vertex where it ends
+
+
 def _sample(
-    generator: RandomGenerator, source: Vertex, target: Vertex, flows: dict[int, float], least: float
+    generator: RandomGenerator,
+    source: Vertex,
+    target: Vertex,
+    flows: dict[int, float],
+    least: float,
+    usable: dict[int, list[_Choice]],
 ) -> list[Edge] | None:
+    """A path; `usable` is filled with the edges out of vertices whose flow is more than the least."""
     path: list[Edge] = []
     seen, vertex = {id(source)}, source
     while vertex is not target:
-        candidates = [e for e in vertex._out if id(e._v) not in seen and flows.get(id(e), 0.0) > least]
+        choices = usable.get(id(vertex))
+        if choices is None:
+            found = [(e, flows.get(id(e), 0.0), id(e._v)) for e in vertex._out]
+            choices = usable[id(vertex)] = [choice for choice in found if choice[1] > least]
+        candidates = [choice for choice in choices if choice[2] not in seen]
         if not candidates:
             if not path:
                 return None
             vertex = path.pop()._u
             continue
-        left = generator._uniform() * sum(flows[id(e)] for e in candidates)
-        for e in candidates:
-            if left < flows[id(e)]:
+        left = generator._uniform() * sum([flow for _, flow, _ in candidates])
+        for e, flow, _ in candidates:
+            if left < flow:
                 break
-            left -= flows[id(e)]
+            left -= flow
         path.append(e)
         vertex = e._v
         seen.add(id(vertex))

@@ -328,6 +328,13 @@ class HPolyhedron(ConvexSet):
     def _extent(self, direction: np.ndarray) -> float:
         return programs.largest(self._A, self._b, direction)
 
+    def _bounding_box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        box = programs.box_of(self._A, self._b)
+        if box is None:
+            return super()._bounding_box()
+        low, high = box
+        return box if np.all(low <= high) and np.isfinite(box).all() else None
+
     def _faces(self) -> tuple[np.ndarray, np.ndarray]:
         return self._A, self._b
 

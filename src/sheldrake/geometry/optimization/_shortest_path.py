@@ -7,6 +7,7 @@ starts and ends.
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._gcs_elements import Edge, Element, Transcription, Vertex
 from sheldrake.geometry.optimization._perspective import add_constraint, bound_cost
 from sheldrake.solvers import MathematicalProgram
+from sheldrake.solvers._program.parts import parts_of
 
 if TYPE_CHECKING:
     from sheldrake.solvers._functions.bindings import BindingBase
@@ -34,17 +36,21 @@ class ShortestPathProgram:
         self._source, self._target, self._relaxed = source, target, relaxed
         self._kind = Transcription.kRelaxation if relaxed else Transcription.kMIP
         self.edges = [e for e in edges if e._fixed is not False and e._v is not source and e._u is not target]
-        self._in = {id(v): [e for e in self.edges if e._v is v] for v in self.vertices()}
-        self._out = {id(v): [e for e in self.edges if e._u is v] for v in self.vertices()}
+        self._vertices = self._found_vertices()
+        self._in: dict[int, list[Edge]] = {id(v): [] for v in self._vertices}
+        self._out: dict[int, list[Edge]] = {id(v): [] for v in self._vertices}
+        for e in self.edges:
+            self._in[id(e._v)].append(e)
+            self._out[id(e._u)].append(e)
         self.prog = MathematicalProgram()
         self._rows = Rows(self.prog, has_signs=True)
         self.phi: dict[int, Any] = {}
         for e in self.edges:
             self._add_edge(e)
-        for v in self.vertices():
+        for v in self._vertices:
             self._add_vertex(v)
 
-    def vertices(self) -> list[Vertex]:
+    def _found_vertices(self) -> list[Vertex]:
         """The vertices at the ends of its edges, the source and the target."""
         found = {id(v): v for e in self.edges for v in (e._u, e._v)}
         return list({id(self._source): self._source, **found, id(self._target): self._target}.values())
@@ -64,19 +70,25 @@ class ShortestPathProgram:
         flow, y, z = self._flow(e), Affine.of(e._y), Affine.of(e._z)
         for vertex, point in ((e._u, y), (e._v, z)):
             if len(point):
-                vertex._set._contain(self._rows, point, flow)
+                self._rows.contain(vertex._set, point, flow)
             for constraint in vertex._constraints_in(self._kind):
-                add_constraint(self._rows, constraint, _of_binding(vertex, constraint, point), flow)
+                self._constrain(vertex, constraint, point, flow)
         both = Affine.of(np.concatenate((e._y, e._z)))
         for constraint in e._constraints_in(self._kind):
-            add_constraint(self._rows, constraint, _of_binding(e, constraint, both), flow)
+            self._constrain(e, constraint, both, flow)
         self._add_costs(e, both, flow)
+
+    def _constrain(self, element: Element, constraint: BindingBase, x: Affine, flow: Affine) -> None:
+        """Adds a constraint of an element, whose variables times the flow are x."""
+        rows, own = self._rows, _of_binding(element, constraint, x)
+        rows.alike(constraint.evaluator(), (own, flow), lambda: add_constraint(rows, constraint, own, flow))
 
     def _add_costs(self, element: Element, x: Affine, flow: Affine) -> None:
         for cost, ell in element._costs_in(self._kind):
             self.prog.AddDecisionVariables(np.array([ell], dtype=object))
             self.prog.AddLinearCost(np.ones(1), 0.0, np.array([ell], dtype=object))
-            bound_cost(self._rows, cost, _of_binding(element, cost, x), flow, Affine.of([ell]))
+            of = _of_binding(element, cost, x), flow, Affine.of([ell])
+            self._rows.alike(cost.evaluator(), of, functools.partial(bound_cost, self._rows, cost, *of))
 
     def _add_vertex(self, v: Vertex) -> None:
         inward, outward, n = self._in[id(v)], self._out[id(v)], v.ambient_dimension()
@@ -110,7 +122,8 @@ class ShortestPathProgram:
                 flow = total([self._flow(e) for e in others], 1) - self._flow(back)
                 self._rows.linear(np.zeros(1), flow, np.array([np.inf]))
                 if n:
-                    v._set._contain(self._rows, total([Affine.of(e._z) for e in others], n) - Affine.of(back._y), flow)
+                    z = total([Affine.of(e._z) for e in others], n)
+                    self._rows.contain(v._set, z - Affine.of(back._y), flow)
 
     def values(self, x: np.ndarray) -> dict[Any, float]:
         """What variables of edges and vertices are, from the values of all decision variables."""
@@ -118,7 +131,7 @@ class ShortestPathProgram:
         out = {v: number for v, number in value.items()}
         for e in self.edges:
             out[e._phi] = value[self.phi[id(e)]]
-        for v in self.vertices():
+        for v in self._vertices:
             edges, side = (self._out[id(v)], "_y") if v is self._source else (self._in[id(v)], "_z")
             flow = sum(out[e._phi] for e in edges)
             sums = [sum(value[getattr(e, side)[i]] for e in edges) for i in range(v.ambient_dimension())]
@@ -134,15 +147,15 @@ def _of_binding(element: Element, binding: BindingBase, x: Affine) -> Affine:
 def restriction(path: list[Edge]) -> MathematicalProgram:
     """The convex program of one path (or of any edges that are taken together)."""
     prog = MathematicalProgram()
-    rows, kind = Rows(prog), Transcription.kRestriction
+    rows, kind, bindings = Rows(prog), Transcription.kRestriction, parts_of(prog).bindings
     vertices = {id(v): v for e in path for v in (e._u, e._v)}.values()
     for v in vertices:
         prog.AddDecisionVariables(v._x)
         if v.ambient_dimension():
-            v._set._contain(rows, Affine.of(v._x), Affine.constant(1.0))
+            rows.contain(v._set, Affine.of(v._x), Affine.constant(1.0))
     for element in (*vertices, *path):
         for constraint in element._constraints_in(kind):
-            prog.AddConstraint(constraint)
+            bindings.add(constraint)
         for cost, _ in element._costs_in(kind):
-            prog.AddCost(cost)
+            bindings.add(cost)
     return prog

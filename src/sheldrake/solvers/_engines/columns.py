@@ -6,8 +6,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls, room
+from sheldrake.solvers._kernels.rows import sorted_columns
+
 if TYPE_CHECKING:
     import scipy.sparse
+
+
+def _bound(entries: int, axis: int) -> tuple[Any, ...]:
+    """A bound call of `sorted_columns`; its rows, columns and values; where columns start, their rows and values."""
+    rows, cols, by_row, order, new_rows = np.zeros((5, entries), dtype=np.int64)
+    values, new_values = np.zeros((2, entries))
+    first, starts = np.zeros((2, axis + 1), dtype=np.int64)
+    bound = sorted_columns.bind(0, 0, 0, rows, cols, values, by_row, order, first, starts, new_rows, new_values)
+    return bound, rows, cols, values, starts, new_rows, new_values
+
+
+_calls = BoundCalls(_bound, largest=8192)
 
 
 class Columns(NamedTuple):
@@ -29,14 +44,14 @@ class Columns(NamedTuple):
     @classmethod
     def of_triplets(cls, rows: np.ndarray, cols: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> Columns:
         """Numbers at their places; those at one place add up."""
-        order = np.lexsort((rows, cols))
-        rows, cols, values = rows[order], cols[order], values[order]
-        differs = np.ones(len(rows), bool)
-        differs[1:] = (rows[1:] != rows[:-1]) | (cols[1:] != cols[:-1])
-        if not differs.all():
-            values = np.add.reduceat(values, np.flatnonzero(differs))
-            rows, cols = rows[differs], cols[differs]
-        return cls(values, rows, np.searchsorted(cols, np.arange(shape[1] + 1)), shape)
+        count, (height, width) = len(values), shape
+        call, all_rows, all_cols, all_values, starts, new_rows, new_values = _calls.of(room(count), room(max(shape)))
+        all_rows[:count], all_cols[:count], all_values[:count] = rows, cols, values
+        call.set("entries", count)
+        call.set("height", height)
+        call.set("width", width)
+        left = call()
+        return cls(new_values[:left].copy(), new_rows[:left].copy(), starts[: width + 1].copy(), shape)
 
     def as_lists(self) -> Columns:
         """The same with lists."""

@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
 from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._functions.costs import QuadraticCost
+from sheldrake.solvers._kernels.rows import conic_rows
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
@@ -74,7 +77,7 @@ class ConicForm:
 
     def _objective(self) -> None:
         quadratic = self.prog.quadratic_costs()
-        rows, cols, values = entries([b._evaluator._Q for b in quadratic], [b._evaluator._num_vars for b in quadratic])
+        rows, cols, values = entries(*QuadraticCost.matrices([b._evaluator for b in quadratic]))
         at = parts_of(self.prog).bindings.places(*quadratic)
         self._triplets_P = at[rows], at[cols], values
         slacks = len(self.prog.l2norm_costs())
@@ -106,18 +109,16 @@ class ConicForm:
         prog = self.prog
         linear = prog.linear_constraints(), prog.linear_equality_constraints(), prog.bounding_box_constraints()
         table = self._table = LinearRows(prog, [b for kind in linear for b in kind])
-        self._kinds = kinds = _kinds_of_rows(table.lower, table.upper)
-        equations = kinds[0].nonzero()[0]
-        self._parts = [(equations, 1.0, self._add_rows(table, equations, table.upper, 1.0))]
-        self._cone("zero", self.num_rows)
-        start = self.num_rows
-        for sign, bound, there in ((1.0, table.upper, kinds[1]), (-1.0, table.lower, kinds[2])):
-            chosen = there.nonzero()[0]
-            self._parts.append((chosen, sign, self._add_rows(table, chosen, bound, sign)))
-        never = int(np.count_nonzero(kinds[3]))
-        if never:
-            self._add(np.zeros((never, 0)), np.zeros(0, int), -np.ones(never))  # No number is there: 0 <= -1.
-        self._cone("nonnegative", self.num_rows - start)
+        found = self._conic = ConicRows.of(table)
+        self._rows.append(found.rows)
+        self._cols.append(found.cols)
+        self._values.append(found.values)
+        self._b.append(found.b)
+        self.num_rows = len(found.b)
+        if found.never:
+            self._add(np.zeros((found.never, 0)), np.zeros(0, int), -np.ones(found.never))  # no x is there: 0 <= -1
+        self._cone("zero", found.equations)
+        self._cone("nonnegative", self.num_rows - found.equations)
 
     def moved(self, prog: MathematicalProgram) -> ConicForm | None:
         """The form of the program, which has linear constraints alone, with other bounds, linear costs and constants.
@@ -130,24 +131,12 @@ class ConicForm:
         out.q = self.q if (q == self.q).all() else q
         if table is self._table:
             return out
-        if not np.array_equal(_kinds_of_rows(table.lower, table.upper), self._kinds):
+        found = ConicRows.of(table)
+        if not np.array_equal(found.says, self._conic.says):
             return None
         out._table = table
-        out.b = self.b.copy()  # what it holds of rows that no number satisfies stays
-        for chosen, sign, rows in self._parts:
-            out.b[rows] = sign * (table.lower if sign < 0.0 else table.upper)[chosen]
+        out.b = np.concatenate((found.b, self.b[len(found.b) :]))  # rows that no number satisfies stay
         return out
-
-    def _add_rows(self, source: LinearRows, chosen: np.ndarray, bound: np.ndarray, sign: float) -> slice:
-        """Adds rows sign A x + s = sign bound; returns where they are."""
-        rows, cols, values = source.of(chosen)
-        self._rows.append(rows + self.num_rows)
-        self._cols.append(cols)
-        self._values.append(sign * values)
-        self._b.append(sign * bound[chosen])
-        start = self.num_rows
-        self.num_rows += len(chosen)
-        return slice(start, self.num_rows)
 
     def _norms_and_lorentz(self) -> None:
         for k, b in enumerate(self.prog.l2norm_costs()):
@@ -219,9 +208,7 @@ class ConicForm:
 
     def duals(self, z: np.ndarray) -> list[tuple[BindingBase, np.ndarray]]:
         """Duals of the constraints from those of the rows (of A x + s = b, s in K, as z in the dual cone)."""
-        prices = np.zeros(self._table.num_rows)
-        for chosen, sign, rows in self._parts:  # raising an upper bound by one changes the cost by -z, a lower by +z
-            prices[chosen] -= sign * z[rows]
+        prices = self._conic.prices(z)
         linear: list[tuple[BindingBase, np.ndarray]] = [(b, prices[rows]) for b, rows in self._table.places]
         return linear + [(b, dual(z)) for b, dual in self._duals]
 
@@ -241,11 +228,79 @@ def upper_triangle(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return i, j, np.where(i == j, 1.0, ROOT2)
 
 
-def _kinds_of_rows(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Which rows are equations, which others have an upper bound, which a lower one, and which hold for no number."""
-    equal = lower == upper
-    never = (lower == np.inf) | (upper == -np.inf)
-    return np.array([equal, ~equal & np.isfinite(upper), ~equal & np.isfinite(lower), never])
+class ConicRows(NamedTuple):
+    """Rows lower <= A x <= upper as equations, then A x + s = upper, then -A x + s = -lower.
+
+    Attributes:
+        says: What each of the given rows is: bits of `_kernels.rows`.
+        equations, never: How many equations there are, and rows that no x satisfies.
+        chosen: The row that each new row is made of; from `first_lower` on of its lower bound.
+        b: Right sides.
+        rows, cols, values: Entries of the new rows.
+    """
+
+    says: np.ndarray
+    equations: int
+    first_lower: int
+    never: int
+    chosen: np.ndarray
+    b: np.ndarray
+    rows: np.ndarray
+    cols: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def of(cls, table: LinearRows) -> ConicRows:
+        """Those of linear constraints."""
+        m, n = table.num_rows, len(table.values)
+        call, lower, upper, rows, cols, values, says, sizes, chosen, b, *filled = _calls.of(room(m), room(n))
+        lower[:m], upper[:m], rows[:n], cols[:n], values[:n] = (
+            table.lower,
+            table.upper,
+            table.rows,
+            table.cols,
+            table.values,
+        )
+        call.set("count", m)
+        call.set("entries", n)
+        count = call()
+        equations, below, above, never = sizes.tolist()
+        first_lower = equations + below
+        size = first_lower + above
+        new_rows, new_cols, new_values = (array[:count].copy() for array in filled)
+        return cls(
+            says[:m].copy(),
+            equations,
+            first_lower,
+            never,
+            chosen[:size].copy(),
+            b[:size].copy(),
+            new_rows,
+            new_cols,
+            new_values,
+        )
+
+    def prices(self, z: np.ndarray) -> np.ndarray:
+        """Duals of the given rows from those of the new ones, which come first."""
+        k = self.first_lower  # raising an upper bound by one changes the cost by -z, a lower by +z
+        prices = np.zeros(len(self.says))
+        prices[self.chosen[:k]] -= z[:k]
+        prices[self.chosen[k:]] += z[k : len(self.chosen)]
+        return prices
+
+
+def _bound(rows: int, entries: int) -> tuple[Any, ...]:
+    """A bound call of `conic_rows`; the bounds and entries of A; what it fills."""
+    (lower, upper), b = np.zeros((2, rows)), np.zeros(2 * rows)
+    says, number = np.zeros((2, rows), dtype=np.int64)
+    sizes, chosen = np.zeros(4, dtype=np.int64), np.zeros(2 * rows, dtype=np.int64)
+    (at, cols), values = np.zeros((2, entries), dtype=np.int64), np.zeros(entries)
+    filled = (*np.zeros((2, 2 * entries), dtype=np.int64), np.zeros(2 * entries))
+    bound = conic_rows.bind(0, 0, lower, upper, at, cols, values, says, sizes, number, chosen, b, *filled)
+    return bound, lower, upper, at, cols, values, says, sizes, chosen, b, *filled
+
+
+_calls = BoundCalls(_bound, largest=8192)
 
 
 class LinearObjective:
@@ -262,6 +317,6 @@ class LinearObjective:
 
     def now(self) -> tuple[np.ndarray, float]:
         """c and constant as the costs have them now."""
-        slopes = _arrays.joined([e._b for e in self._quadratic] + [e._a for e in self._linear], float)
+        slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self._quadratic), *[e._a for e in self._linear]])
         constant = sum([e._c for e in self._quadratic]) + sum([e._b for e in self._linear])
         return np.bincount(self._at, slopes, self._n), float(constant)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.common._bound_calls import BoundCalls
+from sheldrake.common._bound_calls import BoundCalls, room
 from sheldrake.common.kernel import Bound
 from sheldrake.solvers._kernels.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNDECIDED, solve_linear_program
 
@@ -50,17 +50,12 @@ def maximize_small(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
 
 def _at_once(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
     m, n = A.shape
-    call, all_c, all_A, all_b, x, y = _calls.of(_room(m), _room(n))
+    call, all_c, all_A, all_b, x, y = _calls.of(room(m), room(n))
     all_c[:n], all_A[:m, :n], all_b[:m] = c, A, b
     call.set("rows", m)
     call.set("n", n)
     status = call()
     return LinearAnswer(status, x[:n].copy(), y[:m].copy()) if status == OPTIMAL else LinearAnswer(status)
-
-
-def _room(size: int) -> int:
-    """The power of two from 8 on that holds so many."""
-    return max(8, 1 << (size - 1).bit_length())
 
 
 def _bound(rows: int, n: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -2,69 +2,75 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
-import operator
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.constraints import BoundingBoxConstraint, LinearConstraint
+from sheldrake.solvers._kernels.rows import entries_of_blocks
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
+Triplets: TypeAlias = "tuple[np.ndarray, np.ndarray, np.ndarray]"  # rows, columns and values
 
-def entries(blocks: Sequence[_arrays.Matrix | None], sizes: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+
+Block: TypeAlias = "_arrays.Matrix | list[float] | None"  # a matrix, its numbers row by row, or the identity
+
+
+def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
     """What is not zero in matrices that have rows and columns of their own each: rows, columns and values.
 
     Args:
-        blocks: The matrices; None for the identity.
+        blocks: The matrices.
         sizes: How many rows they have.
     """
-    found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    row = col = 0
-    for kind, run in itertools.groupby(zip(blocks, sizes), _kind_of):
-        members: Any
-        members, heights = zip(*run)
-        height = width = sum(heights)
-        if kind is None:
-            i, j, values = np.arange(height), np.arange(height), np.ones(height)
-        else:
-            width = sum([A.shape[1] for A in members])
-            i, j, values = _of_dense(members) if kind is np.ndarray else _of_sparse(members[0])
-        found.append((i + row, j + col, values) if found else (i, j, values))
-        row, col = row + height, col + width
-    if len(found) == 1:
-        return found[0]
-    rows, cols = (_arrays.joined([part[k] for part in found], int) for k in (0, 1))
-    return rows, cols, _arrays.joined([part[2] for part in found], float)
+    widths = [_width(A, size) for A, size in zip(blocks, sizes)]
+    numbers = _arrays.joined_numbers([A for A, width in zip(blocks, widths) if width >= 0])
+    n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
+    call, all_heights, all_widths, all_numbers, rows, cols, values = _calls.of(room(n), room(most))
+    all_heights[:n], all_widths[:n], all_numbers[: len(numbers)] = sizes, widths, numbers
+    call.set("blocks", n)
+    count = call()
+    found = rows[:count].copy(), cols[:count].copy(), values[:count].copy()
+    return found if min(widths, default=0) >= -1 else _with_sparse(found, blocks, sizes, widths)
 
 
-def _kind_of(block: tuple[_arrays.Matrix | None, int]) -> Any:
-    """What is the same for matrices that are taken at once: those that are dense, and identities."""
-    A = block[0]
-    return None if A is None else id(A) if _arrays.is_sparse(A) else np.ndarray
+def _width(A: Any, size: int) -> int:
+    """The number of columns as `entries_of_blocks` takes it, which leaves out sparse matrices."""
+    if A.__class__ is list:
+        return len(A) // size
+    return -1 if A is None else A.shape[1] if isinstance(A, np.ndarray) else -2 - A.shape[1]
 
 
-def _of_sparse(A: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    triplets = A.tocoo()
-    return triplets.row, triplets.col, triplets.data
+def _with_sparse(
+    found: Triplets, blocks: Sequence[Any], sizes: Sequence[int], widths: Sequence[int]
+) -> Triplets:
+    """The same with the entries of the sparse blocks at the end."""
+    parts, row, col = [found], 0, 0
+    for A, size, width in zip(blocks, sizes, widths):
+        if width < -1:
+            triplets = A.tocoo()
+            parts.append((triplets.row + row, triplets.col + col, triplets.data))
+        row, col = row + size, col + (size if width == -1 else width if width >= 0 else A.shape[1])
+    rows, cols, values = (np.concatenate(each) for each in zip(*parts))
+    return rows, cols, values
 
 
-def _of_dense(blocks: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    if len(blocks) == 1:
-        i, j = blocks[0].nonzero()
-        return i, j, blocks[0][i, j]
-    sizes, widths = [len(A) for A in blocks], np.array([A.shape[1] for A in blocks])
-    in_row = widths.repeat(sizes)
-    before = in_row.cumsum() - in_row  # how many numbers are in the rows above
-    first = (widths.cumsum() - widths).repeat(sizes)  # column of each row
-    values = np.concatenate([A.ravel() for A in blocks])
-    kept = values.nonzero()[0]
-    rows = np.arange(len(in_row)).repeat(in_row)[kept]
-    return rows, kept + (first - before)[rows], values[kept]
+def _bound(blocks: int, entries: int) -> tuple[Any, ...]:
+    """A bound call of `entries_of_blocks`; heights, widths and numbers of the blocks; what it fills."""
+    heights, widths = np.zeros((2, blocks), dtype=np.int64)
+    (rows, cols), (numbers, values) = np.zeros((2, entries), dtype=np.int64), np.zeros((2, entries))
+    bound = entries_of_blocks.bind(0, heights, widths, numbers, rows, cols, values)
+    return bound, heights, widths, numbers, rows, cols, values
+
+
+_calls = BoundCalls(_bound, largest=8192)
 
 
 Form = TypeVar("Form")
@@ -87,35 +93,43 @@ class LinearRows:
     Attributes:
         rows, cols, values: The entries of A; those at one place add up.
         lower, upper: Shape (num_rows,).
-        places: Each constraint and its rows.
     """
 
     def __init__(self, prog: MathematicalProgram, bindings: Sequence[BindingBase[LinearConstraint]]):
-        self._evaluators = [b._evaluator for b in bindings]
-        ends = list(itertools.accumulate([e._num_outputs for e in self._evaluators], initial=0))
-        self.places = [(b, slice(first, end)) for b, first, end in zip(bindings, ends, ends[1:])]
-        self.num_rows = ends[-1]
-        self.rows, columns, self.values = entries(
-            [None if isinstance(e, BoundingBoxConstraint) else e._A for e in self._evaluators],
-            [e._num_outputs for e in self._evaluators],
-        )
+        self._bindings, self._sizes = bindings, [b._evaluator._num_outputs for b in bindings]
+        blocks: list[Block] = []
+        for b in bindings:
+            e = b._evaluator
+            is_box = isinstance(e, BoundingBoxConstraint)
+            blocks.append(None if is_box else e._A if e._row is None else e._row[0])
+        self.rows, columns, self.values = entries(blocks, self._sizes)
         self.cols = parts_of(prog).bindings.places(*bindings)[columns]
         self._take_bounds()
+        self.num_rows = len(self.lower)
 
     def _take_bounds(self) -> None:
-        self._bounds = [e._lower for e in self._evaluators] + [e._upper for e in self._evaluators]
-        self.lower, self.upper = _arrays.joined(self._bounds, float).reshape(2, -1)
+        lower: list[float] = []
+        upper: list[float] = []
+        for b in self._bindings:
+            e = b._evaluator
+            row = e._row
+            if row is None:
+                lower += e._lower.tolist()
+                upper += e._upper.tolist()
+            else:
+                lower.append(row[1])
+                upper.append(row[2])
+        self.lower, self.upper = np.array(lower, dtype=float), np.array(upper, dtype=float)
+
+    @functools.cached_property
+    def places(self) -> list[tuple[BindingBase[LinearConstraint], slice]]:
+        """Each constraint and its rows."""
+        ends = list(itertools.accumulate(self._sizes, initial=0))
+        return [(b, slice(first, end)) for b, first, end in zip(self._bindings, ends, ends[1:])]
 
     def again(self) -> LinearRows:
         """The same with the bounds that the constraints have now; itself if these are the same."""
         out = another(self)
         out._take_bounds()
-        return self if all(map(operator.is_, out._bounds, self._bounds)) else out
-
-    def of(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The entries of some rows, which are numbered anew from zero in the order given."""
-        number = np.full(self.num_rows, -1)
-        number[chosen] = np.arange(len(chosen))
-        rows = number[self.rows]
-        kept = rows >= 0
-        return rows[kept], self.cols[kept], self.values[kept]
+        is_same = np.array_equal(out.lower, self.lower) and np.array_equal(out.upper, self.upper)
+        return self if is_same else out

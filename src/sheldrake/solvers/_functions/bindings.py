@@ -14,6 +14,10 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions import cone_constraints as cones
 from sheldrake.solvers._functions import constraints, costs, evaluators, minimum_value
 from sheldrake.solvers._functions import norm_costs as norms
+from sheldrake.symbolic._traverse import object_array
+
+if TYPE_CHECKING:
+    from sheldrake.symbolic import Variable
 
 Evaluator = TypeVar("Evaluator", bound=evaluators.EvaluatorBase)
 Evaluator_co = TypeVar("Evaluator_co", bound=evaluators.EvaluatorBase, covariant=True)
@@ -30,6 +34,7 @@ class BindingBase(Generic[Evaluator_co]):
     _kind: type[evaluators.EvaluatorBase] = evaluators.EvaluatorBase
     _evaluator: Evaluator_co
     _variables: np.ndarray
+    _list: list[Variable]  # the same
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [overload(BindingBase._set, c=instance_of(self._kind), v=_arrays.variable_vector)]
@@ -52,6 +57,17 @@ class BindingBase(Generic[Evaluator_co]):
             )
         self._evaluator, self._variables = evaluator, vars
 
+    def __getattr__(self, name: str) -> Any:
+        """The array of the variables from their list, or their list from the array: whichever was not given."""
+        given = self.__dict__
+        if name == "_variables" and "_list" in given:
+            self._variables = found = object_array(self._list)
+        elif name == "_list" and "_variables" in given:
+            self._list = found = self._variables.tolist()
+        else:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return found
+
     def evaluator(self) -> Evaluator_co:
         """Returns the evaluator."""
         return self._evaluator
@@ -65,7 +81,7 @@ class BindingBase(Generic[Evaluator_co]):
         return self._evaluator.ToLatex(self._variables, precision)
 
     def _identity(self) -> tuple[int, ...]:
-        return (id(self._evaluator), *[v._id for v in self._variables])
+        return (id(self._evaluator), *[v._id for v in self._list])
 
     def __eq__(self, other: object) -> bool:
         return self._identity() == other._identity() if isinstance(other, BindingBase) else NotImplemented
@@ -127,8 +143,17 @@ def bind(kind: type[Evaluator], evaluator: Evaluator, vars: np.ndarray) -> Bindi
     return out
 
 
+def bind_list(kind: type[Evaluator], evaluator: Evaluator, vars: list[Variable]) -> BindingBase[Evaluator]:
+    """The same of a list of variables that nobody else has, as many as the evaluator takes."""
+    out: BindingBase[Evaluator] = object.__new__(_classes[kind])
+    out._evaluator, out._list = evaluator, vars
+    return out
+
+
 def as_kind(kind: type[Evaluator], binding: BindingBase) -> BindingBase[Evaluator]:
     """The same evaluator and variables as Binding[kind]."""
     if type(binding) is _classes[kind]:
         return binding
-    return bind(kind, binding._evaluator, binding._variables)
+    out: BindingBase[Evaluator] = object.__new__(_classes[kind])
+    out.__dict__.update(binding.__dict__)
+    return out

@@ -47,6 +47,8 @@ class LinearConstraint(Constraint):
     """
 
     _A: Any
+    _row: tuple[list[float], float, float] | None = None
+    """Entries and bounds of a row that was parsed, until one of them changes; its arrays are made for who asks."""
 
     def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
@@ -59,25 +61,41 @@ class LinearConstraint(Constraint):
         return self
 
     @classmethod
-    def _of_row(cls, a: np.ndarray, low: float, high: float) -> Self:
-        """The constraint of one row that nobody else has; its bounds are numbers.
+    def _of_row(cls, a: list[float], low: float, high: float) -> Self:
+        """The constraint of one row that nobody else has.
 
         Raises:
             RuntimeError: an entry is not finite.
         """
-        if not all(map(math.isfinite, a.tolist())):
+        if not all(map(math.isfinite, a)):
             raise _not_finite(cls)
-        self = cls.__new__(cls)
-        self._A = self._dense = a.reshape(1, -1)
-        self._set_sizes(1, a.size)
-        self._lower, self._upper = np.array([low]), np.array([high])
+        self = object.__new__(cls)
+        self._row = a, low, high
+        self._num_outputs, self._num_vars = 1, len(a)
         return self
+
+    def __getattr__(self, name: str) -> Any:
+        if self._row is None or name not in _ARRAYS_OF_ROWS:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        self._make_arrays(*self._row)
+        return self.__dict__[name]
+
+    def _make_arrays(self, a: list[float], low: float, high: float) -> None:
+        self._A = self._dense = np.array([a])
+        self._lower, self._upper = np.array([low]), np.array([high])
+
+    def _leave_row(self) -> None:
+        """Has the arrays be what counts from now on, before one of them changes."""
+        if self._row is not None:
+            self._make_arrays(*self._row)
+            self._row = None
 
     def _set_linear(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
         if A.shape[0] != lb.size or A.shape[0] != ub.size:
             raise ValueError(
                 f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."
             )
+        self._row = None
         self._A, self._dense = A, A if isinstance(A, np.ndarray) else None
         values: Any = A.data if self._dense is None else A
         # The sum of squares is one pass over them; where it is not finite, it may have overflowed.
@@ -128,10 +146,15 @@ class LinearConstraint(Constraint):
         """
         if tol < 0.0:
             raise RuntimeError("RemoveTinyCoefficient: tol should be non-negative")
+        self._leave_row()
         A = self._A.toarray() if _arrays.is_sparse(self._A) else self._A.copy()
         A[np.abs(A) <= tol] = 0.0
         self._A = self._dense = A
         Changes.note()
+
+    def _set_bounds(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        self._leave_row()
+        super()._set_bounds(lower, upper)
 
     def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds."""
@@ -161,6 +184,10 @@ class LinearConstraint(Constraint):
         if self._num_outputs == 1:
             return latex_matrix(self._eval_symbols(_arrays.symbols(vars)), precision)
         return f"{latex_matrix(self._jacobian(vars), precision)} {latex_matrix(vars, precision)}"
+
+
+_ARRAYS_OF_ROWS = {"_A", "_dense", "_lower", "_upper"}
+_ONE = [1.0]
 
 
 class LinearEqualityConstraint(LinearConstraint):
@@ -213,12 +240,15 @@ class BoundingBoxConstraint(LinearConstraint):
 
     @classmethod
     def _of_variable(cls, low: float, high: float) -> Self:
-        """The bounds of one variable, which are numbers."""
-        self = cls.__new__(cls)
-        self._dense = None
-        self._set_sizes(1, 1)
-        self._lower, self._upper = np.array([low]), np.array([high])
+        """The bounds of one variable."""
+        self = object.__new__(cls)
+        self._row = _ONE, low, high
+        self._num_outputs = self._num_vars = 1
         return self
+
+    def _make_arrays(self, a: list[float], low: float, high: float) -> None:
+        self._dense = None
+        self._lower, self._upper = np.array([low]), np.array([high])
 
     @property
     def _A(self) -> np.ndarray:  # type: ignore[override]

@@ -6,17 +6,20 @@ What a program's costs are made of; `_program_costs` makes them of expressions a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._bound_calls import BoundCalls, room
 from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import Changes, Cost, EvaluatorBase
 from sheldrake.solvers._functions.expressions import ExpressionFunction
+from sheldrake.solvers._kernels.definite import have_factors
 from sheldrake.symbolic import Expression, ToLatex
 
 if TYPE_CHECKING:
+    from sheldrake.common.kernel import Bound
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
@@ -51,6 +54,28 @@ def is_semidefinite(Q: np.ndarray) -> bool:
     """Whether Q has no negative eigenvalue, up to rounding."""
     least, _, rounding = range_of_eigenvalues(Q)
     return least >= -rounding
+
+
+_EXACT = 200  # rows up to which rounding of a factor is less than what `is_semidefinite` takes for rounding
+
+
+def _have_factors(matrices: Sequence[np.ndarray | list[float]], rows: list[int]) -> list[int]:
+    """Which matrices have no negative eigenvalue, found by elimination (see the kernel)."""
+    count, numbers = len(rows), _arrays.joined_numbers(matrices)
+    call, sizes, all_numbers, found = _calls.of(room(count), room(len(numbers)))
+    sizes[:count], all_numbers[: len(numbers)] = rows, numbers
+    call.set("count", count)
+    call()
+    return found[:count].tolist()
+
+
+def _bound(count: int, numbers: int) -> tuple[Bound, np.ndarray, np.ndarray, np.ndarray]:
+    """A bound call of `have_factors`; its sizes, numbers and answers."""
+    (sizes, found), entries = np.zeros((2, count), dtype=np.int64), np.zeros(numbers)
+    return have_factors.bind(0, sizes, entries, found), sizes, entries, found
+
+
+_calls = BoundCalls(_bound, largest=8192)
 
 
 class LinearCost(Cost):
@@ -154,6 +179,41 @@ class QuadraticCost(Cost):
         self._set(Q, b, c, is_convex)
         return self
 
+    _numbers: tuple[list[float], list[float]] | None = None
+    """Q, row by row, and b of a small cost that was parsed, until one of them changes; arrays are made for who asks."""
+
+    @classmethod
+    def _of_numbers(cls, Q: list[float], b: list[float], c: float, is_convex: bool | None) -> Self:
+        """The cost of numbers that nobody else has, Q, row by row, being symmetric."""
+        self: Self = object.__new__(cls)
+        self._numbers, self._c, self._is_convex = (Q, b), c, is_convex
+        self._num_outputs, self._num_vars = 1, len(b)
+        return self
+
+    def __getattr__(self, name: str) -> Any:
+        if self._numbers is None or name not in ("_Q", "_b"):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        Q, b = self._numbers
+        self._Q, self._b = np.array(Q).reshape(len(b), len(b)), np.array(b)
+        return self.__dict__[name]
+
+    def _leave_numbers(self) -> None:
+        """Has the arrays be what counts from now on, before one of them changes."""
+        if self._numbers is not None:
+            self._Q, self._b = self._Q, self._b
+            self._numbers = None
+
+    @staticmethod
+    def matrices(costs: Sequence[QuadraticCost]) -> tuple[list[np.ndarray | list[float]], list[int]]:
+        """Their Q, as arrays or as numbers row by row, and how many rows these have."""
+        found = [cost._Q if cost._numbers is None else cost._numbers[0] for cost in costs]
+        return found, [cost._num_vars for cost in costs]
+
+    @staticmethod
+    def slopes(costs: Sequence[QuadraticCost]) -> list[np.ndarray | list[float]]:
+        """Their b."""
+        return [cost._b if cost._numbers is None else cost._numbers[1] for cost in costs]
+
     def Q(self) -> np.ndarray:
         """Returns the Hessian, shape `(n, n)`."""
         return self._Q.copy()
@@ -177,16 +237,10 @@ class QuadraticCost(Cost):
         """Tells whether all are; for many, as the eigenvalues of those of a size are found at once."""
         if all([cost._is_convex for cost in costs]):
             return True
-        unknown: dict[int, list[QuadraticCost]] = {}
-        for cost in costs:
-            if cost._is_convex is None and cost._Q.size:
-                unknown.setdefault(len(cost._Q), []).append(cost)
-        for alike in unknown.values():
-            values = np.linalg.eigvalsh(np.stack([cost._Q for cost in alike]))
-            rounding = 1e-12 * np.maximum(1.0, np.abs(values).max(axis=1))
-            for cost, convex in zip(alike, (values[:, 0] >= -rounding).tolist()):
-                cost._is_convex = convex
-        return all(cost.is_convex() for cost in costs)
+        unknown = [cost for cost in costs if cost._is_convex is None and cost._num_vars <= _EXACT]
+        for cost, found in zip(unknown, _have_factors(*QuadraticCost.matrices(unknown))):
+            cost._is_convex = True if found else None  # eigenvalues tell of the others
+        return all([cost.is_convex() for cost in costs])
 
     def UpdateCoefficients(
         self, new_Q: ArrayLike, new_b: ArrayLike, new_c: float = 0.0, is_convex: bool | None = None
@@ -198,6 +252,7 @@ class QuadraticCost(Cost):
         """
         Q, b = _arrays.float_matrix(new_Q), _arrays.float_vector(new_b)
         same_count(b.size, self._num_vars)
+        self._leave_numbers()
         is_same = is_convex is None and Q.shape == self._Q.shape and (Q == self._Q).all()
         if not is_same:  # else what was made of the matrix still fits
             same_count(Q.shape[0], self._num_vars)
@@ -208,6 +263,7 @@ class QuadraticCost(Cost):
     @checked
     def UpdateHessianEntry(self, i: int, j: int, val: float, is_hessian_psd: bool | None = None) -> None:
         """Sets Q(i, j) and Q(j, i)."""
+        self._leave_numbers()
         self._Q = self._Q.copy()
         self._Q[i, j] = self._Q[j, i] = val
         self._is_convex = None if is_hessian_psd is None else bool(is_hessian_psd)
@@ -216,6 +272,7 @@ class QuadraticCost(Cost):
     @checked
     def update_linear_coefficient_entry(self, i: int, val: float) -> None:
         """Sets b(i)."""
+        self._leave_numbers()
         self._b = self._b.copy()
         self._b[i] = val
         Changes.note()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +30,7 @@ class Coefficients:
             variables = traverse.variables_of(e)
             found = variables
             if self.degree <= 2:
-                terms_of = decompose.decompose(e, variables).items()
-                flat = [(coefficient._made[0], list(m._powers.items())) for m, coefficient in terms_of]
+                flat = _terms_of(e, variables)
         else:
             found = {v: None for _, powers in flat for v, _ in powers}
         ordered = sorted(found, key=decompose.age)
@@ -65,21 +65,83 @@ class Coefficients:
         return out
 
     @classmethod
-    def of_difference(cls, a: Expression, b: Expression) -> Coefficients | None:
-        """Those of a - b, if both are linear as they are, or a is expanded as it is and b a number."""
-        row = difference(a, b)
-        if row is not None:
-            return cls.linear(*row)
-        flat = decompose.flat_terms(a) if b._kind == k.CONSTANT else None
-        if flat is None:
+    def quadratic(cls, e: Expression) -> Coefficients | None:
+        """Those of a sum of numbers, variables, and products of two, each once, times numbers; None of others."""
+        found = Quadratic.of(e)
+        if found is None:
             return None
-        out = cls(a, flat)
+        out, n = cls.__new__(cls), len(found.vars)
+        out.vars, out.b, out.c = traverse.object_array(found.vars), np.array(found.b, dtype=float), found.c
+        out.Q, out.degree = None, 2 if found.at else 1
+        if found.at:
+            out.Q = np.zeros((n, n))
+            out.Q.put(found.at, found.values)
+        return out
+
+    @classmethod
+    def of_difference(cls, a: Expression, b: Expression) -> Coefficients | None:
+        """Those of a - b, if a is expanded as it is and b a number."""
+        if b._kind != k.CONSTANT:
+            return None
+        out = cls.quadratic(a)
+        if out is None:
+            flat = decompose.flat_terms(a)
+            if flat is None:
+                return None
+            out = cls(a, flat)
         out.c -= b._made[0]
         return out
 
     def hessian(self) -> np.ndarray:
         """Q, zero if there is no term of degree two."""
         return np.zeros((len(self.vars), len(self.vars))) if self.Q is None else self.Q
+
+
+class Quadratic(NamedTuple):
+    """1/2 x' Q x + b' x + c as lists: entries of Q by their places, row by row; there are no others."""
+
+    vars: list[Variable]
+    at: list[int]
+    values: list[float]
+    b: list[float]
+    c: float
+
+    @classmethod
+    def of(cls, e: Expression) -> Quadratic | None:
+        """A sum of numbers, variables, and products of two, each once, times numbers; None of others."""
+        terms = decompose.quadratic_terms(e)
+        if terms is None:
+            return None
+        linear, products, c = terms
+        found = dict.fromkeys(linear)
+        for v, w, _ in products:
+            found[v] = found[w] = None
+        ordered = sorted(found, key=decompose.age)
+        places, n = {v: i for i, v in enumerate(ordered)}, len(ordered)
+        at: list[int] = []
+        values: list[float] = []
+        for v, w, value in products:
+            i, j = places[v], places[w]
+            if i == j:
+                at.append(i * n + i)
+                values.append(2.0 * value)
+            else:
+                at += (i * n + j, j * n + i)
+                values += (value, value)
+        return cls(ordered, at, values, [linear.get(v, 0.0) for v in ordered], c)
+
+    def is_sum_of_squares(self) -> bool:
+        """Whether there are no products of two variables, and no square is subtracted."""
+        n = len(self.vars)
+        return min(self.values) >= 0.0 and not any([place % (n + 1) for place in self.at])
+
+
+def _terms_of(e: Expression, variables: Set[Variable]) -> list[tuple[float, list[tuple[Variable, int]]]]:
+    """The terms of a polynomial: numbers and powers of variables."""
+    numbers = decompose.Numbers.of_expression(e, variables)
+    if numbers is not None:
+        return [(c, list(numbers.keys.powers(key))) for key, c in numbers.part.items()]
+    return [(c._made[0], list(m._powers.items())) for m, c in decompose.decompose(e, variables).items()]
 
 
 def difference(a: Expression, b: Expression) -> LinearTerms | None:
@@ -93,7 +155,8 @@ def difference(a: Expression, b: Expression) -> LinearTerms | None:
         for v, value in others:
             total[v] = total.get(v, 0.0) - value
         terms = [(v, value) for v, value in total.items() if value != 0.0]
-    terms.sort(key=_age_of_term)
+    if len(terms) > 1:
+        terms.sort(key=_age_of_term)
     return terms, c - d
 
 
@@ -102,6 +165,9 @@ def coefficients(e: Expression) -> Coefficients | None:
     linear = decompose.linear_terms(e)
     if linear is not None:
         return Coefficients.linear(*linear)
+    found = Coefficients.quadratic(e)
+    if found is not None:
+        return found
     flat = decompose.flat_terms(e)
     return Coefficients(e, flat) if flat is not None or traverse.is_polynomial(e) else None
 

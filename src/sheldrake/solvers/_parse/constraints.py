@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.solvers._functions.bindings import bind
+from sheldrake.solvers._functions.bindings import bind, bind_list
 from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
 from sheldrake.solvers._functions.constraints import (
     BoundingBoxConstraint,
@@ -17,7 +17,7 @@ from sheldrake.solvers._functions.constraints import (
     LinearEqualityConstraint,
     QuadraticConstraint,
 )
-from sheldrake.solvers._parse.coefficients import Affine, Coefficients, affine_rows, coefficients
+from sheldrake.solvers._parse.coefficients import Affine, Coefficients, affine_rows, coefficients, difference
 from sheldrake.symbolic import DecomposeL2NormExpression, Expression, Formula, FormulaKind, Variable
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
@@ -76,22 +76,43 @@ def of_rows(rows: list[LinearTerms], lower: np.ndarray, upper: np.ndarray) -> Bi
     return bind(LinearConstraint, LinearConstraint._of(a.A, lower, upper), a.vars)
 
 
-def one_row(row: Coefficients | None, lower: Any, upper: Any) -> BindingBase[Any] | None:
-    """The linear or quadratic constraint of one row, as `constraint` makes it; None where it has more to look at."""
-    if row is None or not 1 <= row.degree <= 2 or not (isinstance(lower, float) and isinstance(upper, float)):
+def linear_row(row: LinearTerms, lower: float, upper: float) -> BindingBase[LinearConstraint] | None:
+    """The linear constraint of one row whose terms are in order, as `constraint` makes it.
+
+    None where there is more to look at.
+    """
+    terms, c = row
+    low, high = lower - c, upper - c
+    if not terms or not math.isfinite(c) or low != low or high != high:
+        return None
+    vars = [v for v, _ in terms]
+    if low == high:
+        equation = LinearEqualityConstraint._of_row([value for _, value in terms], low, high)
+        return bind_list(LinearEqualityConstraint, equation, vars)
+    if len(terms) > 1:
+        return bind_list(LinearConstraint, LinearConstraint._of_row([value for _, value in terms], low, high), vars)
+    scale = terms[0][1]
+    if scale != 1.0:
+        low, high = (low / scale, high / scale) if scale > 0.0 else (high / scale, low / scale)
+    return bind_list(BoundingBoxConstraint, BoundingBoxConstraint._of_variable(low, high), vars)
+
+
+def _linear_at_once(e: object, lower: Any, upper: Any) -> BindingBase[Any] | None:
+    """The constraint of an expression that is linear as it is, between numbers; None of others."""
+    if not (isinstance(e, Expression) and isinstance(lower, float) and isinstance(upper, float)):
+        return None
+    row = difference(e, build.ZERO)
+    return None if row is None else linear_row(row, lower, upper)
+
+
+def quadratic_row(row: Coefficients, lower: Any, upper: Any) -> BindingBase[Any] | None:
+    """The quadratic constraint of one row, as `constraint` makes it; None where it has more to look at."""
+    if row.degree != 2 or not (isinstance(lower, float) and isinstance(upper, float)):
         return None
     low, high = lower - row.c, upper - row.c
     if math.isnan(low) or math.isnan(high) or not math.isfinite(row.c):
         return None
-    if row.degree == 2:
-        return bind(QuadraticConstraint, QuadraticConstraint._of(row.hessian(), row.b, low, high), row.vars)
-    if low == high:
-        return bind(LinearEqualityConstraint, LinearEqualityConstraint._of_row(row.b, low, high), row.vars)
-    if len(row.vars) > 1:
-        return bind(LinearConstraint, LinearConstraint._of_row(row.b, low, high), row.vars)
-    scale = row.b.item()
-    low, high = (low / scale, high / scale) if scale > 0.0 else (high / scale, low / scale)
-    return bind(BoundingBoxConstraint, BoundingBoxConstraint._of_variable(low, high), row.vars)
+    return bind(QuadraticConstraint, QuadraticConstraint._of(row.hessian(), row.b, low, high), row.vars)
 
 
 def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike) -> BindingBase[Constraint]:
@@ -100,8 +121,11 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
     Raises:
         RuntimeError: it holds for no values of the variables.
     """
+    found = _linear_at_once(expressions, lower, upper)
+    if found is not None:
+        return found
     row = coefficients(expressions) if isinstance(expressions, Expression) else None
-    found = one_row(row, lower, upper)
+    found = None if row is None else quadratic_row(row, lower, upper)
     if found is not None:
         return found
     es, lower, upper = _flat(expressions, lower, upper)
@@ -219,8 +243,7 @@ def linear_constraint(
     Raises:
         RuntimeError: an expression is not linear.
     """
-    row = coefficients(expressions) if isinstance(expressions, Expression) else None
-    found = None if row is None or row.degree > 1 else one_row(row, lower, upper)
+    found = _linear_at_once(expressions, lower, upper)
     if found is not None:
         return found
     es, lower, upper = _flat(expressions, lower, upper)
@@ -239,11 +262,16 @@ def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> B
     Raises:
         RuntimeError: an expression is not linear.
     """
+    terms = difference(expressions, build.ZERO) if isinstance(expressions, Expression) else None
+    if terms is not None and terms[0] and isinstance(b, float) and not math.isnan(value := b - terms[1]):
+        equation = LinearEqualityConstraint._of_row([c for _, c in terms[0]], value, value)
+        return bind_list(LinearEqualityConstraint, equation, [v for v, _ in terms[0]])
     row = coefficients(expressions) if isinstance(expressions, Expression) else None
     if row is not None and row.degree == 1:
         right = np.asarray(b, dtype=float)
         if right.size == 1 and not math.isnan(value := right.item() - row.c):
-            return bind(LinearEqualityConstraint, LinearEqualityConstraint._of_row(row.b, value, value), row.vars)
+            equation = LinearEqualityConstraint._of_row(row.b.tolist(), value, value)
+            return bind(LinearEqualityConstraint, equation, row.vars)
     es, b, _ = _flat(expressions, b, b)
     rows = affine_rows(es)
     if rows is None:

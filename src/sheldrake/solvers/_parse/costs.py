@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sheldrake.solvers._functions.bindings import bind
+from sheldrake.solvers._functions.bindings import bind, bind_list
 from sheldrake.solvers._functions.costs import ExpressionCost, LinearCost, PolynomialCost, QuadraticCost
 from sheldrake.solvers._functions.evaluators import Cost
 from sheldrake.solvers._functions.norm_costs import L2NormCost
-from sheldrake.solvers._parse.coefficients import coefficients, quadratic
+from sheldrake.solvers._parse.coefficients import Quadratic, coefficients, quadratic
 from sheldrake.symbolic import DecomposeL2NormExpression, Expression
 from sheldrake.symbolic import _kinds as k
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 def cost(e: Expression) -> BindingBase[Cost]:
     """The cost of an expression: linear, quadratic, a norm, or any expression."""
+    small = _small_quadratic(e, None)
+    if small is not None:
+        return small
     found = coefficients(e)
     if found is None:
         if e._kind == k.SQRT:
@@ -50,8 +53,27 @@ def quadratic_cost(e: Expression, is_convex: bool | None) -> BindingBase[Quadrat
     Raises:
         RuntimeError: it is not quadratic.
     """
+    small = _small_quadratic(e, is_convex)
+    if small is not None:
+        return small
     found = quadratic(e, "ParseQuadraticCost")
     return bind(QuadraticCost, QuadraticCost._of(found.hessian(), found.b, found.c, is_convex), found.vars)
+
+
+def _small_quadratic(e: Expression, is_convex: bool | None) -> BindingBase[QuadraticCost] | None:
+    """The cost of few variables that is expanded as it is; None of others."""
+    found = Quadratic.of(e)
+    if found is None or not found.at or len(found.vars) > _SMALL:
+        return None
+    if is_convex is None and found.is_sum_of_squares():
+        is_convex = True
+    Q = [0.0] * len(found.vars) ** 2
+    for place, value in zip(found.at, found.values):
+        Q[place] = value
+    return bind_list(QuadraticCost, QuadraticCost._of_numbers(Q, found.b, found.c, is_convex), found.vars)
+
+
+_SMALL = 8  # variables up to which lists of numbers take less time than arrays
 
 
 def l2norm_cost(e: Expression, psd_tol: float, coefficient_tol: float) -> BindingBase[L2NormCost]:

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.solvers._parse.coefficients import Coefficients, difference
-from sheldrake.solvers._parse.constraints import constraint, equality_constraint, linear_constraint, of_rows, one_row
+from sheldrake.solvers._parse.constraints import (
+    constraint,
+    equality_constraint,
+    linear_constraint,
+    linear_row,
+    of_rows,
+    quadratic_row,
+)
 from sheldrake.symbolic import Expression, Formula, FormulaKind
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
@@ -112,12 +119,20 @@ def _bounded(f: Formula, swap: bool) -> tuple[Expression, Expression, float, flo
     return a, b, low, high
 
 
+def _relation_at_once(f: Formula, swap: bool, linear: bool) -> BindingBase[Constraint] | None:
+    """The same of one formula."""
+    a, b, low, high = _bounded(f, swap)
+    terms = difference(a, b)
+    if terms is not None:
+        return linear_row(terms, low, high)
+    row = None if linear else Coefficients.of_difference(a, b)
+    return None if row is None else quadratic_row(row, low, high)
+
+
 def _at_once(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint] | None:
     """The constraint of formulas whose coefficients are found as they are; None for others, and for infinite sides."""
     if len(parts) == 1:
-        a, b, low, high = _bounded(parts[0], swap)
-        row = Coefficients.of_difference(a, b)
-        return None if row is None or (linear and row.degree > 1) else one_row(row, low, high)
+        return _relation_at_once(parts[0], swap, linear)
     rows, lows, highs = [], [], []
     for f in parts:
         a, b, low, high = _bounded(f, swap)
@@ -152,6 +167,9 @@ def formula_constraint(f: Formula, linear: bool = False) -> BindingBase[Constrai
     Raises:
         RuntimeError: it is no conjunction of ==, <=, >=, or never holds.
     """
+    found = _relation_at_once(f, True, linear) if f._kind in _RELATIONS else None
+    if found is not None:
+        return found
     parts = _relations(f, "ParseConstraint", _RELATIONS, _ANY_RELATION)
     return _parsed(parts, len(parts) == 1, linear)
 

@@ -97,7 +97,7 @@ class ProgramBindings:
         Raises:
             RuntimeError: one of its variables is no decision variable.
         """
-        self._variables.check_decisions(binding._variables)
+        self._variables.check_decisions(binding._list)
         evaluator = binding._evaluator
         kind = _kind_of(type(evaluator))  # type: ignore[arg-type]
         out = as_kind(kind, binding)
@@ -122,21 +122,24 @@ class ProgramBindings:
         """All costs, constraints and callbacks."""
         return self._of_all(ATTRIBUTES)
 
-    def contents(self) -> tuple[list[object], list[object]] | None:
-        """What linear constraints, linear and quadratic costs are made of; None where there is more in the program.
+    def have_contents(self) -> bool:
+        """Whether there are linear constraints, linear and quadratic costs alone."""
+        return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT])
+
+    def contents(self) -> tuple[list[object], list[object]]:
+        """What linear constraints, linear and quadratic costs are made of, where there is nothing else.
 
         First matrices, then bounds, linear costs and constants. As arrays of evaluators never change in place, whatever
         was made of these bindings still fits while these are the very same objects.
         """
-        if any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT]):
-            return None
         found = ([b._evaluator for b in self._lists.get(kind, ())] for kind in _FLAT)
         quadratic, linear, rows, equations, boxes = found
         rows += equations
-        matrices = [e._Q for e in quadratic] + [e._A for e in rows]
-        costs = [e._b for e in quadratic + linear] + [e._c for e in quadratic] + [e._a for e in linear]
+        matrices = [e._numbers or e._Q for e in quadratic] + [e._row or e._A for e in rows]
+        costs = [e._numbers or e._b for e in quadratic] + [e._b for e in linear] + [e._c for e in quadratic] + [e._a for e in linear]
         rows += boxes
-        return matrices, costs + [e._lower for e in rows] + [e._upper for e in rows]
+        bounds = [e._row or e._lower for e in rows] + [e._row or e._upper for e in rows]
+        return matrices, costs + bounds
 
     def are_convex(self) -> bool:
         """Whether each quadratic cost is convex."""
@@ -144,7 +147,7 @@ class ProgramBindings:
 
     def places(self, *bindings: BindingBase) -> np.ndarray:
         """Places of the variables of bindings among the decision variables, one binding after the other, shape (n,)."""
-        return self._variables.places([v for b in bindings for v in b._variables.tolist()])
+        return self._variables.places_in(bindings)
 
     # What there is
 

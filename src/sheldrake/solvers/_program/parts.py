@@ -84,15 +84,23 @@ class ProgramParts:
         return found
 
     def _look(self) -> tuple[list[Any], list[Any]] | None:
-        """What is in the program now, the same while nothing changes; forgets forms that do not fit any more."""
+        """What is in the program now, the same while nothing changes; forgets forms that do not fit any more.
+
+        Lists without anything in them where it was not looked at yet; None where forms are not kept.
+        """
         seen = Changes.latest, self.bindings.version, self.variables.decisions()
         if _same(seen, self._seen):
             return self._contents
-        before, now = self._contents, self.bindings.contents()
-        if not (before and now and _same(seen[1:], self._seen[1:]) and _same(before[0], now[0])):
+        before, now = self._contents, None
+        if not _same(seen[1:], self._seen[1:]):  # most programs are solved but once: to be looked at when it is again
+            now = ([], []) if self.bindings.have_contents() else None
             self._forms.clear()
-        elif _same(before[1], now[1]):
-            now = before
+        elif before is not None:
+            now = self.bindings.contents()
+            if not _same(before[0], now[0]):
+                self._forms.clear()
+            elif _same(before[1], now[1]):
+                now = before
         self._seen, self._contents = seen, now
         return now
 

@@ -83,6 +83,10 @@ class ProgramPolynomials:
         p.SetIndeterminates(Variables(self._variables.indeterminates()))
 
     def _reparsed(self, p: Polynomial) -> Polynomial:
+        """The polynomial in the indeterminates of this program."""
+        is_indeterminate = self._variables.is_indeterminate
+        if all(map(is_indeterminate, p._indeterminates)) and not any(map(is_indeterminate, p._decisions)):
+            return p.Expand()
         return self.MakePolynomial(p.ToExpression())
 
     def _free(self, basis: np.ndarray, coeff_name: str) -> Polynomial:

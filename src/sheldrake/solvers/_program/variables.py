@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.solvers._arrays import VariablesLike
+    from sheldrake.solvers._functions.bindings import BindingBase
 
 _TYPE = VariableType
 _id_of, _type_of = operator.attrgetter("_id"), operator.attrgetter("_type")
@@ -254,15 +255,15 @@ class ProgramVariables:
         """Whether a variable is an indeterminate."""
         return var.get_id() in self._indeterminate_places
 
-    def places(self, vars: Iterable[Variable]) -> np.ndarray:
-        """Places of decision variables, shape (n,)."""
+    def places_in(self, bindings: Iterable[BindingBase]) -> np.ndarray:
+        """Places of the variables of bindings, which are decision variables, one after the other, shape (n,)."""
         places = self._places
-        return np.array([places[v._id] for v in vars], dtype=int)
+        return np.array([places[v._id] for b in bindings for v in b._list], dtype=int)
 
-    def check_decisions(self, vars: np.ndarray) -> None:
+    def check_decisions(self, vars: Iterable[Variable]) -> None:
         """Raises RuntimeError where one is no decision variable."""
         places = self._places
-        for v in vars.tolist():
+        for v in vars:
             if v._id not in places:
                 raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
