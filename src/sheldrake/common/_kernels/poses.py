@@ -6,7 +6,7 @@ Matrices are vectors of 9, row by row; products of matrices are summed as BLAS s
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import atan2, cos, mul_add, sin, sqrt
-from sheldrake.common._kernels.vec import quaternion_of_rotation, read3, read4, read9, write3, write4, write9
+from sheldrake.common._kernels.vec import quaternion_of_rotation, read3, read4, read9, transpose, write3, write4, write9
 from sheldrake.common.kernel import Vector, kernel
 
 NOT_UNIT = 1
@@ -48,11 +48,6 @@ def turned(R, p):
     )
 
 
-@kernel(strict=True)
-def transposed(R):
-    return (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])
-
-
 @kernel(top=True, strict=True)
 def compose_poses(R_AB: Vector, p_AB: Vector, R_BC: Vector, p_BC: Vector, R_AC: Vector, p_AC: Vector) -> None:
     """X_AC of X_AB and X_BC."""
@@ -64,7 +59,7 @@ def compose_poses(R_AB: Vector, p_AB: Vector, R_BC: Vector, p_BC: Vector, R_AC: 
 @kernel(top=True, strict=True)
 def invert_pose(R_AB: Vector, p_AB: Vector, R_BA: Vector, p_BA: Vector) -> None:
     """X_BA of X_AB."""
-    R = transposed(read9(R_AB, 0))
+    R = transpose(read9(R_AB, 0))
     p = turned(R, read3(p_AB, 0))
     write9(R_BA, 0, R)
     write3(p_BA, 0, (-p[0], -p[1], -p[2]))
@@ -75,7 +70,7 @@ def invert_and_compose_poses(
     R_AB: Vector, p_AB: Vector, R_AC: Vector, p_AC: Vector, R_BC: Vector, p_BC: Vector
 ) -> None:
     """X_BC of X_AB and X_AC."""
-    R, p, q = transposed(read9(R_AB, 0)), read3(p_AB, 0), read3(p_AC, 0)
+    R, p, q = transpose(read9(R_AB, 0)), read3(p_AB, 0), read3(p_AC, 0)
     x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     write9(R_BC, 0, product(R, read9(R_AC, 0)))
     write3(
@@ -120,7 +115,7 @@ def compose_rotations(R_AB: Vector, R_BC: Vector, R_AC: Vector) -> None:
 @kernel(top=True)
 def invert_rotation(R_AB: Vector, R_BA: Vector) -> None:
     """R_BA of R_AB."""
-    write9(R_BA, 0, transposed(read9(R_AB, 0)))
+    write9(R_BA, 0, transpose(read9(R_AB, 0)))
 
 
 @kernel(top=True, strict=True)

@@ -369,7 +369,7 @@ class RotationalInertia(ScalarBase):
         return f"{pretty_class_name(type(self))}({text})"
 
 
-_diagonal = short_way(globals(), "_diagonal", spatial.moments, *[float] * 3, gives=(3, 3))
-_full = short_way(globals(), "_full", spatial.moments_and_products, *[float] * 6, gives=(3, 3))
+_diagonal = short_way(globals(), "_diagonal", spatial.inertia_of_moments, *[float] * 3, gives=(3, 3))
+_full = short_way(globals(), "_full", spatial.inertia_of_numbers, *[float] * 6, gives=(3, 3))
 
 RotationalInertia_ = ScalarTemplate("RotationalInertia_", RotationalInertia, scope="sheldrake.multibody.math")

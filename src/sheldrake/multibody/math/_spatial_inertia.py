@@ -442,7 +442,7 @@ class SpatialInertia(ScalarBase):
 
 
 _INERTIA = Slots(SpatialInertia, {"_mass": float, "_p": (3,), "_G": UNIT_INERTIA})
-_plausible = short_way(globals(), "_plausible", spatial.inertia, float, (3,), UNIT_INERTIA, gives=_INERTIA)
+_plausible = short_way(globals(), "_plausible", spatial.plausible_inertia, float, (3,), UNIT_INERTIA, gives=_INERTIA)
 _box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=_INERTIA)
 _sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=_INERTIA)
 _turn = short_way(globals(), "_turn", spatial.turn_inertia, _INERTIA, ROTATION, gives=_INERTIA)

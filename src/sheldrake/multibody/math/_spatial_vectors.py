@@ -371,14 +371,14 @@ def _add_short_way(name: str, kind: type, kernel: Kernel, *takes: Any, gives: An
     _SHORT[name, kind] = short_way(_SHORT, (name, kind), kernel, *takes, gives=gives)
 
 
-_join = short_way(globals(), "_join", spatial.join, (3,), (3,), gives=(6,))
+_join = short_way(globals(), "_join", spatial.join_spatial, (3,), (3,), gives=(6,))
 VELOCITY, ACCELERATION, FORCE, MOMENTUM = (
     Slots(kind, {"_c": (6,)}) for kind in (SpatialVelocity, SpatialAcceleration, SpatialForce, SpatialMomentum)
 )
 for _kind in (VELOCITY, ACCELERATION, FORCE, MOMENTUM):
-    _add_short_way("+", _kind.cls, spatial.add, _kind, _kind, gives=_kind)
-    _add_short_way("-", _kind.cls, spatial.subtract, _kind, _kind, gives=_kind)
-    _add_short_way("Rotate", _kind.cls, spatial.rotate, _kind, ROTATION, gives=_kind)
+    _add_short_way("+", _kind.cls, spatial.add_spatial, _kind, _kind, gives=_kind)
+    _add_short_way("-", _kind.cls, spatial.subtract_spatial, _kind, _kind, gives=_kind)
+    _add_short_way("Rotate", _kind.cls, spatial.rotate_spatial, _kind, ROTATION, gives=_kind)
 _add_short_way("Shift", SpatialVelocity, spatial.shift_motion, VELOCITY, (3,), gives=VELOCITY)
 _add_short_way(
     "ComposeWithMovingFrameVelocity",
@@ -391,8 +391,8 @@ _add_short_way(
 )
 for _kind in (FORCE, MOMENTUM):
     _add_short_way("Shift", _kind.cls, spatial.shift_force, _kind, (3,), gives=_kind)
-    _add_short_way("SpatialVelocity", _kind.cls, spatial.dot, _kind, VELOCITY, gives=float)
-    _add_short_way(_kind.cls.__name__, SpatialVelocity, spatial.dot, VELOCITY, _kind, gives=float)
+    _add_short_way("SpatialVelocity", _kind.cls, spatial.dot_spatial, _kind, VELOCITY, gives=float)
+    _add_short_way(_kind.cls.__name__, SpatialVelocity, spatial.dot_spatial, VELOCITY, _kind, gives=float)
 
 _HOME = "sheldrake.multibody.math"
 SpatialVelocity_ = ScalarTemplate("SpatialVelocity_", SpatialVelocity, scope=_HOME, value_type=True)

@@ -6,8 +6,8 @@ Vectors have 6 numbers, the angular part first; unit inertias are matrices by ro
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import mul_add
-from sheldrake.common._kernels.poses import product, row_times, transposed, turned
-from sheldrake.common._kernels.vec import cross3, read3, read9, write3, write9
+from sheldrake.common._kernels.poses import product, row_times, turned
+from sheldrake.common._kernels.vec import cross3, read3, read9, transpose, write3, write9
 from sheldrake.common.kernel import Vector, kernel
 
 NOT_PLAUSIBLE = 1
@@ -16,28 +16,28 @@ _SLACK = 16 * 2.220446049250313e-16  # as in `_rotational_inertia.py`
 
 
 @kernel(top=True)
-def join(top: Vector, bottom: Vector, out: Vector) -> None:
+def join_spatial(top: Vector, bottom: Vector, out: Vector) -> None:
     """Both parts."""
     for i in range(3):
         out[i], out[3 + i] = top[i], bottom[i]
 
 
 @kernel(top=True, strict=True)
-def add(a: Vector, b: Vector, out: Vector) -> None:
+def add_spatial(a: Vector, b: Vector, out: Vector) -> None:
     """The sum."""
     for i in range(6):
         out[i] = a[i] + b[i]
 
 
 @kernel(top=True, strict=True)
-def subtract(a: Vector, b: Vector, out: Vector) -> None:
+def subtract_spatial(a: Vector, b: Vector, out: Vector) -> None:
     """The difference."""
     for i in range(6):
         out[i] = a[i] - b[i]
 
 
 @kernel(top=True, strict=True)
-def dot(a: Vector, b: Vector, out: Vector) -> None:
+def dot_spatial(a: Vector, b: Vector, out: Vector) -> None:
     """The product of two vectors, as BLAS sums it."""
     total = a[0] * b[0]
     for i in range(1, 6):
@@ -46,7 +46,7 @@ def dot(a: Vector, b: Vector, out: Vector) -> None:
 
 
 @kernel(top=True, strict=True)
-def rotate(a: Vector, R: Vector, out: Vector) -> None:
+def rotate_spatial(a: Vector, R: Vector, out: Vector) -> None:
     """Both parts turned by R."""
     for part in range(2):
         x, y, z = read3(a, 3 * part)
@@ -85,13 +85,13 @@ def shift_force(a: Vector, offset: Vector, out: Vector) -> None:
 
 
 @kernel(top=True)
-def moments(xx: float, yy: float, zz: float, out: Vector) -> None:
+def inertia_of_moments(xx: float, yy: float, zz: float, out: Vector) -> None:
     """A rotational inertia without products."""
     write9(out, 0, (xx, 0.0, 0.0, 0.0, yy, 0.0, 0.0, 0.0, zz))
 
 
 @kernel(top=True)
-def moments_and_products(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float, out: Vector) -> None:
+def inertia_of_numbers(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float, out: Vector) -> None:
     """A rotational inertia."""
     write9(out, 0, (xx, xy, xz, xy, yy, yz, xz, yz, zz))
 
@@ -134,7 +134,7 @@ def is_plausible(I):
 
 
 @kernel(top=True, strict=True)
-def inertia(mass: float, p: Vector, G: Vector, mass_out: Vector, p_out: Vector, G_out: Vector) -> int:
+def plausible_inertia(mass: float, p: Vector, G: Vector, mass_out: Vector, p_out: Vector, G_out: Vector) -> int:
     """The same numbers, if they are clearly those of a body."""
     x, y, z = read3(p, 0)
     if not (0.0 <= mass and mass < 1e300 and abs(x) < 1e150 and abs(y) < 1e150 and abs(z) < 1e150):
@@ -151,7 +151,7 @@ def inertia(mass: float, p: Vector, G: Vector, mass_out: Vector, p_out: Vector, 
 def turn_inertia(mass: float, p: Vector, G: Vector, R: Vector, mass_out: Vector, p_out: Vector, G_out: Vector) -> None:
     """An inertia in another frame, exactly symmetric: each product is rounded once."""
     M = read9(R, 0)
-    I = product(product(M, read9(G, 0)), transposed(M))
+    I = product(product(M, read9(G, 0)), transpose(M))
     mass_out[0] = mass
     write3(p_out, 0, turned(M, read3(p, 0)))
     write9(G_out, 0, (I[0], I[3], I[6], I[3], I[4], I[7], I[6], I[7], I[8]))
