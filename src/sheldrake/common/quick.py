@@ -61,11 +61,24 @@ def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, giv
     return not_yet
 
 
+def query(kernel: Kernel, *fixed: np.ndarray, takes: tuple[Form, ...], gives: Form, frozen: bool = True) -> Any:
+    """A short way on arrays of one object, which come first among the kernel's parameters; None where there is none.
+
+    Args:
+        kernel, takes, gives, frozen: as for `short_way`.
+        fixed: Arrays that stay where they are.
+    """
+    made = _made(kernel, takes, gives, frozen, fixed)
+    return None if made is _never else made
+
+
 def _never(*args: Any) -> None:
     """The short way where there is none."""
 
 
-def _made(kernel: Kernel, takes: tuple[Form, ...], gives: Form, frozen: bool) -> Callable[..., Any]:
+def _made(
+    kernel: Kernel, takes: tuple[Form, ...], gives: Form, frozen: bool, fixed: tuple[np.ndarray, ...] = ()
+) -> Callable[..., Any]:
     if not jit_enabled():
         return _never
     from sheldrake.common._native import methods, store
@@ -74,7 +87,7 @@ def _made(kernel: Kernel, takes: tuple[Form, ...], gives: Form, frozen: bool) ->
         return _never
     if not store.is_ready(kernel):
         store.make(kernel, tell=False)  # a moment, too short to speak of
-    return _Writer(kernel, frozen).write(takes, gives)
+    return _Writer(kernel, frozen, fixed).write(takes, gives)
 
 
 def _leaves(form: Form, path: tuple[tuple[type, str], ...] = ()) -> Iterator[tuple[tuple[tuple[type, str], ...], Form]]:
@@ -89,9 +102,9 @@ def _leaves(form: Form, path: tuple[tuple[type, str], ...] = ()) -> Iterator[tup
 class _Writer:
     """Writes the block of one short way (see `methods`)."""
 
-    def __init__(self, kernel: Kernel, frozen: bool) -> None:
-        self.kernel, self.frozen = kernel, frozen
-        self.given: list[Any] = []  # what the kernel is bound to
+    def __init__(self, kernel: Kernel, frozen: bool, fixed: tuple[np.ndarray, ...]) -> None:
+        self.kernel, self.frozen, self.num_fixed = kernel, frozen, len(fixed)
+        self.given: list[Any] = list(fixed)  # what the kernel is bound to
         self.taken: list[list[int]] = []
         self.made: list[list[int]] = []
         self.keep: list[Any] = []
@@ -106,7 +119,7 @@ class _Writer:
         self._make(gives, self.frozen)
         bound = self.kernel.bind(*self.given)
         words, _ = bound.keep
-        slots = list(first_words(self.kernel).values())
+        slots = list(first_words(self.kernel).values())[self.num_fixed :]
         rows = [[row[0], slot, *row[1:]] for row, slot in zip(self.taken, slots)]
         recipes = methods.HEAD + methods.PER_TAKEN * len(rows)
         begin = recipes + methods.PER_MADE * len(self.made)

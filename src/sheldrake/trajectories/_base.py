@@ -14,6 +14,8 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.common._scalars import ScalarTemplate
     from sheldrake.common._types import KernelArgument, Scalar, Scalars
     from sheldrake.common.calls import Query
@@ -42,8 +44,8 @@ class Trajectory:
     """Whether values and derivatives are new matrices each time, as they are: users' own may be anything."""
     _HAS_QUERIES: ClassVar[bool] = False
     """Whether `_make_query` is defined."""
-    _queries: dict[int, Query | None] = _NONE
-    _times_asked: dict[int, int] = _NONE
+    _queries: dict[Any, Query | None] = _NONE
+    _times_asked: dict[Any, int] = _NONE
 
     def __init__(self) -> None:
         pass
@@ -54,7 +56,8 @@ class Trajectory:
         if ask is not None and type(value := ask(t)) is np.ndarray:
             return value
         time = self._scalar("value", t)
-        ask = ask or self._query(0)
+        if ask is None and self._HAS_QUERIES:
+            ask = self._soon(0, self._make_query)
         return self._made("value", ask(time) if ask else self.do_value(time))
 
     def _made(self, call: str, value: Any) -> np.ndarray:
@@ -63,19 +66,19 @@ class Trajectory:
             return value
         return self._matrix(call, value)
 
-    def _query(self, order: int) -> Query | None:
-        """A function of a float that gives values (order 0) or derivatives, when some were asked for: to make one takes
-        ten times longer than a value in Python does.
+    def _soon(self, key: Any, make: Callable[[Any], Query | None]) -> Query | None:
+        """A function of a float that `make` gives for a key, when it was asked for some times: to make one takes ten
+        times longer than a value in Python does.
         """
         queries, times = self._queries, self._times_asked
-        if not self._HAS_QUERIES or order in queries:
-            return queries.get(order)
+        if key in queries:
+            return queries[key]
         if not times:
             self._queries, self._times_asked = queries, times = {}, {}
-        times[order] = asked = times.get(order, 0) + 1
+        times[key] = asked = times.get(key, 0) + 1
         if asked <= _FEW:
             return None
-        queries[order] = query = self._make_query(order) if _is_ours(self) else None  # another class computes its own
+        queries[key] = query = make(key) if _is_ours(self) else None  # another class computes its own
         return query
 
     def _make_query(self, order: int) -> Query | None:
@@ -125,7 +128,8 @@ class Trajectory:
         time = self._scalar("EvalDerivative", t)
         if _order("EvalDerivative", derivative_order) == 0:
             return self.value(t)
-        ask = ask or self._query(derivative_order)
+        if ask is None and self._HAS_QUERIES:
+            ask = self._soon(derivative_order, self._make_query)
         return self._made("EvalDerivative", ask(time) if ask else self.DoEvalDerivative(time, derivative_order))
 
     def MakeDerivative(self, derivative_order: int = 1) -> Trajectory:

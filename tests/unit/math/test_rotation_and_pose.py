@@ -9,6 +9,7 @@ import pytest
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.cpp_param import List
 from sheldrake.common.eigen_geometry import AngleAxis, Isometry3, Quaternion
+from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.quick import FEW
 from sheldrake.common.value import Value
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw, RollPitchYaw_, RotationMatrix, RotationMatrix_
@@ -329,7 +330,7 @@ def test_construction_and_composition_are_cheap():
         X @ RigidTransform(R, p)
     finally:
         sys.setprofile(None)
-    assert len(calls) <= 14
+    assert len(calls) <= (10 if jit_enabled() else 17)  # without native code there is one call for each short way
 
 
 def test_rotations_are_compared_number_by_number():

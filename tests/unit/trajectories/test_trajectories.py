@@ -526,8 +526,13 @@ def test_values_are_few_calls():
     cubic = PiecewisePolynomial.CubicShapePreserving(times, points)
     motion = PiecewisePose.MakeLinear(times, poses)
     spline = BsplineTrajectory(BsplineBasis(4, 5), points)
-    for ask, most in ((cubic.value, 13), (spline.value, 50), (motion.GetPose, 60), (motion.GetVelocity, 35)):
+    for ask, most in ((cubic.value, 13), (spline.value, 50), (motion.GetPose, 63), (motion.GetVelocity, 38)):
         assert calls_of(lambda ask=ask: ask(0.3)) <= most
+    if jit_enabled():
+        for ask in (cubic.value, spline.value, motion.GetPose, motion.GetVelocity):
+            for _ in range(4):
+                ask(0.3)
+            assert calls_of(lambda ask=ask: ask(0.3)) <= 7
 
 
 @pytest.mark.parametrize(
@@ -682,3 +687,42 @@ def test_a_derivative_is_no_part_of_its_curve():
         assert slope.value(0.25).item() == pytest.approx(2.0 * (0.75 * 1.0 + 0.25 * 3.0))
         slope.ElevateOrder() if isinstance(slope, BezierCurve) else slope.InsertKnots([0.5])
         assert curve.value(0.25) == before
+
+
+def test_poses_asked_often_are_those_of_the_long_way():
+    """From the fourth call on they come from kernels; whoever has a part of the motion may change it."""
+    times = [0.0, 0.5, 2.0]
+    poses = [RigidTransform(RotationMatrix.MakeZRotation(2.0 * t), [t * t, 1.0, -t]) for t in times]
+    often, once = PiecewisePose.MakeLinear(times, poses), PiecewisePose.MakeLinear(times, poses)
+    for ask in ("GetPose", "GetVelocity", "value"):
+        for _ in range(5):
+            getattr(often, ask)(0.1)
+    for t in (-1.0, 0.0, 0.3, 0.5, 1.9, 2.0, 7.0):
+        first = PiecewisePose.MakeLinear(times, poses)
+        X = first.GetPose(t)
+        assert often.GetPose(t).IsExactlyEqualTo(X)
+        np.testing.assert_array_equal(often.GetVelocity(t), first.GetVelocity(t))
+        np.testing.assert_array_equal(often.value(t), X.GetAsMatrix4())
+    assert not often.GetPose(0.3).translation().flags.writeable
+    with pytest.raises(TypeError):
+        often.GetPose("soon")
+    again = often.Clone()
+    assert again.GetPose(0.3).IsExactlyEqualTo(once.GetPose(0.3))
+    often.get_position_trajectory().shiftRight(0.25)
+    assert often.GetPose(0.3).translation()[0] != once.GetPose(0.3).translation()[0]
+
+
+def test_orientations_asked_often_are_those_of_the_long_way():
+    rng = np.random.default_rng(0)
+    samples = [Quaternion(q / np.linalg.norm(q)) for q in rng.normal(size=(4, 4))]
+    often = PiecewiseQuaternionSlerp([0.0, 1.0, 2.0, 3.0], samples)
+    for _ in range(5):
+        often.orientation(0.1)
+        often.value(0.1)
+    for t in (-1.0, 0.0, 0.4, 1.0, 2.2, 3.0, 4.0):
+        first = PiecewiseQuaternionSlerp([0.0, 1.0, 2.0, 3.0], samples)
+        np.testing.assert_array_equal(often.orientation(t).wxyz(), first.orientation(t).wxyz())
+        np.testing.assert_array_equal(often.value(t), first.value(t))
+        assert often.value(t).flags.writeable
+    often.Append(4.0, samples[0])
+    np.testing.assert_allclose(abs(often.orientation(4.0).wxyz() @ samples[0].wxyz()), 1.0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from sheldrake.common._kernels.generic import acos, sin, sqrt
+from sheldrake.common._kernels.poses import of_products, squared
+from sheldrake.common._kernels.vec import write3, write4, write9
 from sheldrake.common.kernel import Matrix, Vector, kernel
 
 
@@ -45,6 +48,96 @@ def polynomials(breaks: Vector, coefficients: Matrix, t: float, out: Matrix) -> 
                 value = value * since + coefficients[at, power]
             out[row, col] = value
             at += 1
+
+
+@kernel(strict=True)
+def horner(coefficients, row, since):
+    value = coefficients[row, coefficients.shape[1] - 1]
+    for power in range(coefficients.shape[1] - 2, -1, -1):
+        value = value * since + coefficients[row, power]
+    return value
+
+
+@kernel(strict=True)
+def position_at(breaks, coefficients, t):
+    """A polynomial of three elements."""
+    last = breaks.shape[0] - 1
+    time = clamped(t, breaks[0], breaks[last])
+    i = interval(breaks, time, 1, last)
+    since = time - breaks[i]
+    return (
+        horner(coefficients, 3 * i, since),
+        horner(coefficients, 3 * i + 1, since),
+        horner(coefficients, 3 * i + 2, since),
+    )
+
+
+@kernel
+def row_of_four(A, i):
+    return (A[i, 0], A[i, 1], A[i, 2], A[i, 3])
+
+
+@kernel(strict=True)
+def slerp_at(breaks, quaternions, t):
+    """Spherical linear interpolation (Shoemake 1985)."""
+    last = breaks.shape[0] - 1
+    time = clamped(t, breaks[0], breaks[last])
+    i = interval(breaks, time, 1, last)
+    fraction = (time - breaks[i]) / (breaks[i + 1] - breaks[i])
+    a, b = row_of_four(quaternions, i), row_of_four(quaternions, i + 1)
+    cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+    if cosine >= 1.0 - 2.220446049250313e-16:
+        u, v = 1.0 - fraction, fraction
+    else:
+        angle = acos(cosine)
+        scale = sin(angle)
+        u, v = sin((1.0 - fraction) * angle) / scale, sin(fraction * angle) / scale
+    return (a[0] * u + b[0] * v, a[1] * u + b[1] * v, a[2] * u + b[2] * v, a[3] * u + b[3] * v)
+
+
+@kernel(strict=True)
+def orientation_at(breaks, quaternions, t):
+    """The same, of length one."""
+    w, x, y, z = slerp_at(breaks, quaternions, t)
+    length = sqrt(w * w + x * x + y * y + z * z)
+    return (w / length, x / length, y / length, z / length)
+
+
+@kernel(top=True, strict=True)
+def slerp(breaks: Vector, quaternions: Matrix, t: float, out: Vector) -> None:
+    """The quaternion between samples, rows of w, x, y, z."""
+    write4(out, 0, slerp_at(breaks, quaternions, t))
+
+
+@kernel(top=True, strict=True)
+def orientation(breaks: Vector, quaternions: Matrix, t: float, out: Vector) -> None:
+    """The unit quaternion between samples, rows of w, x, y, z."""
+    write4(out, 0, orientation_at(breaks, quaternions, t))
+
+
+@kernel(top=True, strict=True)
+def pose_between(
+    breaks: Vector, quaternions: Matrix, p_breaks: Vector, coefficients: Matrix, t: float, R: Vector, p: Vector
+) -> None:
+    """Rotation and position of a polynomial of three elements."""
+    w, x, y, z = orientation_at(breaks, quaternions, t)
+    write9(R, 0, of_products(2.0 / squared(w, x, y, z), w, x, y, z))
+    write3(p, 0, position_at(p_breaks, coefficients, t))
+
+
+@kernel(top=True, strict=True)
+def twist_between(
+    breaks: Vector, velocities: Matrix, p_breaks: Vector, coefficients: Matrix, t: float, out: Vector
+) -> None:
+    """Angular velocity of the segment, by rows, and the value of a polynomial; zero outside."""
+    last = breaks.shape[0] - 1
+    if breaks[0] <= t and t <= breaks[last]:
+        i = interval(breaks, t, 1, last)
+        write3(out, 0, (velocities[i, 0], velocities[i, 1], velocities[i, 2]))
+        write3(out, 3, position_at(p_breaks, coefficients, t))
+    else:
+        write3(out, 0, (0.0, 0.0, 0.0))
+        write3(out, 3, (0.0, 0.0, 0.0))
 
 
 @kernel(top=True, strict=True)

@@ -142,6 +142,11 @@ class FrozenModel:
         return np.array([self.start_of(body) for body in self.row_bodies], np.int64)
 
     @cached_property
+    def mass_of_bodies_at(self) -> np.ndarray:
+        """The same without the world."""
+        return self.mass_at[1:]
+
+    @cached_property
     def damping_at(self) -> np.ndarray:
         """Where in p the damping of each velocity is."""
         at = np.zeros(self.nv, np.int64)
