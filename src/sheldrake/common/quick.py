@@ -35,7 +35,11 @@ class Slots(NamedTuple):
 
 
 Form = Slots | type | tuple[int, ...]
-"""What a short way takes or gives: the shape of a float64 array, `float`, for answers also `bool`, or `Slots`."""
+"""What a short way takes or gives: the shape of a float64 array, `float`, for answers also `bool`, or `Slots`.
+
+It may take vectors of `ANY` length, which are the kernel's to write, too.
+"""
+ANY = (-1,)
 
 
 def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, gives: Form, frozen: bool = True) -> Any:
@@ -138,7 +142,7 @@ class _Writer:
             shape, example = list(builtin.NUMBER), 0.0
         else:
             assert isinstance(leaf, tuple)
-            shape, example = [len(leaf), *leaf, 0][:3], np.zeros(int(np.prod(leaf)))
+            shape, example = [len(leaf), *leaf, 0][:3], np.zeros(abs(int(np.prod(leaf))))
         self.taken.append([argument, *hops, *([0] * (4 - len(hops))), *shape])
         self.given.append(example)
 

@@ -95,6 +95,9 @@ class Trajectory:
         Raises:
             RuntimeError: the values are matrices.
         """
+        ask = self._queries.get("many")
+        if ask is not None and type(values := ask(t)) is np.ndarray:
+            return values
         times = self._scalars("vector_values", t)
         rows, cols = self.rows(), self.cols()
         if rows != 1 and cols != 1:
@@ -102,8 +105,15 @@ class Trajectory:
                 "vector_values(): This method only supports vector-valued trajectories; "
                 f"the values are {rows} x {cols}."
             )
+        ask = self._soon("many", self._make_query_of_many) if self._HAS_QUERIES else None
+        if ask is not None and type(values := ask(np.array(times))) is np.ndarray:
+            return values
         out = self._vector_values(times)
         return out if cols == 1 else out.T
+
+    def _make_query_of_many(self, key: str) -> Query | None:
+        """A function of an array of times that gives `vector_values` of plain numbers. None where there is none."""
+        return None
 
     def _vector_values(self, times: list) -> np.ndarray:
         """Values at many times as columns."""
@@ -302,6 +312,29 @@ def query(kernel: Kernel, *args: KernelArgument, out: np.ndarray) -> Query | Non
     if not (calls.native and builtin.available()):
         return None
     return calls.query(kernel, *args, out, given=("t",), answer=out)
+
+
+def query_of_many(kernel: Kernel, *args: np.ndarray, shape: tuple[int, int]) -> Query | None:
+    """A query of a kernel that is given times and fills a row for each element; None where there is no native code.
+
+    Args:
+        kernel: The kernel.
+        args: What comes before times.
+        shape: Of a value: a column or a row.
+    """
+    from sheldrake.common import quick
+
+    ask, size, column = quick.query(kernel, *args, takes=(quick.ANY, quick.ANY), gives=bool), max(shape), shape[1] == 1
+
+    def values(times: Any) -> np.ndarray | None:
+        if type(times) is not np.ndarray or times.ndim != 1:
+            return None
+        out = np.empty((size, times.size))
+        if ask(times, out.reshape(-1)) is None:
+            return None
+        return out if column else out.T
+
+    return values if ask is not None else None
 
 
 _NEVER = np.zeros(1, np.int64)

@@ -726,3 +726,38 @@ def test_orientations_asked_often_are_those_of_the_long_way():
         assert often.value(t).flags.writeable
     often.Append(4.0, samples[0])
     np.testing.assert_allclose(abs(often.orientation(4.0).wxyz() @ samples[0].wxyz()), 1.0)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: PiecewisePolynomial.CubicShapePreserving([0.0, 0.5, 2.0], [[1.0, 2.0, 0.5], [0.0, 1.0, -1.0]]),
+        lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 0.5, 2.0], [[1.0, 2.0, 0.5]]),
+        lambda: PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.arange(6.0).reshape(2, 1, 3)),
+        lambda: PiecewisePolynomial(np.array([[1.0], [2.0]])),
+        lambda: BsplineTrajectory(BsplineBasis(3, 5, initial_parameter_value=0.0, final_parameter_value=2.0),
+                                  np.arange(10.0).reshape(2, 5) ** 2),
+        lambda: BezierCurve(0.0, 2.0, np.arange(10.0).reshape(2, 5) ** 2),
+    ],
+    ids=["cubic", "steps", "row", "constant", "spline", "curve"],
+)  # fmt: skip
+def test_many_values_asked_often_are_those_of_single_times(make):
+    often = make()
+    for _ in range(6):
+        often.vector_values([0.1, 0.2])
+    for times in (np.linspace(-1.0, 3.0, 50), [0.3, 1, 2.0], np.zeros(0), [], np.array([[0.1, 0.7]])):
+        found = often.vector_values(times)
+        expected = [make().value(t).ravel() for t in np.ravel(times)]
+        size = max(often.rows(), often.cols())
+        columns = found if often.cols() == 1 else found.T
+        np.testing.assert_array_equal(columns, np.reshape(expected, (-1, size)).T)
+    with pytest.raises(TypeError):
+        often.vector_values("soon")
+
+
+def test_many_values_know_of_what_was_appended():
+    trajectory = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 1.0]])
+    for _ in range(6):
+        trajectory.vector_values(np.array([0.5, 1.5]))
+    trajectory.AppendFirstOrderSegment(2.0, [[5.0]])
+    np.testing.assert_array_equal(trajectory.vector_values(np.array([0.5, 1.5])), [[0.5, 3.0]])

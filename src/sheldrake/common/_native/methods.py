@@ -14,7 +14,8 @@ Layout of a block, in words:
     5  Py_IncRef                               12  PyFloat_FromDouble
     13 ... rows that take numbers: which argument; which of the kernel's words; a type that the argument must have, or
            0, and how many bytes into it stands the object to go on with; the same of that object; number of axes and
-           lengths of the two first, or, for a float, -1 and two types that it may have
+           lengths of the two first, a first of -1 for any, which the kernel is told; or, for a float, -1 and two types
+           that it may have
        ... rows that make objects, the last of them the answer:
            0, address of an array that is copied, which flags of the copy stay;
            1, address of a double;
@@ -126,7 +127,9 @@ has_shape:                                ; there are one or two axes, and behin
   %length_0 = load i64, ptr %shape
   %length_1_at = getelementptr i64, ptr %shape, i64 1
   %length_1 = load i64, ptr %length_1_at
-  %length_0_fits = icmp eq i64 %length_0, %n0
+  %length_0_same = icmp eq i64 %length_0, %n0
+  %any_length = icmp slt i64 %n0, 0
+  %length_0_fits = or i1 %length_0_same, %any_length
   %length_1_same = icmp eq i64 %length_1, %n1
   %one_axis = icmp eq i64 %axes, 1
   %length_1_fits = or i1 %length_1_same, %one_axis
@@ -137,6 +140,12 @@ take_array:
   %data = load i64, ptr %data_at
   %offset = lshr i64 %data, 3
   store i64 %offset, ptr %word
+  br i1 %any_length, label %measure, label %taken
+measure:
+  %length_word = getelementptr i64, ptr %word, i64 1
+  store i64 %length_0, ptr %length_word
+  br label %taken
+taken:
   ret i1 true
 no:
   ret i1 false

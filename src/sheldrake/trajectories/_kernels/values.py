@@ -25,6 +25,23 @@ def interval(knots, t, low, high):
     return low - 1
 
 
+@kernel(strict=True)
+def horner(coefficients, row, since):
+    value = coefficients[row, coefficients.shape[1] - 1]
+    for power in range(coefficients.shape[1] - 2, -1, -1):
+        value = value * since + coefficients[row, power]
+    return value
+
+
+@kernel(strict=True)
+def segment_at(breaks, t):
+    """The segment at a time, and how long it has lasted; outside the breaks at the nearest one."""
+    last = breaks.shape[0] - 1
+    time = clamped(t, breaks[0], breaks[last])
+    i = interval(breaks, time, 1, last)
+    return i, time - breaks[i]
+
+
 @kernel(top=True, strict=True)
 def polynomials(breaks: Vector, coefficients: Matrix, t: float, out: Matrix) -> None:
     """Values of piecewise polynomials by Horner's rule; outside the breaks those at the nearest one.
@@ -36,35 +53,29 @@ def polynomials(breaks: Vector, coefficients: Matrix, t: float, out: Matrix) -> 
         out: Shape (rows, cols).
     """
     rows, cols = out.shape
-    last, degree = breaks.shape[0] - 1, coefficients.shape[1] - 1
-    time = clamped(t, breaks[0], breaks[last])
-    i = interval(breaks, time, 1, last)
-    since = time - breaks[i]
+    i, since = segment_at(breaks, t)
     at = i * rows * cols
     for row in range(rows):
         for col in range(cols):
-            value = coefficients[at, degree]
-            for power in range(degree - 1, -1, -1):
-                value = value * since + coefficients[at, power]
-            out[row, col] = value
+            out[row, col] = horner(coefficients, at, since)
             at += 1
 
 
-@kernel(strict=True)
-def horner(coefficients, row, since):
-    value = coefficients[row, coefficients.shape[1] - 1]
-    for power in range(coefficients.shape[1] - 2, -1, -1):
-        value = value * since + coefficients[row, power]
-    return value
+@kernel(top=True, strict=True)
+def polynomials_at_times(breaks: Vector, coefficients: Matrix, times: Vector, out: Vector, done: Vector) -> None:
+    """The same at many times; `out` has a row of times for each element."""
+    n, size = times.shape[0], coefficients.shape[0] // (breaks.shape[0] - 1)
+    for k in range(n):
+        i, since = segment_at(breaks, times[k])
+        for element in range(size):
+            out[element * n + k] = horner(coefficients, i * size + element, since)
+    done[0] = 1.0
 
 
 @kernel(strict=True)
 def position_at(breaks, coefficients, t):
     """A polynomial of three elements."""
-    last = breaks.shape[0] - 1
-    time = clamped(t, breaks[0], breaks[last])
-    i = interval(breaks, time, 1, last)
-    since = time - breaks[i]
+    i, since = segment_at(breaks, t)
     return (
         horner(coefficients, 3 * i, since),
         horner(coefficients, 3 * i + 1, since),
@@ -140,18 +151,9 @@ def twist_between(
         write3(out, 3, (0.0, 0.0, 0.0))
 
 
-@kernel(top=True, strict=True)
-def spline(knots: Vector, points: Matrix, t: float, work: Matrix, out: Matrix) -> None:
-    """The value of a B-spline by de Boor's rule; outside its time those at the ends.
-
-    Args:
-        knots: Shape (num_points + order,).
-        points: A row for each control point.
-        t: Time.
-        work: Shape (order, rows * cols).
-        out: Shape (rows, cols).
-    """
-    rows, cols = out.shape
+@kernel(strict=True)
+def de_boor(knots, points, t, work):
+    """The value of a B-spline, in the last row of `work`, by de Boor's rule; outside its time those at the ends."""
     order, size = work.shape
     last = points.shape[0] - 1
     time = clamped(t, knots[order - 1], knots[last + 1])
@@ -166,6 +168,32 @@ def spline(knots: Vector, points: Matrix, t: float, work: Matrix, out: Matrix) -
             beta = 1.0 - alpha
             for k in range(size):
                 work[j, k] = work[j - 1, k] * beta + work[j, k] * alpha
+
+
+@kernel(top=True, strict=True)
+def spline(knots: Vector, points: Matrix, t: float, work: Matrix, out: Matrix) -> None:
+    """The value of a B-spline.
+
+    Args:
+        knots: Shape (num_points + order,).
+        points: A row for each control point.
+        t: Time.
+        work: Shape (order, rows * cols).
+        out: Shape (rows, cols).
+    """
+    rows, cols = out.shape
+    de_boor(knots, points, t, work)
     for row in range(rows):
         for col in range(cols):
-            out[row, col] = work[order - 1, row * cols + col]
+            out[row, col] = work[work.shape[0] - 1, row * cols + col]
+
+
+@kernel(top=True, strict=True)
+def spline_at_times(knots: Vector, points: Matrix, work: Matrix, times: Vector, out: Vector, done: Vector) -> None:
+    """The same at many times; `out` has a row of times for each element."""
+    n = times.shape[0]
+    for k in range(n):
+        de_boor(knots, points, times[k], work)
+        for element in range(work.shape[1]):
+            out[element * n + k] = work[work.shape[0] - 1, element]
+    done[0] = 1.0
