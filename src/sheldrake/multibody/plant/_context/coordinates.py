@@ -75,6 +75,7 @@ class Coordinates:
         self._names: dict[tuple, list[str]] = {}
         self._limits_of_joints: dict[tuple[str, int], np.ndarray] = {}
         self._limits_changed = -1
+        self._actuation_matrix: np.ndarray | None = None
 
     # --- which
 
@@ -532,11 +533,13 @@ class Coordinates:
 
     def MakeActuationMatrix(self) -> np.ndarray:
         """B with generalized forces = B u; shape (nv, num_actuated_dofs)."""
-        model = self._elements.model("MakeActuationMatrix")
-        B = np.zeros((model.nv, model.nu))
-        for a in model.actuators:
-            B[a.joint()._v_start, a._input_start] = 1.0
-        return B
+        if self._actuation_matrix is None:
+            model = self._elements.model("MakeActuationMatrix")
+            B = np.zeros((model.nv, model.nu))
+            for a in model.actuators:
+                B[a.joint()._v_start, a._input_start] = 1.0
+            self._actuation_matrix = B
+        return self._actuation_matrix.copy()
 
     def MakeActuationMatrixPseudoinverse(self) -> csc_matrix:
         """B⁺ with u = B⁺ tau, a scipy.sparse.csc_matrix; shape (num_actuated_dofs, nv)."""
