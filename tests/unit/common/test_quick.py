@@ -117,6 +117,9 @@ CALLS = {
     "power again": lambda t: t["V"] @ t["F"],
     "energy": lambda t: t["V"].dot(t["L"]),
     "inertia": lambda t: SpatialInertia(3.0, -t["p"], t["G"]),
+    "inertia of a central one": lambda t: SpatialInertia.MakeFromCentralInertia(
+        2.0, t["p"], RotationalInertia(1.0, 2.0, 2.5, 0.1, 0.2, 0.3)
+    ),
     "inertia of numbers": lambda t: RotationalInertia(1.0, 2.0, 3.0, 0.1, 0.2, 0.3),
     "inertia of moments": lambda t: UnitInertia(1.0, 2.0, 2.5),
     "inertia turned": lambda t: t["M"].ReExpress(t["R"]),

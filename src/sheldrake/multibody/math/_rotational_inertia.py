@@ -22,7 +22,7 @@ from sheldrake.common._scalars import (
     scalar,
     vector,
 )
-from sheldrake.common.quick import short_way
+from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RotationMatrix, RotationMatrix_
 from sheldrake.multibody.math._kernels import spatial
 from sheldrake.multibody.math._spatial_vectors import cross
@@ -372,4 +372,5 @@ class RotationalInertia(ScalarBase):
 _diagonal = short_way(globals(), "_diagonal", spatial.inertia_of_moments, *[float] * 3, gives=(3, 3))
 _full = short_way(globals(), "_full", spatial.inertia_of_numbers, *[float] * 6, gives=(3, 3))
 
+ROTATIONAL_INERTIA = Slots(RotationalInertia, {"_I": (3, 3)})
 RotationalInertia_ = ScalarTemplate("RotationalInertia_", RotationalInertia, scope="sheldrake.multibody.math")

@@ -27,7 +27,7 @@ from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RigidTransform, RotationMatrix, RotationMatrix_
 from sheldrake.math._rotation_matrix import ROTATION
 from sheldrake.multibody.math._kernels import spatial
-from sheldrake.multibody.math._rotational_inertia import RotationalInertia_, floats, point_mass
+from sheldrake.multibody.math._rotational_inertia import ROTATIONAL_INERTIA, RotationalInertia_, floats, point_mass
 from sheldrake.multibody.math._spatial_vectors import (
     SpatialAcceleration_,
     SpatialForce_,
@@ -143,6 +143,8 @@ class SpatialInertia(ScalarBase):
         Raises:
             RuntimeError: no body can have this inertia.
         """
+        if cls._T is float and (made := _about_centre(mass, p_PScm_E, I_SScm_E)) is not None:
+            return made
         call, T = "MakeFromCentralInertia", cls._T
         mass = cls._argument(call, scalar(T), mass=mass)
         p = cls._argument(call, vector(T, 3), p_PScm_E=p_PScm_E)
@@ -443,6 +445,9 @@ class SpatialInertia(ScalarBase):
 
 _INERTIA = Slots(SpatialInertia, {"_mass": float, "_p": (3,), "_G": UNIT_INERTIA})
 _plausible = short_way(globals(), "_plausible", spatial.plausible_inertia, float, (3,), UNIT_INERTIA, gives=_INERTIA)
+_about_centre = short_way(
+    globals(), "_about_centre", spatial.inertia_of_central, float, (3,), ROTATIONAL_INERTIA, gives=_INERTIA
+)
 _box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=_INERTIA)
 _sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=_INERTIA)
 _turn = short_way(globals(), "_turn", spatial.turn_inertia, _INERTIA, ROTATION, gives=_INERTIA)

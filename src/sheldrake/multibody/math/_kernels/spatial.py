@@ -133,18 +133,38 @@ def is_plausible(I):
     return trace + spare < 1e300 and a + slack >= spare and a + b + slack >= c + 3.0 * spare
 
 
+@kernel(strict=True)
+def put_plausible(mass, p, G, mass_out, p_out, G_out):
+    """Writes an inertia that is clearly one of a body."""
+    x, y, z = p
+    if not (0.0 <= mass and mass < 1e300 and abs(x) < 1e150 and abs(y) < 1e150 and abs(z) < 1e150):
+        return NOT_PLAUSIBLE
+    if not is_plausible(minus(G, unit_particle(p))):
+        return NOT_PLAUSIBLE
+    mass_out[0] = mass
+    write3(p_out, 0, p)
+    write9(G_out, 0, G)
+    return 0
+
+
 @kernel(top=True, strict=True)
 def plausible_inertia(mass: float, p: Vector, G: Vector, mass_out: Vector, p_out: Vector, G_out: Vector) -> int:
     """The same numbers, if they are clearly those of a body."""
-    x, y, z = read3(p, 0)
-    if not (0.0 <= mass and mass < 1e300 and abs(x) < 1e150 and abs(y) < 1e150 and abs(z) < 1e150):
+    return put_plausible(mass, read3(p, 0), read9(G, 0), mass_out, p_out, G_out)
+
+
+@kernel(top=True, strict=True)
+def inertia_of_central(mass: float, p: Vector, I: Vector, mass_out: Vector, p_out: Vector, G_out: Vector) -> int:
+    """The inertia of a body whose rotational inertia about its centre of mass is I."""
+    if not mass > 0.0:
         return NOT_PLAUSIBLE
-    if not is_plausible(minus(read9(G, 0), unit_particle((x, y, z)))):
-        return NOT_PLAUSIBLE
-    mass_out[0] = mass
-    write3(p_out, 0, (x, y, z))
-    write9(G_out, 0, read9(G, 0))
-    return 0
+    particle = unit_particle(read3(p, 0))
+    G = (
+        I[0] / mass + particle[0], I[1] / mass + particle[1], I[2] / mass + particle[2],
+        I[3] / mass + particle[3], I[4] / mass + particle[4], I[5] / mass + particle[5],
+        I[6] / mass + particle[6], I[7] / mass + particle[7], I[8] / mass + particle[8],
+    )  # fmt: skip
+    return put_plausible(mass, read3(p, 0), G, mass_out, p_out, G_out)
 
 
 @kernel(top=True, strict=True)
