@@ -5,7 +5,8 @@
 Robots: arm (seven joints), cart-pole (SDFormat), quadruped, chain (made by calls, no file), and, with
 example-robot-data or SHELDRAKE_ROBOTS, panda and romeo (59 bodies), whose meshes are replaced by their hulls. Both
 libraries take turns in one process; the mean of a turn counts, and the best turn. `--first` shows the first build of a
-process instead, what comes after `import ....all`, with kernels compiled before; the best of some processes.
+process instead, with kernels and Python's bytecode made before: the import of `....all`, what comes after it, and both
+("process"); the best of some processes.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -165,18 +167,19 @@ def measured(path: pathlib.Path | None, rounds: int) -> dict[str, np.ndarray]:
 def measured_first(path: pathlib.Path | None, rounds: int) -> dict[str, np.ndarray]:
     """The stages' times in the first build of a process, by library [s]."""
     best: dict[str, np.ndarray] = {}
-    for _ in range(rounds):
-        for name in LIBRARIES:
+    with tempfile.TemporaryDirectory() as bytecode:  # as where people run programs again, whatever is set here
+        environment = {**os.environ, "PYTHONPYCACHEPREFIX": bytecode, "PYTHONDONTWRITEBYTECODE": ""}
+        for name in (*LIBRARIES, *LIBRARIES * rounds):
             command = [sys.executable, __file__, "--one", name, str(path or "")]
-            done = subprocess.run(command, capture_output=True, text=True, check=True)
+            done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
             found = np.array(json.loads(done.stdout.splitlines()[-1]))
             best[name] = np.minimum(best.get(name, found), found)
     return best
 
 
-def report(robot: str, best: dict[str, np.ndarray]) -> None:
+def report(robot: str, best: dict[str, np.ndarray], stages: tuple[str, ...]) -> None:
     """Prints a table of a robot's stages."""
-    print(f"\n{robot:16s}" + "".join(f"{stage:>12s}" for stage in STAGES))
+    print(f"\n{robot:16s}" + "".join(f"{stage:>12s}" for stage in stages))
     for name in LIBRARIES:
         print(f"{name:16s}" + "".join(f"{1e3 * seconds:12.3f}" for seconds in best[name]))
     ratios = best["sheldrake"] / best["pydrake"]
@@ -193,13 +196,20 @@ def main() -> None:
     warnings.simplefilter("ignore")
     if options.one:
         package, path = options.one
-        print(json.dumps(build(importlib.import_module(f"{package}.all"), pathlib.Path(path) if path else None)))
+        start = time.process_time()
+        lib = importlib.import_module(f"{package}.all")
+        imported = time.process_time() - start
+        times = build(lib, pathlib.Path(path) if path else None)
+        print(json.dumps([*times, imported, imported + times[STAGES.index("all")]]))
         return
     print(machine())
     with tempfile.TemporaryDirectory() as folder:
         for robot, path in files(pathlib.Path(folder)).items():
             if not options.robots or robot in options.robots:
-                report(robot, (measured_first if options.first else measured)(path, options.rounds))
+                if options.first:
+                    report(robot, measured_first(path, options.rounds), (*STAGES, "import", "process"))
+                else:
+                    report(robot, measured(path, options.rounds), STAGES)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Overload, overload
@@ -19,10 +20,12 @@ from sheldrake.common._scalars import (
     as_scalar,
     matrix,
     new_array,
+    plain_vector,
     scalar,
     vector,
 )
 from sheldrake.common._turning import check_unit
+from sheldrake.common.quick import Slots, short_way
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -54,6 +57,11 @@ class AngleAxis(ScalarBase):
         Raises:
             RuntimeError: the length of the axis is not one (to 1e-5).
         """
+        if len(args) == 2 and type(args[0]) is float is self._T and not kwargs:
+            axis = _unit(plain_vector(args[1]) if type(args[1]) is list else args[1])
+            if axis is not None:
+                self._angle, self._axis = args[0], axis
+                return
         self._choose("init", args, kwargs)
 
     @staticmethod
@@ -148,5 +156,8 @@ class AngleAxis(ScalarBase):
 
     __repr__ = __str__
 
+
+ANGLE_AXIS = Slots(AngleAxis, {"_angle": float, "_axis": (3,)})
+_unit = short_way(globals(), "_unit", poses.unit_vector, (3,), gives=(3,))
 
 AngleAxis_ = ScalarTemplate("AngleAxis_", AngleAxis, scope="sheldrake.common.eigen_geometry")

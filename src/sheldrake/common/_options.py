@@ -33,8 +33,10 @@ class _NamesAndTypes:
     """`__fields__` of a class of settings; types are looked up when asked for, so that making a class costs little."""
 
     def __get__(self, _: Any, cls: Any) -> tuple[SimpleNamespace, ...]:
-        hints = typing.get_type_hints(SimpleNamespace(__annotations__=cls._kinds()))  # without sizes of vectors
-        return tuple(SimpleNamespace(name=name, type=kind) for name, kind in hints.items())
+        if "_named" not in vars(cls):
+            hints = typing.get_type_hints(SimpleNamespace(__annotations__=cls._kinds()))  # without sizes of vectors
+            cls._named = tuple(SimpleNamespace(name=name, type=kind) for name, kind in hints.items())
+        return cls._named
 
 
 class Options:

@@ -8,12 +8,14 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalar_math import acos, select, sin
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, matrix, new_array, scalar, vector
 from sheldrake.common._turning import check_unit, only_argument, turn
+from sheldrake.common.quick import Slots, short_way
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,8 +48,10 @@ class Quaternion(ScalarBase):
         Raises:
             RuntimeError: its length is not one (to 1e-5).
         """
-        if self._T is float and len(args) == 4 and not kwargs and all([isinstance(x, (float, int)) for x in args]):
-            self._set_four(*args)
+        if self._T is float and len(args) == 4 and not kwargs and (wxyz := _four(*args)) is not None:
+            self._wxyz = wxyz
+        elif self._T is float and len(args) == 1 and not kwargs and (wxyz := _short_four(args[0])) is not None:
+            self._wxyz = wxyz
         else:
             self._choose("init", args, kwargs)
 
@@ -134,6 +138,8 @@ class Quaternion(ScalarBase):
 
     def rotation(self) -> np.ndarray:
         """The rotation matrix, shape (3, 3)."""
+        if (R := _rotation(self)) is not None:
+            return R
         return rotations.unit_quaternion_to_matrix(self._T, self._wxyz).copy()
 
     def set_rotation(self, rotation: Scalars, /) -> None:
@@ -147,6 +153,8 @@ class Quaternion(ScalarBase):
     def multiply(self, vector: Scalars) -> np.ndarray: ...
     def multiply(self, *args: Any, **kwargs: Any) -> Quaternion | np.ndarray:
         """The product with another quaternion, or a vector (3,) or several (3, n) turned by this one."""
+        if len(args) == 1 and not kwargs and (made := _short_product(self, args[0])) is not None:
+            return made
         value = only_argument(self, "multiply", ("other", "vector"), args, kwargs)
         if isinstance(value, self._plain_class()):
             return self._make(rotations.quaternion_product(self._wxyz.tolist(), value._wxyz.tolist()))
@@ -158,10 +166,14 @@ class Quaternion(ScalarBase):
     @typing_overload
     def __matmul__(self, other: Scalars) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Quaternion | np.ndarray:
+        if (made := _short_product(self, other)) is not None:
+            return made
         return self.multiply(other)
 
     def inverse(self) -> Self:
         """The quaternion of the opposite rotation."""
+        if (made := _inverse(self)) is not None:
+            return made
         w, x, y, z = self._wxyz.tolist()
         n = rotations.norm2(x, y, z, w)
         return self._make((w / n, -x / n, -y / n, -z / n))
@@ -199,6 +211,25 @@ class Quaternion(ScalarBase):
         return f"{pretty_class_name(type(self))}(w={self.w()}, x={self.x()}, y={self.y()}, z={self.z()})"
 
     __repr__ = __str__
+
+
+QUATERNION = Slots(Quaternion, {"_wxyz": (4,)})
+_four = short_way(globals(), "_four", poses.unit_quaternion, float, float, float, float, gives=(4,))
+_rotation = short_way(globals(), "_rotation", poses.rotation_of_unit_quaternion, QUATERNION, gives=(3, 3), frozen=False)
+_product = short_way(globals(), "_product", poses.multiply_quaternions, QUATERNION, QUATERNION, gives=QUATERNION)
+_turn = short_way(globals(), "_turn", poses.turn_by_quaternion, QUATERNION, (3,), gives=(3,), frozen=False)
+_inverse = short_way(globals(), "_inverse", poses.invert_quaternion, QUATERNION, gives=QUATERNION)
+
+
+_unit = short_way(globals(), "_unit", poses.unit_vector, (4,), gives=(4,))
+
+
+def _short_four(wxyz: Any) -> Any:
+    return _four(*wxyz) if type(wxyz) is list and len(wxyz) == 4 else _unit(wxyz)
+
+
+def _short_product(q: Any, other: Any) -> Any:
+    return _turn(q, other) if type(other) is np.ndarray else _product(q, other)
 
 
 Quaternion_ = ScalarTemplate("Quaternion_", Quaternion, scope="sheldrake.common.eigen_geometry")

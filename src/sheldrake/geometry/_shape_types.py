@@ -121,7 +121,12 @@ def type_of(shape: Shape) -> ShapeType:
 
 def centred(volume: float, xx: float, yy: float, zz: float) -> MassProperties:
     """Mass properties of a shape about its centre, from its volume [m^3] and the mean squares of x, y, z [m^2]."""
-    return MassProperties(volume, np.zeros(3), volume * np.diag([yy + zz, xx + zz, xx + yy]))
+    moments = [[volume * (yy + zz), 0.0, 0.0], [0.0, volume * (xx + zz), 0.0], [0.0, 0.0, volume * (xx + yy)]]
+    return MassProperties(volume, np.zeros(3), np.array(moments))
+
+
+def _mass_of_box(x: float, y: float, z: float) -> MassProperties:
+    return centred(x * y * z, x * x / 12.0, y * y / 12.0, z * z / 12.0)
 
 
 def _mass_of_ellipsoid(axes: np.ndarray) -> MassProperties:
@@ -170,7 +175,7 @@ _ROWS = (
         half_sizes=lambda s: tuple(s.size() / 2.0),
         bound=lambda s: float(np.linalg.norm(s.size() / 2.0)),
         box=lambda s: s.size() / 2.0,
-        mass=lambda s: centred(float(np.prod(s.size())), *(s.size() ** 2 / 12.0)),
+        mass=lambda s: _mass_of_box(s.width(), s.depth(), s.height()),
         surface=lambda s: _scaled(unit_cube(), s.size()),
         pressure=lambda s, hint, margin: meshes.box_mesh(s.size() / 2.0, margin),
         urdf=(Tag("box", ("size",)),),

@@ -53,6 +53,14 @@ def _measures(shape: str, names: tuple[str, ...], args: tuple, kwargs: dict) -> 
     return {name: given[name] for name in names}
 
 
+def _given(shape: str, names: tuple[str, ...], args: tuple, kwargs: dict) -> tuple[float, ...]:
+    """The measures of `Shape(a, b, c)`, `Shape(a=..)` or `Shape(measures)`, which must be finite and positive."""
+    if len(args) == len(names) and not kwargs:  # nearly always
+        if all([(type(x) is float or type(x) is int) and 0.0 < x < math.inf for x in args]):
+            return tuple(map(float, args))
+    return _checked(shape, **_measures(shape, names, args, kwargs))
+
+
 class Shape:
     """Base of all shapes. Shapes do not change after construction."""
 
@@ -109,7 +117,7 @@ class Box(Shape):
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        self._width, self._depth, self._height = _checked("Box", **_measures("Box", self._names, args, kwargs))
+        self._width, self._depth, self._height = _given("Box", self._names, args, kwargs)
 
     @classmethod
     def MakeCube(cls, edge_size: float) -> Box:
@@ -143,7 +151,7 @@ class Cylinder(Shape):
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        self._radius, self._length = _checked("Cylinder", **_measures("Cylinder", self._names, args, kwargs))
+        self._radius, self._length = _given("Cylinder", self._names, args, kwargs)
 
     def radius(self) -> float:
         """Radius [m]."""
@@ -164,7 +172,7 @@ class Capsule(Shape):
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        self._radius, self._length = _checked("Capsule", **_measures("Capsule", self._names, args, kwargs))
+        self._radius, self._length = _given("Capsule", self._names, args, kwargs)
 
     def radius(self) -> float:
         """Radius [m]."""
@@ -185,7 +193,7 @@ class Ellipsoid(Shape):
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        self._a, self._b, self._c = _checked("Ellipsoid", **_measures("Ellipsoid", self._names, args, kwargs))
+        self._a, self._b, self._c = _given("Ellipsoid", self._names, args, kwargs)
 
     def a(self) -> float:
         """Semi-axis along Gx [m]."""
@@ -238,7 +246,7 @@ class MeshcatCone(Shape):
         if "height" in kwargs or (len(args) == 1 and np.ndim(args[0]) == 0) or len(args) == 2:
             kwargs = {**{"a": 1.0, "b": 1.0}, **dict(zip(self._names, args)), **kwargs}
             args = ()
-        values = _checked("MeshcatCone", **_measures("MeshcatCone", self._names, args, kwargs))
+        values = _given("MeshcatCone", self._names, args, kwargs)
         self._height, self._a, self._b = values
 
     def height(self) -> float:

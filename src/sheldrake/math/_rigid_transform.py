@@ -12,6 +12,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, incompatible, kind, overload
@@ -31,8 +32,9 @@ from sheldrake.common._scalars import (
     zeros,
 )
 from sheldrake.common.eigen_geometry import AngleAxis_, Isometry3_, Quaternion_
+from sheldrake.common.quick import Slots, short_way
 from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
-from sheldrake.math._rotation_matrix import PLAIN_MATRICES, RotationMatrix, RotationMatrix_
+from sheldrake.math._rotation_matrix import PLAIN_MATRICES, ROTATION, RotationMatrix, RotationMatrix_
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -94,8 +96,19 @@ class RigidTransform(ScalarBase):
                 self._R = R = _new(RotationMatrix)
                 R._M, self._p = matrix_of(orientation), p
                 return
+        elif len(args) == 1 and not kwargs and self._T is float:
+            if (p := plain_vector(args[0])) is not None:
+                self._R = R = _new(RotationMatrix)
+                R._M, self._p = _UNIT, p
+                return
+            if (made := _of_matrix(args[0])) is not None:
+                self._R, self._p = made._R, made._p
+                return
         if args or kwargs:
             self._choose("init", args, kwargs)
+        elif self._T is float:
+            self._R = R = _new(RotationMatrix)
+            R._M, self._p = _UNIT, _ORIGIN
         else:
             self._R, self._p = RotationMatrix_[self._T](), zeros(self._T, 3)
 
@@ -241,16 +254,23 @@ class RigidTransform(ScalarBase):
 
     def set_translation(self, p: Scalars) -> None:
         """Replace the position p_AoBo_A [m], shape (3,)."""
+        if self._T is float and (plain := plain_vector(p)) is not None:
+            self._p = plain
+            return
         self._p = self._argument("set_translation", vector(self._T, 3), p=p)
 
     def GetAsMatrix4(self) -> np.ndarray:
         """The homogeneous matrix, shape (4, 4)."""
+        if (made := _matrix4(self)) is not None:
+            return made
         X = identity(self._T, 4).copy()
         X[:3, :3], X[:3, 3] = self._R._M, self._p
         return X
 
     def GetAsMatrix34(self) -> np.ndarray:
         """Its first three rows, shape (3, 4)."""
+        if (made := _matrix34(self)) is not None:
+            return made
         return np.concatenate((self._R._M, self._p.reshape(3, 1)), axis=1)
 
     def GetAsIsometry3(self) -> Isometry3:
@@ -259,11 +279,15 @@ class RigidTransform(ScalarBase):
 
     def inverse(self) -> RigidTransform:
         """X_BA of this X_AB."""
+        if (made := _inverse(self)) is not None:
+            return made
         M = self._R._M.T.copy()
         return self._make(M, -M.dot(self._p))
 
     def InvertAndCompose(self, other: RigidTransform) -> RigidTransform:
         """X_BC of this X_AB and another X_AC."""
+        if (made := _between(self, other)) is not None:
+            return made
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         M = self._R._M.T
         return self._make(M.dot(other._R._M), M.dot(other._p - self._p))
@@ -287,11 +311,9 @@ class RigidTransform(ScalarBase):
     @typing_overload
     def __matmul__(self, other: ArrayLike) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Any:
+        if (made := _compose(self, other)) is not None:
+            return made
         M = self._R._M
-        if type(other) is RigidTransform and type(self) is RigidTransform:  # the one that has to be quick
-            p = M.dot(other._p)
-            p += self._p
-            return self._make(M.dot(other._R._M), p)
         T = self._T
         if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
             return self._make(M.dot(other._R._M), M.dot(other._p) + self._p)  # type: ignore[attr-defined]
@@ -346,6 +368,8 @@ class RigidTransform(ScalarBase):
 
     def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
         """Whether no number is further than `tolerance` from that of `other`."""
+        if (near := _are_near(self, other, tolerance)) is not None:
+            return near
         return at_most(self.GetMaximumAbsoluteDifference(other), tolerance, self._T)
 
     def GetMaximumAbsoluteDifference(self, other: Any) -> float:
@@ -383,5 +407,15 @@ def _array_of_numbers(T: type, value: object) -> np.ndarray:
         raise Mismatch
     return array
 
+
+POSE = Slots(RigidTransform, {"_R": ROTATION, "_p": (3,)})
+_UNIT, _ORIGIN = identity(float, 3), zeros(float, 3)
+_compose = short_way(globals(), "_compose", poses.compose_poses, POSE, POSE, gives=POSE)
+_inverse = short_way(globals(), "_inverse", poses.invert_pose, POSE, gives=POSE)
+_between = short_way(globals(), "_between", poses.invert_and_compose_poses, POSE, POSE, gives=POSE)
+_are_near = short_way(globals(), "_are_near", poses.are_poses_near, POSE, POSE, float, gives=bool)
+_matrix4 = short_way(globals(), "_matrix4", poses.pose_matrix, POSE, gives=(4, 4), frozen=False)
+_matrix34 = short_way(globals(), "_matrix34", poses.pose_matrix, POSE, gives=(3, 4), frozen=False)
+_of_matrix = short_way(globals(), "_of_matrix", poses.pose_of_matrix, (4, 4), gives=POSE)
 
 RigidTransform_ = ScalarTemplate("RigidTransform_", RigidTransform, scope="sheldrake.math", value_type=True)

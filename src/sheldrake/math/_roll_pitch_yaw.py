@@ -9,9 +9,11 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Overload, overload
+from sheldrake.common._quaternion import QUATERNION
 from sheldrake.common._scalar_math import all_of, at_most, atan2, cos, largest_magnitude, select, sin, sqrt
 from sheldrake.common._scalars import (
     ScalarBase,
@@ -24,14 +26,14 @@ from sheldrake.common._scalars import (
     scalar,
     vector,
 )
-from sheldrake.common.eigen_geometry import Quaternion_
-from sheldrake.math._rotation_matrix import PLAIN_MATRICES, RotationMatrix_
+from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
+from sheldrake.common.quick import Slots, short_way
+from sheldrake.math._rotation_matrix import PLAIN_MATRICES, ROTATION, RotationMatrix_
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math._rotation_matrix import RotationMatrix
 
 _PLAIN = (float, int)
@@ -65,15 +67,17 @@ class RollPitchYaw(ScalarBase):
         `RollPitchYaw(rpy)` with shape (3,), `RollPitchYaw(roll, pitch, yaw)`, `RollPitchYaw(R)`,
         `RollPitchYaw(quaternion)`, `RollPitchYaw(matrix)` with shape (3, 3), `RollPitchYaw(other)`.
         """
-        if len(args) == 1 and not kwargs and isinstance(args[0], RotationMatrix_[self._T]):  # the usual one
+        if len(args) == 1 and self._T is float and (rpy := _angles_of(args[0])) is not None and not kwargs:
+            self._rpy = rpy
+        elif len(args) == 1 and not kwargs and isinstance(args[0], RotationMatrix_[self._T]):  # the usual one
             self._set(args[0]._M, rotations.matrix_to_canonical_quaternion(args[0]._M))
         elif (
             self._T is float
             and len(args) == 3
             and not kwargs
-            and (type(args[0]) is type(args[1]) is type(args[2]) is float or all([isinstance(x, _PLAIN) for x in args]))
+            and ((rpy := _three(*args)) is not None or all([isinstance(x, _PLAIN) for x in args]))
         ):
-            self._rpy = new_array(float, args)
+            self._rpy = rpy if rpy is not None else new_array(float, args)
         elif self._T is float and len(args) == 1 and not kwargs and (rpy := plain_vector(args[0])) is not None:
             self._rpy = rpy
         else:
@@ -136,6 +140,12 @@ class RollPitchYaw(ScalarBase):
         plus, minus = half(x + z, w - y), half(z - x, w + y)
         self._rpy = new_array(self._T, [_wrapped(plus - minus), pitch, _wrapped(plus + minus)])
 
+    @classmethod
+    def _of_rotation_matrix(cls, R: RotationMatrix) -> RollPitchYaw:
+        """The angles of a matrix of the same scalar."""
+        made: RollPitchYaw | None = _made_of_rotation(R)
+        return cls(R) if made is None else made
+
     def vector(self) -> np.ndarray:
         """Roll, pitch and yaw [rad], shape (3,)."""
         return self._rpy.copy()
@@ -154,6 +164,8 @@ class RollPitchYaw(ScalarBase):
 
     def ToQuaternion(self) -> Quaternion:
         """The same orientation as a quaternion; its scalar part may be negative."""
+        if (made := _quaternion(self)) is not None:
+            return made
         (sr, cr), (sp, cp), (sy, cy) = ((sin(q / 2.0), cos(q / 2.0)) for q in self._rpy.tolist())
         cpcy, spcy, spsy, cpsy = cp * cy, sp * cy, sp * sy, cp * sy
         return Quaternion_[self._T]._make(
@@ -162,6 +174,8 @@ class RollPitchYaw(ScalarBase):
 
     def ToRotationMatrix(self) -> RotationMatrix:
         """R_AD."""
+        if (made := _rotation(self)) is not None:
+            return made
         return RotationMatrix_[self._T]._make(self._to_matrix())
 
     def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
@@ -170,6 +184,8 @@ class RollPitchYaw(ScalarBase):
         return at_most(largest_magnitude(self.vector() - other.vector(), self._T), tolerance, self._T)
 
     def _to_matrix(self) -> np.ndarray:
+        if (M := _matrix(self)) is not None:
+            return M
         (s0, c0), (s1, c1), (s2, c2) = self._sines()
         c2_s1, s2_s1 = c2 * s1, s2 * s1
         return new_array(
@@ -356,5 +372,17 @@ def _wrapped(angle: Scalar) -> Scalar:
     return select(lower < -math.pi, lambda: lower + 2.0 * math.pi, lambda: lower)
 
 
+def _angles_of(turned: object) -> Any:
+    return _of_quaternion(turned) if type(turned) is Quaternion else _of_rotation(turned)
+
+
+_three = short_way(globals(), "_three", poses.three_numbers, float, float, float, gives=(3,))
+_RPY = Slots(RollPitchYaw, {"_rpy": (3,)})
+_of_rotation = short_way(globals(), "_of_rotation", poses.rpy_of_rotation, ROTATION, gives=(3,))
+_of_quaternion = short_way(globals(), "_of_quaternion", poses.rpy_of_quaternion, QUATERNION, gives=(3,))
+_rotation = short_way(globals(), "_rotation", poses.rotation_of_rpy, _RPY, gives=ROTATION)
+_matrix = short_way(globals(), "_matrix", poses.rotation_of_rpy, _RPY, gives=(3, 3))
+_quaternion = short_way(globals(), "_quaternion", poses.quaternion_of_rpy, _RPY, gives=QUATERNION)
+_made_of_rotation = short_way(globals(), "_made_of_rotation", poses.rpy_of_rotation, ROTATION, gives=_RPY)
 PLAIN_MATRICES[RollPitchYaw] = RollPitchYaw._to_matrix
 RollPitchYaw_ = ScalarTemplate("RollPitchYaw_", RollPitchYaw, scope="sheldrake.math")

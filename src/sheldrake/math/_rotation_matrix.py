@@ -5,7 +5,6 @@ On floats, AutoDiffXd and Expression alike; with Drake's numbers, bit by bit whe
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -14,9 +13,12 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._angle_axis import ANGLE_AXIS
+from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, incompatible, overload
+from sheldrake.common._quaternion import QUATERNION
 from sheldrake.common._scalar_math import all_equal, all_of, at_most, cos, largest_magnitude, sin, sqrt
 from sheldrake.common._scalars import (
     ScalarBase,
@@ -30,6 +32,7 @@ from sheldrake.common._scalars import (
     vector,
 )
 from sheldrake.common.eigen_geometry import AngleAxis, AngleAxis_, Quaternion, Quaternion_
+from sheldrake.common.quick import Slots, short_way
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -89,10 +92,14 @@ def _is_rotation(M: np.ndarray) -> bool:
 
 
 def _of_quaternion(quaternion: Quaternion) -> np.ndarray:
+    if (M := _of_any(quaternion)) is not None:
+        return M
     return _checked(quaternion._T, rotations.quaternion_to_matrix(quaternion._T, quaternion._wxyz))
 
 
 def _of_angle_axis(theta_lambda: AngleAxis) -> np.ndarray:
+    if (M := _about(theta_lambda)) is not None:
+        return M
     x, y, z = theta_lambda._axis.tolist()
     length = sqrt(x * x + y * y + z * z)
     unit = [x / length, y / length, z / length]
@@ -131,6 +138,8 @@ class RotationMatrix(ScalarBase):
         matrix_of = PLAIN_MATRICES.get(type(args[0])) if len(args) == 1 and not kwargs and self._T is float else None
         if matrix_of is not None:
             self._M = matrix_of(args[0])
+        elif len(args) == 1 and self._T is float and (M := _checked_matrix(args[0])) is not None:
+            self._M = M
         elif args or kwargs:
             self._choose("init", args, kwargs)
         else:
@@ -181,22 +190,26 @@ class RotationMatrix(ScalarBase):
     @classmethod
     def MakeXRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the x axis."""
+        if cls._T is float and (made := _about_axis(theta, 0.0)) is not None:
+            return made
         return cls._make_axis("MakeXRotation", theta, lambda s, c: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
     @classmethod
     def MakeYRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the y axis."""
+        if cls._T is float and (made := _about_axis(theta, 1.0)) is not None:
+            return made
         return cls._make_axis("MakeYRotation", theta, lambda s, c: [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
     @classmethod
     def MakeZRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the z axis."""
+        if cls._T is float and (made := _about_axis(theta, 2.0)) is not None:
+            return made
         return cls._make_axis("MakeZRotation", theta, lambda s, c: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
     @classmethod
     def _make_axis(cls, call: str, theta: Scalar, rows: Callable[[Any, Any], list[list[Any]]]) -> RotationMatrix:
-        if type(theta) is float and cls._T is float:
-            return cls._make(np.array(rows(math.sin(theta), math.cos(theta))))
         theta = cls._argument(call, scalar(cls._T), theta=theta)
         return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
 
@@ -288,10 +301,14 @@ class RotationMatrix(ScalarBase):
 
     def inverse(self) -> RotationMatrix:
         """R_BA of this R_AB."""
+        if (made := _inverse(self)) is not None:
+            return made
         return self._make(self._M.T.copy())
 
     def transpose(self) -> RotationMatrix:
         """R_BA of this R_AB, the same as `inverse`."""
+        if (made := _inverse(self)) is not None:
+            return made
         return self._make(self._M.T.copy())
 
     def InvertAndCompose(self, other: RotationMatrix) -> RotationMatrix:
@@ -316,6 +333,8 @@ class RotationMatrix(ScalarBase):
     @typing_overload
     def __matmul__(self, other: ArrayLike) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Any:
+        if (made := _compose(self, other)) is not None:
+            return made
         T = self._T
         if isinstance(other, ScalarBase) and hasattr(other, "_M") and other._T is T:
             return self._make(self._M.dot(other._M))
@@ -364,17 +383,21 @@ class RotationMatrix(ScalarBase):
 
     def ToQuaternion(self) -> Quaternion:
         """The quaternion with a non-negative scalar part."""
+        if (made := _quaternion(self)) is not None:
+            return made
         return Quaternion_[self._T]._make(rotations.matrix_to_canonical_quaternion(self._M))
 
     def ToAngleAxis(self) -> eigen_geometry.AngleAxis:
         """Angle in [0, pi] [rad] and axis."""
+        if (made := _angle_axis(self)) is not None:
+            return made
         new = _new(AngleAxis_[self._T])
         new._set_quaternion(self.ToQuaternion())
         return new
 
     def ToRollPitchYaw(self) -> RollPitchYaw:
         """Roll, pitch and yaw; pitch in [-pi/2, pi/2] [rad]."""
-        return RollPitchYaw_[self._T](self)
+        return RollPitchYaw_[self._T]._of_rotation_matrix(self)
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self._M.copy()
@@ -397,5 +420,15 @@ PLAIN_MATRICES: dict[type, Callable[[Any], np.ndarray]] = {
     AngleAxis: _of_angle_axis,
 }
 """The matrix of what turns, on floats, by its class: nearly all that is built is of these. RollPitchYaw adds itself."""
+
+ROTATION = Slots(RotationMatrix, {"_M": (3, 3)})
+_compose = short_way(globals(), "_compose", poses.compose_rotations, ROTATION, ROTATION, gives=ROTATION)
+_inverse = short_way(globals(), "_inverse", poses.invert_rotation, ROTATION, gives=ROTATION)
+_about_axis = short_way(globals(), "_about_axis", poses.rotation_about_axis, float, float, gives=ROTATION)
+_quaternion = short_way(globals(), "_quaternion", poses.quaternion_of_matrix, ROTATION, gives=QUATERNION)
+_angle_axis = short_way(globals(), "_angle_axis", poses.angle_axis_of_rotation, ROTATION, gives=ANGLE_AXIS)
+_checked_matrix = short_way(globals(), "_checked_matrix", poses.rotation_of_matrix, (3, 3), gives=(3, 3))
+_of_any = short_way(globals(), "_of_any", poses.rotation_of_any_quaternion, QUATERNION, gives=(3, 3))
+_about = short_way(globals(), "_about", poses.rotation_of_angle_axis, ANGLE_AXIS, gives=(3, 3))
 
 RotationMatrix_ = ScalarTemplate("RotationMatrix_", RotationMatrix, scope="sheldrake.math", value_type=True)

@@ -14,6 +14,8 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from sheldrake.common._scalars import ScalarTemplate
     from sheldrake.common._types import KernelArgument, Scalar, Scalars
     from sheldrake.common.calls import Query
@@ -43,9 +45,8 @@ class Trajectory:
     """Whether values and derivatives are new matrices each time, as they are: users' own may be anything."""
     _HAS_QUERIES: ClassVar[bool] = False
     """Whether `_make_query` is defined."""
-    _queries: dict[int, Query | None] = _NONE
-    """By order of the derivative; for values at n times by -1 - n."""
-    _times_asked: dict[int, int] = _NONE
+    _queries: dict[Any, Query | None] = _NONE
+    _times_asked: dict[Any, int] = _NONE
 
     def __init__(self) -> None:
         pass
@@ -56,7 +57,8 @@ class Trajectory:
         if ask is not None and type(value := ask(t)) is np.ndarray:
             return value
         time = self._scalar("value", t)
-        ask = ask or self._query(0)
+        if ask is None and self._HAS_QUERIES:
+            ask = self._soon(0, self._make_query)
         return self._made("value", ask(time) if ask else self.do_value(time))
 
     def _made(self, call: str, value: Any) -> np.ndarray:
@@ -65,22 +67,19 @@ class Trajectory:
             return value
         return self._matrix(call, value)
 
-    def _query(self, order: int) -> Query | None:
-        """A function of a float that gives values (order 0) or derivatives, when some were asked for: to make one takes
-        ten times longer than a value in Python does.
+    def _soon(self, key: Any, make: Callable[[Any], Query | None]) -> Query | None:
+        """A function of a float that `make` gives for a key, when it was asked for some times: to make one takes ten
+        times longer than a value in Python does.
         """
         queries, times = self._queries, self._times_asked
-        if not self._HAS_QUERIES or order in queries:
-            return queries.get(order)
+        if key in queries:
+            return queries[key]
         if not times:
             self._queries, self._times_asked = queries, times = {}, {}
-        times[order] = asked = times.get(order, 0) + 1
+        times[key] = asked = times.get(key, 0) + 1
         if asked <= _FEW:
             return None
-        make = self._make_query if order >= 0 else self._make_query_of_times
-        if not _is_ours(self) or len(queries) >= _MOST:  # another class computes its own
-            return None
-        queries[order] = query = make(order)
+        queries[key] = query = make(key) if _is_ours(self) else None  # another class computes its own
         return query
 
     def _make_query_of_times(self, key: int) -> Query | None:
@@ -101,10 +100,9 @@ class Trajectory:
         Raises:
             RuntimeError: the values are matrices.
         """
-        if type(t) is np.ndarray:
-            ask = self._queries.get(-1 - len(t)) if t.ndim == 1 else None
-            if ask is not None and type(found := ask(t)) is np.ndarray:
-                return found
+        ask = self._queries.get("many")
+        if ask is not None and type(values := ask(t)) is np.ndarray:
+            return values
         times = self._scalars("vector_values", t)
         rows, cols = self.rows(), self.cols()
         if rows != 1 and cols != 1:
@@ -112,12 +110,15 @@ class Trajectory:
                 "vector_values(): This method only supports vector-valued trajectories; "
                 f"the values are {rows} x {cols}."
             )
-        if times and cols == 1:
-            ask = self._query(-1 - len(times))
-            if ask is not None and type(found := ask(np.array(times))) is np.ndarray:
-                return found
+        ask = self._soon("many", self._make_query_of_many) if self._HAS_QUERIES else None
+        if ask is not None and type(values := ask(np.array(times))) is np.ndarray:
+            return values
         out = self._vector_values(times)
         return out if cols == 1 else out.T
+
+    def _make_query_of_many(self, key: str) -> Query | None:
+        """A function of an array of times that gives `vector_values` of plain numbers. None where there is none."""
+        return None
 
     def _vector_values(self, times: list) -> np.ndarray:
         """Values at many times as columns."""
@@ -142,7 +143,8 @@ class Trajectory:
         time = self._scalar("EvalDerivative", t)
         if _order("EvalDerivative", derivative_order) == 0:
             return self.value(t)
-        ask = ask or self._query(derivative_order)
+        if ask is None and self._HAS_QUERIES:
+            ask = self._soon(derivative_order, self._make_query)
         return self._made("EvalDerivative", ask(time) if ask else self.DoEvalDerivative(time, derivative_order))
 
     def MakeDerivative(self, derivative_order: int = 1) -> Trajectory:
@@ -316,6 +318,29 @@ def query(kernel: Kernel, *args: KernelArgument, out: np.ndarray) -> Query | Non
         return None
     given = tuple(name for name in kernel.names if name in ("t", "times"))
     return calls.query(kernel, *args, out, given=given, answer=out)
+
+
+def query_of_many(kernel: Kernel, *args: np.ndarray, shape: tuple[int, int]) -> Query | None:
+    """A query of a kernel that is given times and fills a row for each element; None where there is no native code.
+
+    Args:
+        kernel: The kernel.
+        args: What comes before times.
+        shape: Of a value: a column or a row.
+    """
+    from sheldrake.common import quick
+
+    ask, size, column = quick.query(kernel, *args, takes=(quick.ANY, quick.ANY), gives=bool), max(shape), shape[1] == 1
+
+    def values(times: Any) -> np.ndarray | None:
+        if type(times) is not np.ndarray or times.ndim != 1:
+            return None
+        out = np.empty((size, times.size))
+        if ask(times, out.reshape(-1)) is None:
+            return None
+        return out if column else out.T
+
+    return values if ask is not None else None
 
 
 _NEVER = np.zeros(1, np.int64)

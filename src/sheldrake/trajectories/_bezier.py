@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
-from sheldrake.trajectories._bspline import spline_query
+from sheldrake.trajectories._bspline import spline_query, spline_query_of_many
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
@@ -123,6 +123,13 @@ class BezierCurve(Trajectory):
             return None
         points = self.DoMakeDerivative(order)._points.T.copy()
         return spline_query([start] * len(points) + [end] * len(points), points, (self.rows(), 1))
+
+    def _make_query_of_many(self, key: str) -> Query | None:
+        start, end = self._times
+        if self._T is not float or self.order() < 0 or not start < end:
+            return None
+        points = self._points.T.copy()
+        return spline_query_of_many([start] * len(points) + [end] * len(points), points, (self.rows(), 1))
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The point at time t."""

@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, is_symbolic
 from sheldrake.math import BsplineBasis_
-from sheldrake.trajectories._base import Trajectory, query
+from sheldrake.trajectories._base import Trajectory, query, query_of_many
 from sheldrake.trajectories._kernels.values import spline, spline_at_times
 
 if TYPE_CHECKING:
@@ -23,6 +23,12 @@ def spline_query(knots: list, points: np.ndarray, shape: tuple[int, ...]) -> Que
     """A query of a spline of plain numbers; `points` a row for each."""
     work = np.empty((len(knots) - len(points), points.shape[1]))
     return query(spline, np.array(knots), points, 0.0, work, out=np.empty(shape))
+
+
+def spline_query_of_many(knots: list, points: np.ndarray, shape: tuple[int, int]) -> Query | None:
+    """The same at many times, of values that are columns or rows."""
+    work = np.empty((len(knots) - len(points), points.shape[1]))
+    return query_of_many(spline_at_times, np.array(knots), points, work, shape=shape)
 
 
 class BsplineTrajectory(Trajectory):
@@ -97,13 +103,11 @@ class BsplineTrajectory(Trajectory):
         points = np.array([p.ravel() for p in curve._points])
         return spline_query(curve._basis._knots, points, curve._points[0].shape)
 
-    def _make_query_of_times(self, key: int) -> Query | None:
+    def _make_query_of_many(self, key: str) -> Query | None:
         if self._T is not float or self._basis is None:
             return None
-        points, knots, times = np.array([p.ravel() for p in self._points]), self._basis._knots, np.zeros(-1 - key)
-        work = np.empty((len(knots) - len(points), points.shape[1]))
-        out = np.empty((points.shape[1], len(times)))
-        return query(spline_at_times, np.array(knots), points, times, work, out=out)
+        points = np.array([p.ravel() for p in self._points])
+        return spline_query_of_many(self._basis._knots, points, self._points[0].shape)
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t, by de Boor's rule."""

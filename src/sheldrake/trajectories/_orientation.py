@@ -12,12 +12,17 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common import quick
 from sheldrake.common._checked import checked
+from sheldrake.common._quaternion import QUATERNION
 from sheldrake.common._scalar_math import acos, atan2, select, sin, sqrt
 from sheldrake.common._scalars import as_scalar, is_symbolic
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix_
+from sheldrake.math._rigid_transform import POSE
+from sheldrake.polynomial._polynomial import differentiate
 from sheldrake.trajectories._base import holds
+from sheldrake.trajectories._kernels import values
 from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
@@ -113,6 +118,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             raise RuntimeError(f"{self._name('Append')}: time {t} s is not after the last, {self._breaks[-1]} s.")
         self._breaks.append(t)
         self._add(q)
+        self._changed()
 
     def get_quaternion_samples(self) -> list:
         """Returns the samples as quaternions; the sign of each is that nearer to the one before."""
@@ -169,6 +175,9 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     def orientation(self, time: Scalar) -> Quaternion:
         """Returns the quaternion at a time [s]."""
         if self._T is float:
+            ask = self._soon("orientation", self._make_query)
+            if ask is not None and (made := ask(time)) is not None:
+                return made
             return Quaternion._make(self._plain_orientation(self._scalar("orientation", time)))
         q = self._quaternion(self._scalar("orientation", time))
         return Quaternion_[self._T](q / sqrt((q * q).sum()))
@@ -205,7 +214,15 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         self._scalar("angular_acceleration", time)
         return self._zeros(3)
 
-    _MAKES_ARRAYS = True
+    _MAKES_ARRAYS = _HAS_QUERIES = True
+
+    def _make_query(self, what: Any) -> Any:
+        """Values and orientations; angular velocities are soon looked up."""
+        if self._T is not float or len(self._q) < 2 or what not in (0, "orientation"):
+            return None
+        kernel, gives = (values.orientation, QUATERNION) if what else (values.slerp, (4, 1))
+        arrays = np.array(self._breaks), np.array(self._q)
+        return quick.query(kernel, *arrays, takes=(float,), gives=gives, frozen=False)
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The quaternion as a column."""
@@ -325,14 +342,19 @@ class PiecewisePose(PiecewiseTrajectory):
 
     def get_position_trajectory(self) -> PiecewisePolynomial:
         """Returns the position [m]."""
+        self._lend()
         return self._p
 
     def get_orientation_trajectory(self) -> PiecewiseQuaternionSlerp:
         """Returns the orientation."""
+        self._lend()
         return self._R
 
     def GetPose(self, time: Scalar) -> RigidTransform:
         """Returns the pose at a time [s]; that at the nearest end outside."""
+        ask = self._soon("pose", self._make_query)
+        if ask is not None and (made := ask(time)) is not None:
+            return made
         t = self._scalar("GetPose", time)
         if self._T is float:
             return RigidTransform._make(
@@ -343,11 +365,40 @@ class PiecewisePose(PiecewiseTrajectory):
 
     def GetVelocity(self, time: Scalar) -> np.ndarray:
         """Returns the spatial velocity [rad/s, m/s], shape `(6,)`; zero outside."""
+        ask = self._soon("velocity", self._make_query)
+        if ask is not None and (made := ask(time)) is not None:
+            return made
         return self._motion("GetVelocity", time, 1)
 
     def GetAcceleration(self, time: Scalar) -> np.ndarray:
         """Returns the spatial acceleration [rad/s^2, m/s^2], shape `(6,)`; zero outside."""
         return self._motion("GetAcceleration", time, 2)
+
+    _lent = False
+
+    def _lend(self) -> None:
+        """Whoever has a part may change it: what was made of the parts is of no use any more."""
+        self._lent = True
+        self._changed()
+
+    def _make_query(self, what: str) -> Any:
+        """Poses and velocities."""
+        if self._T is not float or self._lent or not self._p._c or len(self._R._q) < 2:
+            return None
+        p, breaks = self._p, np.array(self._p._breaks)
+        if not np.isfinite(breaks).all():
+            return None
+        coefficients = differentiate(p.polynomials, what == "velocity")
+        arrays = np.array(self._R._breaks), self._angular_table(what), breaks
+        arrays = *arrays, coefficients.reshape(-1, coefficients.shape[-1])
+        if what == "pose":
+            return quick.query(values.pose_between, *arrays, takes=(float,), gives=POSE)
+        return quick.query(values.twist_between, *arrays, takes=(float,), gives=(6,), frozen=False)
+
+    def _angular_table(self, what: str) -> np.ndarray:
+        """Quaternions of the samples, or angular velocities of the segments."""
+        R = self._R
+        return np.array(R._q if what == "pose" else [R._velocity_of(i) for i in range(R.get_number_of_segments())])
 
     def _motion(self, call: str, time: Scalar, order: int) -> np.ndarray:
         t = self._scalar(call, time)

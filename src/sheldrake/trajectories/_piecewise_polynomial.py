@@ -16,7 +16,7 @@ from sheldrake.common._scalars import any_array, as_scalar, is_symbolic
 from sheldrake.polynomial import Polynomial, Polynomial_
 from sheldrake.polynomial._polynomial import differentiate, evaluate, integrate
 from sheldrake.trajectories import _interpolation as interpolation
-from sheldrake.trajectories._base import _order, holds, query
+from sheldrake.trajectories._base import _order, holds, query, query_of_many
 from sheldrake.trajectories._kernels.values import polynomials, polynomials_at_times
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 
@@ -108,15 +108,12 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             return None  # in Python a constant segment does not look at its time
         return query(polynomials, breaks, c.reshape(-1, n), 0.0, out=np.empty((rows, cols)))
 
-    def _make_query_of_times(self, key: int) -> Query | None:
-        if self._T is not float or not self._c:
+    def _make_query_of_many(self, key: str) -> Query | None:
+        if self._T is not float or not self._c or not np.isfinite(self._breaks).all():
             return None
-        breaks, c = np.array(self._breaks), self.polynomials
-        size, n = c.shape[1] * c.shape[2], c.shape[3]
-        if n > 1 and not np.isfinite(breaks).all():
-            return None  # as above
-        times = np.zeros(-1 - key)
-        return query(polynomials_at_times, breaks, c.reshape(-1, n), times, out=np.empty((size, len(times))))
+        c = self.polynomials
+        arrays = np.array(self._breaks), c.reshape(-1, c.shape[-1])
+        return query_of_many(polynomials_at_times, *arrays, shape=c.shape[1:3])
 
     def do_value(self, t: Scalar) -> np.ndarray:
         if self._T is not float or not self._c:

@@ -25,7 +25,7 @@ from collections.abc import Iterable
 from concurrent.futures import Future, ProcessPoolExecutor
 from typing import NamedTuple
 
-from sheldrake.common._native import builtin, instances, lower, prebuilt, store, wasm
+from sheldrake.common._native import builtin, instances, lower, methods, prebuilt, store, wasm
 from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import Kernel, LaneKernel
@@ -195,7 +195,7 @@ def _build_one(folder: pathlib.Path, target: Platform, name: str, made: Objects)
     codes = {title: future.result() for title, future in made.items()}
     if "x86_64" in target.triple:
         codes["cpu_level"] = builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64"))
-    for title, text in (("call", builtin.CODE), ("instance", instances.CODE)):
+    for title, text in (("call", builtin.CODE), ("instance", instances.CODE), ("method", methods.CODE)):
         codes[title] = builtin.assemble(text, Target(target.triple, 1, target.levels[1]))
     objects = [folder / f"{title}.o" for title in codes]
     for path, code in zip(objects, codes.values()):

@@ -14,7 +14,7 @@ import pathlib
 import tokenize
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
-_COMPILER = ("binding", "builtin", "instances", "lower", "target")
+_COMPILER = ("binding", "builtin", "instances", "lower", "methods", "target")
 
 
 def compiler_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:

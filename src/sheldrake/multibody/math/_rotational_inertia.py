@@ -22,7 +22,9 @@ from sheldrake.common._scalars import (
     scalar,
     vector,
 )
+from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RotationMatrix, RotationMatrix_
+from sheldrake.multibody.math._kernels import spatial
 from sheldrake.multibody.math._spatial_vectors import cross
 
 if TYPE_CHECKING:
@@ -73,10 +75,9 @@ class RotationalInertia(ScalarBase):
         self._construct(args, kwargs)
 
     def _construct(self, args: tuple, kwargs: dict) -> None:
-        if self._T is float and len(args) in (3, 6) and not kwargs and all([isinstance(x, float) for x in args]):
-            xx, yy, zz = args[:3]
-            xy, xz, yz = args[3:] or (0.0, 0.0, 0.0)
-            self._set(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+        numbers = None if kwargs or self._T is not float else _diagonal(*args) if len(args) == 3 else _full(*args)
+        if numbers is not None:
+            self._I = numbers
         else:
             self._choose("init", args, kwargs)
 
@@ -368,4 +369,8 @@ class RotationalInertia(ScalarBase):
         return f"{pretty_class_name(type(self))}({text})"
 
 
+_diagonal = short_way(globals(), "_diagonal", spatial.inertia_of_moments, *[float] * 3, gives=(3, 3))
+_full = short_way(globals(), "_full", spatial.inertia_of_numbers, *[float] * 6, gives=(3, 3))
+
+ROTATIONAL_INERTIA = Slots(RotationalInertia, {"_I": (3, 3)})
 RotationalInertia_ = ScalarTemplate("RotationalInertia_", RotationalInertia, scope="sheldrake.multibody.math")

@@ -19,11 +19,15 @@ from sheldrake.common._scalars import (
     as_scalar,
     identity,
     is_symbolic,
+    plain_vector,
     scalar,
     vector,
 )
+from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RigidTransform, RotationMatrix, RotationMatrix_
-from sheldrake.multibody.math._rotational_inertia import RotationalInertia_, floats, point_mass
+from sheldrake.math._rotation_matrix import ROTATION
+from sheldrake.multibody.math._kernels import spatial
+from sheldrake.multibody.math._rotational_inertia import ROTATIONAL_INERTIA, RotationalInertia_, floats, point_mass
 from sheldrake.multibody.math._spatial_vectors import (
     SpatialAcceleration_,
     SpatialForce_,
@@ -31,7 +35,7 @@ from sheldrake.multibody.math._spatial_vectors import (
     SpatialVelocity_,
     cross,
 )
-from sheldrake.multibody.math._unit_inertia import UnitInertia_, check_unit_vector, number
+from sheldrake.multibody.math._unit_inertia import UNIT_INERTIA, UnitInertia_, check_unit_vector, number
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -70,6 +74,10 @@ class SpatialInertia(ScalarBase):
             RuntimeError: no body can have this inertia.
         """
         T = self._T
+        p = plain_vector(p_PScm_E) if type(p_PScm_E) is list else p_PScm_E
+        if T is float and (made := _plausible(mass, p, G_SP_E)) is not None:
+            self._mass, self._p, self._G = made._mass, made._p, made._G
+            return
         try:
             self._mass = as_scalar(T, mass)
             self._p = as_array(T, p_PScm_E, (3,))
@@ -135,6 +143,8 @@ class SpatialInertia(ScalarBase):
         Raises:
             RuntimeError: no body can have this inertia.
         """
+        if cls._T is float and (made := _about_centre(mass, p_PScm_E, I_SScm_E)) is not None:
+            return made
         call, T = "MakeFromCentralInertia", cls._T
         mass = cls._argument(call, scalar(T), mass=mass)
         p = cls._argument(call, vector(T, 3), p_PScm_E=p_PScm_E)
@@ -190,6 +200,8 @@ class SpatialInertia(ScalarBase):
     @classmethod
     def SolidBoxWithMass(cls, mass: Scalar, lx: Scalar, ly: Scalar, lz: Scalar) -> SpatialInertia:
         """A box [kg, m] about its centre."""
+        if cls._T is float and (made := _box(mass, lx, ly, lz)) is not None:
+            return made
         mass, lx, ly, lz = cls._positive("SolidBoxWithMass", mass=mass, lx=lx, ly=ly, lz=lz)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidBox(lx, ly, lz))
 
@@ -296,6 +308,8 @@ class SpatialInertia(ScalarBase):
     @classmethod
     def SolidSphereWithMass(cls, mass: Scalar, radius: Scalar) -> SpatialInertia:
         """A ball [kg, m] about its centre."""
+        if cls._T is float and (made := _sphere(mass, radius)) is not None:
+            return made
         mass, radius = cls._positive("SolidSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidSphere(radius))
 
@@ -370,11 +384,15 @@ class SpatialInertia(ScalarBase):
 
     def ReExpress(self, R_AE: RotationMatrix) -> SpatialInertia:
         """M_SP_A, expressed in frame A instead of E."""
+        if (made := _turn(self, R_AE)) is not None:
+            return made
         R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)
         return self._make(self._mass, R._M.dot(self._p), self._G._turned(R))
 
     def Shift(self, p_PQ_E: Scalars) -> SpatialInertia:
         """M_SQ_E, about a point Q instead of P; `p_PQ_E` [m], shape (3,)."""
+        if (made := _shift(self, p_PQ_E)) is not None:
+            return made
         p_PQ = self._argument("Shift", vector(self._T, 3), p_PQ_E=p_PQ_E)
         T, p_QScm = self._T, self._p - p_PQ
         G = self._G._I + (point_mass(T, p_QScm) - point_mass(T, self._p))
@@ -424,5 +442,15 @@ class SpatialInertia(ScalarBase):
         p = self._p.tolist()
         return f"{pretty_class_name(type(self))}(mass={self._mass!r}, p_PScm_E={p}, G_SP_E={self._G!r})"
 
+
+_INERTIA = Slots(SpatialInertia, {"_mass": float, "_p": (3,), "_G": UNIT_INERTIA})
+_plausible = short_way(globals(), "_plausible", spatial.plausible_inertia, float, (3,), UNIT_INERTIA, gives=_INERTIA)
+_about_centre = short_way(
+    globals(), "_about_centre", spatial.inertia_of_central, float, (3,), ROTATIONAL_INERTIA, gives=_INERTIA
+)
+_box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=_INERTIA)
+_sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=_INERTIA)
+_turn = short_way(globals(), "_turn", spatial.turn_inertia, _INERTIA, ROTATION, gives=_INERTIA)
+_shift = short_way(globals(), "_shift", spatial.shift_inertia, _INERTIA, (3,), gives=_INERTIA)
 
 SpatialInertia_ = ScalarTemplate("SpatialInertia_", SpatialInertia, scope="sheldrake.multibody.math", value_type=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,10 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, incompatible, overload
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_scalar, vector
+from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RotationMatrix_
+from sheldrake.math._rotation_matrix import ROTATION
+from sheldrake.multibody.math._kernels import spatial
 
 if TYPE_CHECKING:
     from types import NotImplementedType
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common.kernel import Kernel
     from sheldrake.math import RotationMatrix
 
 _new = object.__new__
@@ -35,9 +39,12 @@ def cross(a: Sequence[Scalar] | np.ndarray, b: Sequence[Scalar] | np.ndarray) ->
     return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 
 
-def _is_plain(part: object) -> bool:
-    """Whether it is what most calls give: three numbers in an array."""
-    return type(part) is np.ndarray and part.shape == (3,) and part.dtype is _FLOAT64
+_SHORT: dict[tuple[str, type], Any] = {}
+"""Short ways of methods by their names and the kinds of vectors; added below."""
+
+
+def _never(*args: object) -> None:
+    """The short way of other scalars and of users' classes."""
 
 
 class SpatialVector(ScalarBase):
@@ -50,9 +57,8 @@ class SpatialVector(ScalarBase):
 
     def __init__(self, *args: object, **kwargs: object):
         """Both parts, shape (3,) each, or the whole, shape (6,), angular first; without arguments all NaN."""
-        if len(args) == 2 and self._T is float and not kwargs and _is_plain(args[0]) and _is_plain(args[1]):
-            self._c = np.concatenate(args)  # type: ignore[arg-type]
-            self._c.setflags(False)  # type: ignore[call-arg]
+        if len(args) == 2 and self._T is float and not kwargs and (whole := _join(*args)) is not None:
+            self._c = whole
         elif args or kwargs:
             self._choose("init", args, kwargs)
         else:
@@ -99,7 +105,9 @@ class SpatialVector(ScalarBase):
     @classmethod
     def Zero(cls) -> Self:
         """The zero vector."""
-        return cls._make(_ZERO if cls._T is float else as_array(cls._T, np.zeros(6), (6,)))
+        new = _new(cls._plain_class())
+        new._c = _ZERO if cls._T is float else as_array(cls._T, np.zeros(6), (6,))
+        return new
 
     def SetZero(self) -> Self:
         """Make this the zero vector; gives this object."""
@@ -124,6 +132,8 @@ class SpatialVector(ScalarBase):
         Args:
             R_FE: RotationMatrix of E in F.
         """
+        if (made := _SHORT.get(("Rotate", type(self)), _never)(self, R_FE)) is not None:
+            return made
         R = self._argument("Rotate", instance_of(RotationMatrix_[self._T]), R_FE=R_FE)
         return self._make(self._c.reshape(2, 3).dot(R._M.T).reshape(6))
 
@@ -131,9 +141,13 @@ class SpatialVector(ScalarBase):
         return isinstance(other, self._plain_class())
 
     def __add__(self, other: Self) -> Self:
+        if (made := _SHORT.get(("+", type(self)), _never)(self, other)) is not None:
+            return made
         return self._make(self._c + other._c) if self._kin(other) else NotImplemented
 
     def __sub__(self, other: Self) -> Self:
+        if (made := _SHORT.get(("-", type(self)), _never)(self, other)) is not None:
+            return made
         return self._make(self._c - other._c) if self._kin(other) else NotImplemented
 
     def __iadd__(self, other: Self) -> Self:
@@ -177,6 +191,8 @@ class SpatialVector(ScalarBase):
         return self._argument(call, vector(self._T, 3), offset=offset).tolist()
 
     def _dot(self, other: SpatialVector, *kinds: ScalarTemplate) -> float:
+        if (found := _SHORT.get((type(other).__name__, type(self)), _never)(self, other)) is not None:
+            return found
         if not any(isinstance(other, kind[self._T]) for kind in kinds):
             accepted = [f"({pretty_class_name(kind[self._T])})" for kind in kinds]
             raise incompatible(f"{pretty_class_name(self._plain_class())}.dot", accepted, (other,), {})
@@ -207,6 +223,8 @@ class SpatialVelocity(SpatialVector):
         Args:
             offset: p_BoCo_E [m], shape (3,).
         """
+        if (made := _SHORT.get(("Shift", type(self)), _never)(self, offset)) is not None:
+            return made
         p = self._moved("Shift", offset)
         c = self._c.tolist()
         return self._make(c[:3] + [v + x for v, x in zip(c[3:], cross(c[:3], p))])
@@ -220,6 +238,9 @@ class SpatialVelocity(SpatialVector):
             position_of_moving_frame: p_BoCo_E [m], shape (3,).
             velocity_of_moving_frame: V_BC_E.
         """
+        compose = _SHORT.get(("ComposeWithMovingFrameVelocity", type(self)), _never)
+        if (made := compose(self, position_of_moving_frame, velocity_of_moving_frame)) is not None:
+            return made
         call = "ComposeWithMovingFrameVelocity"
         p = self._argument(call, vector(self._T, 3), position_of_moving_frame=position_of_moving_frame)
         V = self._argument(call, instance_of(self._plain_class()), velocity_of_moving_frame=velocity_of_moving_frame)
@@ -306,6 +327,8 @@ class SpatialForce(SpatialVector):
         Args:
             offset: p_BpBq_E [m], shape (3,).
         """
+        if (made := _SHORT.get(("Shift", type(self)), _never)(self, offset)) is not None:
+            return made
         p = self._moved("Shift", offset)
         c = self._c.tolist()
         return self._make([t - x for t, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
@@ -330,6 +353,8 @@ class SpatialMomentum(SpatialVector):
         Args:
             offset: p_BpBq_E [m], shape (3,).
         """
+        if (made := _SHORT.get(("Shift", type(self)), _never)(self, offset)) is not None:
+            return made
         p = self._moved("Shift", offset)
         c = self._c.tolist()
         return self._make([h - x for h, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
@@ -341,6 +366,33 @@ class SpatialMomentum(SpatialVector):
     def __matmul__(self, other: SpatialVelocity) -> float:
         return self.dot(other)
 
+
+def _add_short_way(name: str, kind: type, kernel: Kernel, *takes: Any, gives: Any) -> None:
+    _SHORT[name, kind] = short_way(_SHORT, (name, kind), kernel, *takes, gives=gives)
+
+
+_join = short_way(globals(), "_join", spatial.join_spatial, (3,), (3,), gives=(6,))
+VELOCITY, ACCELERATION, FORCE, MOMENTUM = (
+    Slots(kind, {"_c": (6,)}) for kind in (SpatialVelocity, SpatialAcceleration, SpatialForce, SpatialMomentum)
+)
+for _kind in (VELOCITY, ACCELERATION, FORCE, MOMENTUM):
+    _add_short_way("+", _kind.cls, spatial.add_spatial, _kind, _kind, gives=_kind)
+    _add_short_way("-", _kind.cls, spatial.subtract_spatial, _kind, _kind, gives=_kind)
+    _add_short_way("Rotate", _kind.cls, spatial.rotate_spatial, _kind, ROTATION, gives=_kind)
+_add_short_way("Shift", SpatialVelocity, spatial.shift_motion, VELOCITY, (3,), gives=VELOCITY)
+_add_short_way(
+    "ComposeWithMovingFrameVelocity",
+    SpatialVelocity,
+    spatial.compose_velocities,
+    VELOCITY,
+    (3,),
+    VELOCITY,
+    gives=VELOCITY,
+)
+for _kind in (FORCE, MOMENTUM):
+    _add_short_way("Shift", _kind.cls, spatial.shift_force, _kind, (3,), gives=_kind)
+    _add_short_way("SpatialVelocity", _kind.cls, spatial.dot_spatial, _kind, VELOCITY, gives=float)
+    _add_short_way(_kind.cls.__name__, SpatialVelocity, spatial.dot_spatial, VELOCITY, _kind, gives=float)
 
 _HOME = "sheldrake.multibody.math"
 SpatialVelocity_ = ScalarTemplate("SpatialVelocity_", SpatialVelocity, scope=_HOME, value_type=True)

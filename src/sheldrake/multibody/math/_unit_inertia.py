@@ -10,6 +10,8 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalar_math import sqrt
 from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, vector
+from sheldrake.common.quick import Slots, short_way
+from sheldrake.multibody.math._kernels import spatial
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
 
 if TYPE_CHECKING:
@@ -119,6 +121,8 @@ class UnitInertia(RotationalInertia):
     @classmethod
     def SolidBox(cls, Lx: Scalar, Ly: Scalar, Lz: Scalar) -> UnitInertia:
         """A box with edges `Lx, Ly, Lz` [m] about its centre."""
+        if cls._T is float and (made := _box(Lx, Ly, Lz)) is not None:
+            return made
         x, y, z = cls._lengths("SolidBox", Lx=Lx, Ly=Ly, Lz=Lz)
         xx, yy, zz = x * x, y * y, z * z
         return cls._plain_class()((yy + zz) / 12.0, (xx + zz) / 12.0, (xx + yy) / 12.0)
@@ -220,5 +224,8 @@ class UnitInertia(RotationalInertia):
         p = self._argument("ShiftToCenterOfMass", vector(self._T, 3), p_QBcm_E=p_QBcm_E)
         return self._make(self._I - point_mass(self._T, p))
 
+
+UNIT_INERTIA = Slots(UnitInertia, {"_I": (3, 3)})
+_box = short_way(globals(), "_box", spatial.unit_inertia_of_box, float, float, float, gives=UNIT_INERTIA)
 
 UnitInertia_ = ScalarTemplate("UnitInertia_", UnitInertia, scope="sheldrake.multibody.math")

@@ -14,9 +14,9 @@ output_ports                  all of it as ports
 
 from __future__ import annotations
 
-import copy
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._copies import deep_copy
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.finalize import freeze
@@ -142,7 +142,7 @@ class PlantParts:
         memo: dict[int, Any] = {id(one): one for one in shared if one is not None}
         memo[id(self.plant)] = plant
         memo[id(models.compiled)] = dict(models.compiled)
-        return copy.deepcopy(self, memo)
+        return deep_copy(self, memo)
 
 
 def parts_of(plant: MultibodyPlant) -> PlantParts:

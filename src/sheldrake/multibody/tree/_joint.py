@@ -41,6 +41,8 @@ class Joint(NamedElement):
     _axis: np.ndarray | None = None
     """What it turns about or slides along, a unit vector in F and in M, shape (3,); None without such an axis."""
     _classes: ClassVar[dict[str, type[Joint]]] = {}
+    limits_changed: ClassVar[int] = 0
+    """How often limits of any joint were changed: who keeps some has them as long as this stays."""
 
     def __init_subclass__(cls, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)
@@ -252,6 +254,7 @@ class Joint(NamedElement):
                 f"(lower {lower}, upper {upper})."
             )
         self._limits[kind] = (lower, upper)
+        Joint.limits_changed += 1
 
     # --- damping
 

@@ -42,5 +42,6 @@ def CalcSpatialInertia(
         )
     if not 0.0 < density < np.inf:
         raise RuntimeError(f"CalcSpatialInertia(): the density is not positive and finite: {density:g} kg/m³.")
-    central = RotationalInertia(*(density * np.diag(I)), *(density * I[[0, 0, 1], [1, 2, 2]]))
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (density * I).tolist()
+    central = RotationalInertia(xx, yy, zz, xy, xz, yz)
     return SpatialInertia.MakeFromCentralInertia(density * volume, c, central)

@@ -5,11 +5,14 @@ Ports, states, parameters and cache entries are numbered; each kind of number is
 
 from __future__ import annotations
 
-from typing import Any, SupportsIndex
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import _register_value_type
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _UNSET = -1234567
 
@@ -68,6 +71,9 @@ class _TypedIndex:
 
     def __reduce__(self) -> tuple:
         return type(self), (self._value,)
+
+    def __deepcopy__(self, memo: dict) -> Self:
+        return self  # it never changes
 
 
 class InputPortIndex(_TypedIndex):

@@ -453,3 +453,26 @@ def test_one_body_or_joint_is_not_set_to_what_is_no_finite_number():
         with pytest.raises(TypeError, match="Takes a number"):
             joint.set_angle(context, not_one)
     np.testing.assert_array_equal(plant.GetPositionsAndVelocities(context), before)
+
+
+def test_names_that_were_asked_before_are_lists_of_their_own():
+    plant = chain()
+    first = plant.GetPositionNames()
+    first[0] = "mine"
+    assert plant.GetPositionNames()[0] != "mine"
+    instance = plant.get_joint(plant.GetJointIndices()[0]).model_instance()
+    assert int(instance) == 1 == True  # noqa: E712  (a flag and an instance must not be taken for each other)
+    assert plant.GetPositionNames(instance) == plant.GetPositionNames(False)
+    assert plant.GetPositionNames(True) != plant.GetPositionNames(instance)
+
+
+def test_limits_that_change_are_seen_by_whoever_asked_before():
+    plant = chain()
+    before = plant.GetPositionUpperLimits()
+    assert np.isinf(before).all()
+    before[:] = 0.0
+    assert np.isinf(plant.GetPositionUpperLimits()).all()
+    plant.get_joint(plant.GetJointIndices()[0]).set_position_limits([-1.0], [2.0])
+    assert sorted(plant.GetPositionUpperLimits())[0] == 2.0
+    assert sorted(plant.GetPositionLowerLimits())[0] == -np.inf
+    assert max(plant.GetPositionLowerLimits()) == -1.0

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import typing
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from sheldrake.common.schema import Rotation, Transform
 from .._files.diagnostics import DiagnosticPolicy, Location
 
 MAX_YAML_BYTES = 16 * 1024 * 1024
+_LONG = 100_000  # letters of a document that is not kept
 _MERGE, _SEQUENCE = "tag:yaml.org,2002:merge", "tag:yaml.org,2002:seq"
 MAX_YAML_NODES = 1_000_000  # an alias counts as often as it is used
 
@@ -178,6 +180,18 @@ def check_directive(directive: ModelDirective, where: Location, policy: Diagnost
     return kind
 
 
+@functools.lru_cache(maxsize=32)
+def _document(text: str) -> Any:
+    """The node of a YAML document, or None of an empty one; nobody changes it.
+
+    Raises:
+        yaml.YAMLError: it is none.
+    """
+    import yaml
+
+    return yaml.SafeLoader(text).get_single_node()
+
+
 class _YamlReader:
     """Turns YAML nodes into structs by their declared types; knows line and column of what is wrong."""
 
@@ -191,9 +205,7 @@ class _YamlReader:
         import yaml
 
         try:
-            loader = yaml.SafeLoader(text)
-            loader.name = self._source
-            node = loader.get_single_node()
+            node = (_document if len(text) < _LONG else _document.__wrapped__)(text)
             if node is None:
                 self._policy.Error(Location(self._source), "The document is empty.")
             return self._convert(node, ModelDirectives, "the document")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 from collections import Counter
 from collections.abc import Iterable
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._copies import deep_copy
 from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree import (
     BodyIndex,
@@ -142,6 +142,11 @@ class FrozenModel:
         return np.array([self.start_of(body) for body in self.row_bodies], np.int64)
 
     @cached_property
+    def mass_of_bodies_at(self) -> np.ndarray:
+        """The same without the world."""
+        return self.mass_at[1:]
+
+    @cached_property
     def damping_at(self) -> np.ndarray:
         """Where in p the damping of each velocity is."""
         at = np.zeros(self.nv, np.int64)
@@ -241,4 +246,4 @@ class FrozenModel:
     def __deepcopy__(self, memo: dict) -> FrozenModel:
         """A copy for copies of the elements, with the same arrays."""
         names = ("steps", "joints", "actuators", "row_bodies", "inboard")
-        return dataclasses.replace(self, **{name: copy.deepcopy(getattr(self, name), memo) for name in names})
+        return dataclasses.replace(self, **{name: deep_copy(getattr(self, name), memo) for name in names})

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant._context.view import View
 
 
+_MOST_NAMES = 64  # lists of names are asked for in few ways
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
 
@@ -71,6 +72,10 @@ class Coordinates:
     def __init__(self, elements: Elements, contexts: Contexts) -> None:
         self._elements, self._contexts = elements, contexts
         self._of_instance: dict[tuple[str, int], np.ndarray] = {}
+        self._names: dict[tuple, list[str]] = {}
+        self._limits_of_joints: dict[tuple[str, int], np.ndarray] = {}
+        self._limits_changed = -1
+        self._actuation_matrix: np.ndarray | None = None
 
     # --- which
 
@@ -162,6 +167,24 @@ class Coordinates:
     def _element_names(
         self, call: str, which: str, args: tuple, always_add_suffix: bool, add_model_instance_prefix: bool | None
     ) -> list[str]:
+        return self._known_names(self._new_names, call, which, args, always_add_suffix, add_model_instance_prefix)
+
+    def _known_names(self, make: Callable[..., list[str]], *how: Any) -> list[str]:
+        """What `make` gives, kept, as no name changes; among the arguments is a tuple of those that a caller gave."""
+        kinds = tuple(type(arg) for given in how if type(given) is tuple for arg in given)
+        key = make.__name__, kinds, how  # kinds, as a model instance equals an integer, which is a flag here
+        try:
+            return self._names[key].copy()
+        except (KeyError, TypeError):  # not asked yet, or with what is no key and is complained of
+            pass
+        names = make(*how)
+        if len(self._names) < _MOST_NAMES:
+            self._names[key] = names
+        return names.copy()
+
+    def _new_names(
+        self, call: str, which: str, args: tuple, always_add_suffix: bool, add_model_instance_prefix: bool | None
+    ) -> list[str]:
         instance, flags = None, list(args)
         if flags and isinstance(flags[0], ModelInstanceIndex):
             instance = flags.pop(0)
@@ -231,6 +254,11 @@ class Coordinates:
     ) -> list[str]:
         """Names of the actuators, in the order of the actuation vector."""
         self._elements.require_finalized("GetActuatorNames")
+        return self._known_names(self._new_actuator_names, args, model_instance, add_model_instance_prefix)
+
+    def _new_actuator_names(
+        self, args: tuple, model_instance: ModelInstanceIndex | None, add_model_instance_prefix: bool | None
+    ) -> list[str]:
         flags, instance = list(args), model_instance
         if flags and isinstance(flags[0], ModelInstanceIndex):
             instance = flags.pop(0)
@@ -254,8 +282,15 @@ class Coordinates:
             kind: "position", "velocity" or "acceleration".
             side: 0 or 1.
         """
-        joints = self._elements.model(call).joints_by_coordinate
-        return np.concatenate([np.zeros(0), *(joint._limits[kind][side] for joint in joints)])
+        model = self._elements.model(call)
+        if self._limits_changed != Joint.limits_changed:
+            self._limits_of_joints.clear()
+            self._limits_changed = Joint.limits_changed
+        limits = self._limits_of_joints.get((kind, side))
+        if limits is None:
+            limits = np.concatenate([np.zeros(0), *(j._limits[kind][side] for j in model.joints_by_coordinate)])
+            self._limits_of_joints[kind, side] = limits
+        return limits.copy()
 
     def _effort_limits(self, call: str) -> np.ndarray:
         """Upper limits of the efforts, shape (nu,)."""
@@ -428,8 +463,10 @@ class Coordinates:
 
     def GetDefaultPositions(self, model_instance: ModelInstanceIndex | None = None) -> np.ndarray:
         """Positions of a default context, shape (nq,), of all or of one model instance."""
-        at = self.indices("GetDefaultPositions", "q", model_instance)
-        return lifted(self._model.default_positions()[at], self._contexts.scalar)
+        positions = self._elements.model("GetDefaultPositions").default_positions()
+        if model_instance is not None:
+            positions = positions[self.indices("GetDefaultPositions", "q", model_instance)]
+        return lifted(positions, self._contexts.scalar)
 
     @checked
     def SetDefaultPositions(
@@ -449,10 +486,11 @@ class Coordinates:
         array = np.ravel(np.asarray(values, float))
         if array.shape != at.shape:
             raise RuntimeError(f"{call}(): expected {len(at)} positions, but the given array has {array.size}.")
-        new = self._model.default_positions()
+        model = self._model
+        new = model.default_positions()
         new[at] = array
-        for joint in self._model.joints:
-            joint._default_q = new[joint._q_start : joint._q_start + joint.num_positions()].copy()
+        for joint in model.joints_by_coordinate:
+            joint._default_q = new[joint._q_start : joint._q_start + len(joint._default_q)]  # nobody else has it
 
     # --- selectors
 
@@ -495,11 +533,13 @@ class Coordinates:
 
     def MakeActuationMatrix(self) -> np.ndarray:
         """B with generalized forces = B u; shape (nv, num_actuated_dofs)."""
-        model = self._elements.model("MakeActuationMatrix")
-        B = np.zeros((model.nv, model.nu))
-        for a in model.actuators:
-            B[a.joint()._v_start, a._input_start] = 1.0
-        return B
+        if self._actuation_matrix is None:
+            model = self._elements.model("MakeActuationMatrix")
+            B = np.zeros((model.nv, model.nu))
+            for a in model.actuators:
+                B[a.joint()._v_start, a._input_start] = 1.0
+            self._actuation_matrix = B
+        return self._actuation_matrix.copy()
 
     def MakeActuationMatrixPseudoinverse(self) -> csc_matrix:
         """B⁺ with u = B⁺ tau, a scipy.sparse.csc_matrix; shape (num_actuated_dofs, nv)."""

@@ -94,10 +94,11 @@ class Dynamics:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._contexts.view(context)
         _require_fitting("CalcForceElementsContribution", view, forces)
-        found, F = view.ask_element_forces(), 6 * view.nb
-        found[:F].reshape(-1, 6).take(view.frozen.rows, 0, forces._F_Bo_W)
-        forces._tau[:] = found[F:]
-        forces._tau -= view.p[view.frozen.damping_at] * view.v
+        if (view.T is float) != (forces._tau.dtype == float) or view.ask_contribution(forces._F_Bo_W, forces._tau):
+            raise TypeError(
+                "CalcForceElementsContribution(): incompatible function arguments. forces must have the scalar type of "
+                "the context."
+            )
 
     def CalcGeneralizedForces(self, context: Context, forces: MultibodyForces) -> np.ndarray:
         """All of `forces` as generalized forces, shape (nv,)."""
@@ -278,6 +279,10 @@ class Dynamics:
         """  # fmt: skip
         call = "CalcJacobianCenterOfMassTranslationalVelocity"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
+        if instances is None and frame_A is frame_E is self._elements.world.body_frame():  # nearly always
+            view = self._contexts.view(context)
+            if view.T is float and (mass := self._kinematics.CalcTotalMass(context)) > 0.0:
+                return self._by_variable(context, call, view.ask_momentum_jacobian() / mass, wrt)
         view, rows, mass, _ = self._kinematics.com_rows(call, context, instances)
         mask, J = view.integers("mask", view.nb), view.buffer("J_com", 3, view.nv)
         mask[:] = 0

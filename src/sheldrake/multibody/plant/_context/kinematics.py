@@ -259,11 +259,12 @@ class Kinematics:
     def CalcTotalMass(self, context: Context, model_instances: list[ModelInstanceIndex] | None = None) -> float:
         """Mass [kg] of all bodies or of those of some model instances."""
         view = self._contexts.view(context)
-        rows = _ALL if model_instances is None else self._rows_of("CalcTotalMass", model_instances)
-        masses = self._masses(view, rows)
-        if not len(masses):
-            return 0.0
-        return float(np.add.reduce(masses)) if view.dtype == float else sum(masses[1:], masses[0])
+        if model_instances is None:
+            at = view.frozen.mass_of_bodies_at
+        else:
+            at = view.frozen.mass_at[self._rows_of("CalcTotalMass", model_instances)]
+        masses = view.p[at].tolist()
+        return sum(masses[1:], masses[0]) if masses else 0.0
 
     def com_rows(
         self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None

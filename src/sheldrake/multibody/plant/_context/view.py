@@ -359,13 +359,20 @@ class View:
         return found
 
     @cached_property
-    def ask_element_forces(self) -> Query:
-        """Spatial forces of all force elements at the body origins, by row, then their generalized forces; flat."""
-        answer = self.zeros(6 * self.nb + self.nv)
-        F_Bo_W, tau = answer[: 6 * self.nb].reshape(-1, 6), answer[6 * self.nb :]
-        arguments = self.model, self.frozen.forces, self.p, self.work, self.q, self.v, F_Bo_W, tau
-        needs = self.POSES | self.INERTIAS | self.VELOCITIES
-        return self.calls.query(queries.calc_element_forces, *arguments, needs=needs, answer=answer)
+    def ask_contribution(self) -> Query:
+        """Fills arrays with forces of all force elements at the body origins, and generalized ones, damping too."""
+        frozen, F = self.frozen, self.zeros(self.nb, 6)
+        arguments = self.model, frozen.forces, self.p, self.work, self.q, self.v, frozen.damping_at, frozen.rows
+        needs, given = self.POSES | self.INERTIAS | self.VELOCITIES, ("F_Bo_W", "tau")
+        results = F, self.zeros(len(frozen.rows), 6), self.zeros(self.nv)
+        return self.calls.query(queries.calc_contribution, *arguments, *results, given=given, needs=needs)
+
+    @cached_property
+    def ask_momentum_jacobian(self) -> Query:
+        """Jacobian of the linear momentum of all bodies [kg, kg m], shape (3, nv)."""
+        J, mask = self.zeros(3, self.nv), np.ones(self.nb, np.int64)
+        arguments, needs = (self.model, self.work, mask, J), self.POSES | self.INERTIAS
+        return self.calls.query(jacobians.calc_momentum_jacobian, *arguments, needs=needs, answer=J)
 
     # --- frames
 

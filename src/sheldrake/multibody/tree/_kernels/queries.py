@@ -129,6 +129,29 @@ def calc_element_forces(
     forces.add_at_body_origins(model, work, F_Bo_W)
 
 
+@kernel(top=True, strict=True, short_loops=True)
+def calc_contribution(
+    model: TreeModel,
+    force_model: ForceModel,
+    p: Vector,
+    work: TreeWork,
+    q: Vector,
+    v: Vector,
+    damping_at: IntVector,
+    rows: IntVector,
+    F_rows: Matrix,
+    F_Bo_W: Matrix,
+    tau: Vector,
+) -> None:
+    """The same by number of the body, of which `rows` has the rows, with the damping of joints: `p` has the factors."""
+    calc_element_forces(model, force_model, p, work, q, v, F_rows, tau)
+    for k in range(tau.shape[0]):
+        tau[k] = tau[k] - p[damping_at[k]] * v[k]
+    for body in range(rows.shape[0]):
+        for i in range(6):
+            F_Bo_W[body, i] = F_rows[rows[body], i]
+
+
 @kernel(top=True, short_loops=True)
 def calc_centre_of_mass(model: TreeModel, work: TreeWork, centre: Vector) -> int:
     """Centre of mass [m] of all bodies, in W, shape (3,); needs `body_inertias`.

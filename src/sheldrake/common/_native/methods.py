@@ -1,0 +1,338 @@
+"""Builtin functions of Python that take numbers out of objects' slots, run a kernel on them, and make a new object.
+
+As in `builtin`, `self` is a block that says what to look for. What is not exactly what was announced (a subclass,
+another scalar, an array in another order) gives None, and so does a kernel that gives a status other than 0: whoever
+asks then goes the long way.
+
+Layout of a block, in words:
+
+    0  address of the kernel's function        6   number of rows that take
+    1  address of the type numpy.ndarray       7   number of rows that make
+    2  address of the dtype float64            8   where the rows that make begin in the block
+    3  number of given arguments               9   where the kernel's words begin in the block
+    4  address of None                         10  PyArray_NewCopy, 11  PyType_GenericAlloc
+    5  Py_IncRef                               12  PyFloat_FromDouble
+    13 ... rows that take numbers: which argument; which of the kernel's words; a type that the argument must have, or
+           0, and how many bytes into it stands the object to go on with; the same of that object; number of axes and
+           lengths of the two first, a first of -1 for any, which the kernel is told; or, for a float, -1 and two types
+           that it may have
+       ... rows that make objects, the last of them the answer:
+           0, address of an array that is copied, which flags of the copy stay;
+           1, address of a double;
+           2, address of a double, objects that stand for it if it is 0 and if it is not;
+           a type, number of its slots, and for each slot how many bytes into the object it is, and which row made what
+           belongs there
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from typing import TYPE_CHECKING, Any
+
+from sheldrake.common._native import builtin
+
+if TYPE_CHECKING:
+    from sheldrake.common._native.builtin import _Method
+
+SYMBOL = "sheldrake_method"
+HEAD, PER_TAKEN, PER_MADE = 13, 9, 8
+MOST_SLOTS = (PER_MADE - 2) // 2
+MOST_MADE = 8
+AN_ARRAY, A_FLOAT, A_TRUTH = 0, 1, 2
+
+CODE = f"""
+define internal i1 @take(ptr %given, ptr %row, ptr %block, ptr %word) {{
+entry:
+  %type_0_at = getelementptr i64, ptr %row, i64 2
+  %type_0 = load i64, ptr %type_0_at
+  %hop_0_at = getelementptr i64, ptr %row, i64 3
+  %hop_0 = load i64, ptr %hop_0_at
+  %type_1_at = getelementptr i64, ptr %row, i64 4
+  %type_1 = load i64, ptr %type_1_at
+  %hop_1_at = getelementptr i64, ptr %row, i64 5
+  %hop_1 = load i64, ptr %hop_1_at
+  %axes_at = getelementptr i64, ptr %row, i64 6
+  %axes = load i64, ptr %axes_at
+  %n0_at = getelementptr i64, ptr %row, i64 7
+  %n0 = load i64, ptr %n0_at
+  %n1_at = getelementptr i64, ptr %row, i64 8
+  %n1 = load i64, ptr %n1_at
+  %plain = icmp eq i64 %type_0, 0
+  br i1 %plain, label %found, label %outer
+outer:
+  %outer_type_at = getelementptr i8, ptr %given, i64 {builtin._TYPE}
+  %outer_type = load i64, ptr %outer_type_at
+  %outer_fits = icmp eq i64 %outer_type, %type_0
+  br i1 %outer_fits, label %into, label %no
+into:
+  %slot_0 = getelementptr i8, ptr %given, i64 %hop_0
+  %held_0 = load ptr, ptr %slot_0
+  %empty_0 = icmp eq ptr %held_0, null
+  br i1 %empty_0, label %no, label %deeper
+deeper:
+  %one_hop = icmp eq i64 %type_1, 0
+  br i1 %one_hop, label %found, label %inner
+inner:
+  %inner_type_at = getelementptr i8, ptr %held_0, i64 {builtin._TYPE}
+  %inner_type = load i64, ptr %inner_type_at
+  %inner_fits = icmp eq i64 %inner_type, %type_1
+  br i1 %inner_fits, label %into_inner, label %no
+into_inner:
+  %slot_1 = getelementptr i8, ptr %held_0, i64 %hop_1
+  %held_1 = load ptr, ptr %slot_1
+  %empty_1 = icmp eq ptr %held_1, null
+  br i1 %empty_1, label %no, label %found
+found:
+  %object = phi ptr [%given, %entry], [%held_0, %deeper], [%held_1, %into_inner]
+  %type_at = getelementptr i8, ptr %object, i64 {builtin._TYPE}
+  %type = load i64, ptr %type_at
+  %number = icmp slt i64 %axes, 0
+  br i1 %number, label %is_number, label %is_array
+is_number:
+  %one_type = icmp eq i64 %type, %n0
+  %other_type = icmp eq i64 %type, %n1
+  %number_fits = or i1 %one_type, %other_type
+  br i1 %number_fits, label %take_number, label %no
+take_number:
+  %value_at = getelementptr i8, ptr %object, i64 {builtin._VALUE}
+  %value = load i64, ptr %value_at
+  store i64 %value, ptr %word
+  ret i1 true
+is_array:
+  %array_at = getelementptr i64, ptr %block, i64 1
+  %array = load i64, ptr %array_at
+  %type_fits = icmp eq i64 %type, %array
+  br i1 %type_fits, label %is_double, label %no
+is_double:
+  %double_at = getelementptr i64, ptr %block, i64 2
+  %double = load i64, ptr %double_at
+  %dtype_at = getelementptr i8, ptr %object, i64 {builtin._DTYPE}
+  %dtype = load i64, ptr %dtype_at
+  %dtype_fits = icmp eq i64 %dtype, %double
+  %flags_at = getelementptr i8, ptr %object, i64 {builtin._FLAGS}
+  %flags = load i32, ptr %flags_at
+  %order = and i32 %flags, {builtin._IN_ORDER}
+  %order_fits = icmp eq i32 %order, {builtin._IN_ORDER}
+  %its_axes_at = getelementptr i8, ptr %object, i64 {builtin._AXES}
+  %its_axes_32 = load i32, ptr %its_axes_at
+  %its_axes = sext i32 %its_axes_32 to i64
+  %axes_fit = icmp eq i64 %its_axes, %axes
+  %fits_0 = and i1 %dtype_fits, %order_fits
+  %fits_1 = and i1 %fits_0, %axes_fit
+  br i1 %fits_1, label %has_shape, label %no
+has_shape:                                ; there are one or two axes, and behind the lengths stand the strides
+  %shape_at = getelementptr i8, ptr %object, i64 {builtin._SHAPE}
+  %shape = load ptr, ptr %shape_at
+  %length_0 = load i64, ptr %shape
+  %length_1_at = getelementptr i64, ptr %shape, i64 1
+  %length_1 = load i64, ptr %length_1_at
+  %length_0_same = icmp eq i64 %length_0, %n0
+  %any_length = icmp slt i64 %n0, 0
+  %length_0_fits = or i1 %length_0_same, %any_length
+  %length_1_same = icmp eq i64 %length_1, %n1
+  %one_axis = icmp eq i64 %axes, 1
+  %length_1_fits = or i1 %length_1_same, %one_axis
+  %shape_fits = and i1 %length_0_fits, %length_1_fits
+  br i1 %shape_fits, label %take_array, label %no
+take_array:
+  %data_at = getelementptr i8, ptr %object, i64 {builtin._DATA}
+  %data = load i64, ptr %data_at
+  %offset = lshr i64 %data, 3
+  store i64 %offset, ptr %word
+  br i1 %any_length, label %measure, label %taken
+measure:
+  %length_word = getelementptr i64, ptr %word, i64 1
+  store i64 %length_0, ptr %length_word
+  br label %taken
+taken:
+  ret i1 true
+no:
+  ret i1 false
+}}
+
+define internal ptr @make(ptr %row, ptr %block, ptr %made) {{
+entry:
+  %what = load i64, ptr %row
+  %a_at = getelementptr i64, ptr %row, i64 1
+  %a = load ptr, ptr %a_at
+  %b_at = getelementptr i64, ptr %row, i64 2
+  %b = load i64, ptr %b_at
+  %c_at = getelementptr i64, ptr %row, i64 3
+  %c = load ptr, ptr %c_at
+  switch i64 %what, label %instance [
+    i64 {AN_ARRAY}, label %array
+    i64 {A_FLOAT}, label %number
+    i64 {A_TRUTH}, label %truth
+  ]
+array:
+  %copier_at = getelementptr i64, ptr %block, i64 10
+  %copier = load ptr, ptr %copier_at
+  %copy = call ptr %copier(ptr %a, i32 0)
+  %no_copy = icmp eq ptr %copy, null
+  br i1 %no_copy, label %none, label %flag
+flag:
+  %mask = trunc i64 %b to i32
+  %flags_at = getelementptr i8, ptr %copy, i64 {builtin._FLAGS}
+  %flags = load i32, ptr %flags_at
+  %kept_flags = and i32 %flags, %mask
+  store i32 %kept_flags, ptr %flags_at
+  ret ptr %copy
+number:
+  %value = load double, ptr %a
+  %float_at = getelementptr i64, ptr %block, i64 12
+  %float = load ptr, ptr %float_at
+  %new_float = call ptr %float(double %value)
+  ret ptr %new_float
+truth:
+  %said = load double, ptr %a
+  %is_false = fcmp oeq double %said, 0.0
+  %false = inttoptr i64 %b to ptr
+  %answer = select i1 %is_false, ptr %false, ptr %c
+  %keep_at = getelementptr i64, ptr %block, i64 5
+  %keep = load ptr, ptr %keep_at
+  call void %keep(ptr %answer)
+  ret ptr %answer
+instance:
+  %alloc_at = getelementptr i64, ptr %block, i64 11
+  %alloc = load ptr, ptr %alloc_at
+  %type = inttoptr i64 %what to ptr
+  %new = call ptr %alloc(ptr %type, i64 0)
+  %slots = ptrtoint ptr %a to i64
+  %no_new = icmp eq ptr %new, null
+  br i1 %no_new, label %none, label %each
+each:
+  %i = phi i64 [0, %instance], [%i_next, %fill]
+  %more = icmp slt i64 %i, %slots
+  br i1 %more, label %fill, label %whole
+fill:
+  %from = mul i64 %i, 2
+  %first = add i64 %from, 2
+  %into_at = getelementptr i64, ptr %row, i64 %first
+  %into = load i64, ptr %into_at
+  %which_at = getelementptr i64, ptr %into_at, i64 1
+  %which = load i64, ptr %which_at
+  %part_at = getelementptr ptr, ptr %made, i64 %which
+  %part = load ptr, ptr %part_at
+  %slot = getelementptr i8, ptr %new, i64 %into
+  store ptr %part, ptr %slot
+  %i_next = add i64 %i, 1
+  br label %each
+whole:
+  ret ptr %new
+none:
+  ret ptr null
+}}
+
+define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
+entry:
+  %made = alloca [{MOST_MADE} x ptr]
+  %block_at = getelementptr i8, ptr %self, i64 {builtin._DATA}
+  %block = load ptr, ptr %block_at
+  %given_at = getelementptr i64, ptr %block, i64 3
+  %given = load i64, ptr %given_at
+  %takes_at = getelementptr i64, ptr %block, i64 6
+  %takes = load i64, ptr %takes_at
+  %makes_at = getelementptr i64, ptr %block, i64 7
+  %makes = load i64, ptr %makes_at
+  %recipes_at = getelementptr i64, ptr %block, i64 8
+  %recipes = load i64, ptr %recipes_at
+  %begin_at = getelementptr i64, ptr %block, i64 9
+  %begin = load i64, ptr %begin_at
+  %words = getelementptr i64, ptr %block, i64 %begin
+  %as_many = icmp eq i64 %count, %given
+  br i1 %as_many, label %arguments, label %misfit
+arguments:
+  %i = phi i64 [0, %entry], [%i_next, %one]
+  %more = icmp slt i64 %i, %takes
+  br i1 %more, label %one, label %run
+one:
+  %row_from = mul i64 %i, {PER_TAKEN}
+  %row_start = add i64 %row_from, {HEAD}
+  %row = getelementptr i64, ptr %block, i64 %row_start
+  %which = load i64, ptr %row
+  %slot_at = getelementptr i64, ptr %row, i64 1
+  %slot = load i64, ptr %slot_at
+  %word = getelementptr i64, ptr %words, i64 %slot
+  %arg_at = getelementptr ptr, ptr %args, i64 %which
+  %arg = load ptr, ptr %arg_at
+  %fits = call i1 @take(ptr %arg, ptr %row, ptr %block, ptr %word)
+  %i_next = add i64 %i, 1
+  br i1 %fits, label %arguments, label %misfit
+run:
+  %kernel = load ptr, ptr %block
+  %status = call i64 %kernel(double 0.0, ptr null, ptr %words)
+  %fine = icmp eq i64 %status, 0
+  br i1 %fine, label %answer, label %misfit
+answer:                                   ; without memory for all of it, what was made of it is lost
+  %j = phi i64 [0, %run], [%j_next, %another]
+  %last = phi ptr [null, %run], [%part, %another]
+  %left = icmp slt i64 %j, %makes
+  br i1 %left, label %another, label %done
+another:
+  %recipe_from = mul i64 %j, {PER_MADE}
+  %recipe_start = add i64 %recipe_from, %recipes
+  %recipe = getelementptr i64, ptr %block, i64 %recipe_start
+  %part = call ptr @make(ptr %recipe, ptr %block, ptr %made)
+  %part_at = getelementptr ptr, ptr %made, i64 %j
+  store ptr %part, ptr %part_at
+  %j_next = add i64 %j, 1
+  %no_memory = icmp eq ptr %part, null
+  br i1 %no_memory, label %failed, label %answer
+done:
+  ret ptr %last
+failed:
+  ret ptr null
+misfit:
+  %none_at = getelementptr i64, ptr %block, i64 4
+  %none = load ptr, ptr %none_at
+  %keep_at = getelementptr i64, ptr %block, i64 5
+  %keep = load ptr, ptr %keep_at
+  call void %keep(ptr %none)
+  ret ptr %none
+}}
+"""
+
+
+@functools.cache
+def available() -> bool:
+    """Whether builtin calls are to be had, and this code too."""
+    return builtin.available() and _address() is not None
+
+
+def make(words: list[int], keep: Any) -> Any:
+    """A builtin function of a block; only where `available`."""
+    return builtin.make(words, keep, _method())
+
+
+@functools.cache
+def functions() -> dict[str, int]:
+    """Addresses of what the code calls of Python."""
+    names = ("Py_IncRef", "PyType_GenericAlloc", "PyFloat_FromDouble")
+    return {name: int(ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0) for name in names}
+
+
+@functools.cache
+def place_of_slot(cls: type, name: str) -> int:
+    """How many bytes into an object of a class a slot is.
+
+    Raises:
+        TypeError: it is not where objects of slots have theirs.
+    """
+    new, mark = object.__new__(cls), object()
+    descriptor = getattr(cls, name)
+    descriptor.__set__(new, mark)
+    for at in range(object.__basicsize__, cls.__basicsize__, 8):
+        if ctypes.c_int64.from_address(id(new) + at).value == id(mark):
+            return at
+    raise TypeError(f"{cls.__name__}.{name} is no slot of its objects.")
+
+
+@functools.cache
+def _method() -> _Method:
+    return builtin._Method(b"method", _address(), builtin.METH_FASTCALL, b"A kernel on the numbers of objects.")
+
+
+@functools.cache
+def _address() -> int | None:
+    return builtin.code_address(SYMBOL, CODE)

@@ -1,0 +1,169 @@
+"""Short ways for methods of values: a kernel on the numbers in objects' slots, as a builtin function of Python.
+
+A method that is written once for all scalars asks its short way first,
+
+    def inverse(self):
+        if (made := _inverse(self)) is not None:
+            return made
+        ...
+
+which gives None for whatever is not exactly of the types it was made for, and where there is no native code.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.common.kernel import jit_enabled
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
+
+FEW = 64
+"""Calls that a short way does not take part in: to make it ready takes as long as some hundreds in Python."""
+
+
+class Slots(NamedTuple):
+    """An object of a class of slots, and what is in them: for each name a `Form`."""
+
+    cls: type
+    parts: dict[str, Any]
+
+
+Form = Slots | type | tuple[int, ...]
+"""What a short way takes or gives: the shape of a float64 array, `float`, for answers also `bool`, or `Slots`.
+
+It may take vectors of `ANY` length, which are the kernel's to write, too.
+"""
+ANY = (-1,)
+
+
+def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, gives: Form, frozen: bool = True) -> Any:
+    """A function that gives None at first, and puts the short way in its own place when it was called some times.
+
+    Args:
+        home: What the function is kept in: a module's `globals()`, or a table.
+        name: By what name.
+        kernel: An entry whose parameters are the numbers of all arguments, floats or vectors, matrices by rows, and
+            then vectors for the numbers of the answer; a status other than 0 says that the long way is to be gone.
+        takes: Arguments.
+        gives: The answer.
+        frozen: Whether an array that is the answer is read-only; arrays in slots always are.
+    """
+    calls = 0
+
+    def not_yet(*args: Any) -> None:
+        nonlocal calls
+        calls += 1
+        if calls > FEW:
+            home[name] = _made(kernel, takes, gives, frozen)
+
+    return not_yet
+
+
+def query(kernel: Kernel, *fixed: np.ndarray, takes: tuple[Form, ...], gives: Form, frozen: bool = True) -> Any:
+    """A short way on arrays of one object, which come first among the kernel's parameters; None where there is none.
+
+    Args:
+        kernel, takes, gives, frozen: as for `short_way`.
+        fixed: Arrays that stay where they are.
+    """
+    made = _made(kernel, takes, gives, frozen, fixed)
+    return None if made is _never else made
+
+
+def _never(*args: Any) -> None:
+    """The short way where there is none."""
+
+
+def _made(
+    kernel: Kernel, takes: tuple[Form, ...], gives: Form, frozen: bool, fixed: tuple[np.ndarray, ...] = ()
+) -> Callable[..., Any]:
+    if not jit_enabled():
+        return _never
+    from sheldrake.common._native import methods, store
+
+    if not methods.available():
+        return _never
+    if not store.is_ready(kernel):
+        store.make(kernel, tell=False)  # a moment, too short to speak of
+    return _Writer(kernel, frozen, fixed).write(takes, gives)
+
+
+def _leaves(form: Form, path: tuple[tuple[type, str], ...] = ()) -> Iterator[tuple[tuple[tuple[type, str], ...], Form]]:
+    """The numbers and arrays of a form, each with the slots that lead to it."""
+    if isinstance(form, Slots):
+        for name, part in form.parts.items():
+            yield from _leaves(part, (*path, (form.cls, name)))
+    else:
+        yield path, form
+
+
+class _Writer:
+    """Writes the block of one short way (see `methods`)."""
+
+    def __init__(self, kernel: Kernel, frozen: bool, fixed: tuple[np.ndarray, ...]) -> None:
+        self.kernel, self.frozen, self.num_fixed = kernel, frozen, len(fixed)
+        self.given: list[Any] = list(fixed)  # what the kernel is bound to
+        self.taken: list[list[int]] = []
+        self.made: list[list[int]] = []
+        self.keep: list[Any] = []
+
+    def write(self, takes: tuple[Form, ...], gives: Form) -> Callable[..., Any]:
+        from sheldrake.common._native import builtin, methods
+        from sheldrake.common._native.binding import HERE, first_words
+
+        for k, form in enumerate(takes):
+            for path, leaf in _leaves(form):
+                self._take(k, path, leaf)
+        self._make(gives, self.frozen)
+        bound = self.kernel.bind(*self.given)
+        words, _ = bound.keep
+        slots = list(first_words(self.kernel).values())[self.num_fixed :]
+        rows = [[row[0], slot, *row[1:]] for row, slot in zip(self.taken, slots)]
+        recipes = methods.HEAD + methods.PER_TAKEN * len(rows)
+        begin = recipes + methods.PER_MADE * len(self.made)
+        call = methods.functions()
+        head = [HERE.address(self.kernel), *builtin.constants()[1:], len(takes), id(None), call["Py_IncRef"]]
+        head += [len(rows), len(self.made), recipes, begin]
+        head += [builtin.new_copy(), call["PyType_GenericAlloc"], call["PyFloat_FromDouble"]]
+        block = [*head, *itertools.chain(*rows, *self.made), *words.tolist()]
+        return methods.make(block, (bound, takes, gives, self.keep))
+
+    def _take(self, argument: int, path: tuple[tuple[type, str], ...], leaf: Form) -> None:
+        from sheldrake.common._native import builtin, methods
+
+        hops = [word for cls, name in path for word in (id(cls), methods.place_of_slot(cls, name))]
+        if leaf is float:
+            shape, example = list(builtin.NUMBER), 0.0
+        else:
+            assert isinstance(leaf, tuple)
+            shape, example = [len(leaf), *leaf, 0][:3], np.zeros(abs(int(np.prod(leaf))))
+        self.taken.append([argument, *hops, *([0] * (4 - len(hops))), *shape])
+        self.given.append(example)
+
+    def _make(self, form: Form, frozen: bool) -> int:
+        """Adds the rows that make a form; the number of the last."""
+        from sheldrake.common._native import builtin, methods
+        from sheldrake.common._native.binding import HERE
+
+        if isinstance(form, Slots):
+            row = [id(form.cls), len(form.parts)]
+            for name, part in form.parts.items():
+                row += [methods.place_of_slot(form.cls, name), self._make(part, True)]
+        elif isinstance(form, tuple):
+            array = np.zeros(form)
+            row = [methods.AN_ARRAY, id(array), builtin.READ_ONLY if frozen else builtin.ALL_FLAGS]
+            self.keep.append(array)
+            self.given.append(array.reshape(-1))
+        else:
+            number = np.zeros(1)
+            truths = [methods.A_TRUTH, HERE.place(number), id(False), id(True)]
+            row = truths if form is bool else [methods.A_FLOAT, HERE.place(number)]
+            self.given.append(number)
+        self.made.append([*row, *([0] * (methods.PER_MADE - len(row)))])
+        return len(self.made) - 1

@@ -1,0 +1,1 @@
+"""What planning asks of many configurations at once, as kernels."""
