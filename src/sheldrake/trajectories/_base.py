@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 _FLOAT64 = np.dtype(np.float64)
 _FEW = 3
-_MOST = 16  # queries, as there may be one for each number of times
 _NONE: dict = {}
 
 
@@ -81,10 +80,6 @@ class Trajectory:
             return None
         queries[key] = query = make(key) if _is_ours(self) else None  # another class computes its own
         return query
-
-    def _make_query_of_times(self, key: int) -> Query | None:
-        """A function of -1 - `key` times, an array, that gives columns; None where there is none."""
-        return None
 
     def _make_query(self, order: int) -> Query | None:
         """That function, of plain numbers; it gives MISFIT for what is no float. None where there is none."""
@@ -309,15 +304,14 @@ def no_derivatives() -> RuntimeError:
 
 
 def query(kernel: Kernel, *args: KernelArgument, out: np.ndarray) -> Query | None:
-    """A query of a kernel that is given t, or times, and fills `out`; None where another thread could come between."""
+    """A query of a kernel that is given t and fills `out`; None where another thread could come between."""
     from sheldrake.common._native import builtin
     from sheldrake.common.calls import Calls
 
     calls = Calls(_NEVER)
     if not (calls.native and builtin.available()):
         return None
-    given = tuple(name for name in kernel.names if name in ("t", "times"))
-    return calls.query(kernel, *args, out, given=given, answer=out)
+    return calls.query(kernel, *args, out, given=("t",), answer=out)
 
 
 def query_of_many(kernel: Kernel, *args: np.ndarray, shape: tuple[int, int]) -> Query | None:
