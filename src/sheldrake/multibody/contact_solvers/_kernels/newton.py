@@ -358,7 +358,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         if will_do(model, problem, excess, momentum, impulse) or -slope <= left * (momentum + impulse):
             return SOLVED
         ratio = excess / before
-        fresh = 0 if excess * ratio**CHORDS <= 1.0 else 1
+        fresh = 0 if will_do(model, problem, excess * ratio**CHORDS, momentum, impulse) else 1
         if fresh == 1 and soft:
             update_duals(model, problem, contacts, alpha)
     return ITERATION_LIMIT
