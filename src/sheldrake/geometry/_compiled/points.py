@@ -23,7 +23,7 @@ from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._state.records import GeometryRecord
 from sheldrake.geometry._state.state import GeometryState
 
-CELLS_FROM = 100
+CELLS_FROM = 200
 """Number of geometries from which on close pairs are sought in cells rather than among all pairs."""
 
 SKIN = 0.25

@@ -56,6 +56,7 @@ def make_solver_model(
     near_rigid_threshold: float = 1.0,
     relative_tolerance: float = REST_TOLERANCE,
     to_rest: bool = False,
+    ahead: bool = False,
 ) -> SolverModel:
     """The constants of a solver.
 
@@ -69,6 +70,7 @@ def make_solver_model(
         near_rigid_threshold: beta of kSap's contacts.
         relative_tolerance: residual at which iterations stop, relative to momentum and impulse.
         to_rest: solved until what can rest does, instead of as Drake iterates.
+        ahead: what rows of one dof do linearly is in v*; so it always is where things come to rest.
 
     Raises:
         ValueError: if the approximation has no such name.
@@ -92,7 +94,7 @@ def make_solver_model(
     model.max_iterations = MAX_ITERATIONS if to_rest else DRAKE_ITERATIONS
     model.law = APPROXIMATIONS[approximation].law
     model.scalar_rows = APPROXIMATIONS[approximation].scalar_rows
-    model.ahead = to_rest and APPROXIMATIONS[approximation].scalar_rows
+    model.ahead = (to_rest or ahead) and APPROXIMATIONS[approximation].scalar_rows
     model.sides = 1 if APPROXIMATIONS[approximation].symmetric else 2
     return model
 

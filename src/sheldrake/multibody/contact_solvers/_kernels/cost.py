@@ -342,13 +342,26 @@ def add_runs(contact, L, factor):
         begin = end
 
 
+@kernel
+def add_two_columns(contact, L, factor):
+    """`add_contact` of a contact that two dofs move, as that of limbs next but one to each other mostly is."""
+    p, q = column3(contact.J, 0, 0), column3(contact.J, 0, 1)
+    Gq = times_G(contact.G, q)
+    L[diagonal(factor, contact.dofs[0])] += dot3(times_G(contact.G, p), p)
+    L[in_branches(factor, contact, 1, 0)] += dot3(Gq, p)
+    L[diagonal(factor, contact.dofs[1])] += dot3(Gq, q)
+
+
 @kernel(outline=True)
 def assemble_branches(model, problem, contacts, rows, factor):
     """H = A + J^T G J."""
     put_momentum_of_branches(model, problem, factor)
     for contact in contacts_of_island(problem, contacts):
         if resists(contact):
-            add_runs(contact, factor.L, factor)
+            if contact.width == 2:
+                add_two_columns(contact, factor.L, factor)
+            else:
+                add_runs(contact, factor.L, factor)
     for row in rows_of_island(problem, rows):
         if row.G > 0.0:
             add_row(row, factor.L, factor, in_branches)

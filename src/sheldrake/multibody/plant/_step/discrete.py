@@ -84,7 +84,7 @@ class DiscreteUpdate:
     def make_work(self, geometry: CompiledGeometry) -> StepWork:
         """The scratch of a step."""
         tree = self._elements.model("MultibodyPlant").tree
-        models = tree, self._models.solver_model(geometry.model), self._models.plant_model
+        models = tree, self._models.solver_model(geometry), self._models.plant_model
         return step_work_of(*models, geometry.model, geometry.hydro)
 
     def scratch_fault(self, scratch: StepWork) -> str:

@@ -98,7 +98,7 @@ class KernelModels:
         seen = geometry if has_geometry else self._without
         models["geometry_model"], models["hydro_model"] = seen.model, seen.hydro
         if self._settings.is_discrete():
-            models["solver_model"] = self.solver_model(models["geometry_model"])
+            models["solver_model"] = self.solver_model(seen)
         return models
 
     def in_root(self, root: RootView) -> dict[str, Any]:
@@ -157,8 +157,9 @@ class KernelModels:
         g, delta = self._elements.gravity_strength(), self._settings.penetration_allowance
         return 2.0 * heaviest * g / delta, 1.0 / (g * delta) ** 0.5
 
-    def solver_model(self, geometry_model: GeometryModel) -> SolverModel:
+    def solver_model(self, geometry: CompiledGeometry) -> SolverModel:
         """The solver's constants for a state of the geometry; the last are kept."""
+        geometry_model, hydro_model = geometry.model, geometry.hydro
         settings, tree = self._settings, self._elements.model("MultibodyPlant").tree
         dt, name = settings.time_step, settings.kind.name
         stiction, near_rigid = settings.stiction_tolerance, settings.near_rigid_threshold
@@ -166,7 +167,13 @@ class KernelModels:
         known = self._solver_model
         if known is None or known[0][0] is not tree or known[0][1] is not geometry_model or known[0][2:] != numbers:
             made = solver_model_of(
-                tree, geometry_model, dt, name, stiction_tolerance=stiction, near_rigid_threshold=near_rigid
+                tree,
+                geometry_model,
+                dt,
+                name,
+                hydro_model,
+                stiction_tolerance=stiction,
+                near_rigid_threshold=near_rigid,
             )
             known = self._solver_model = (tree, geometry_model, *numbers), made
         return known[1]

@@ -18,7 +18,7 @@ from sheldrake.multibody.plant._kernels.step import (
     smooth_motion,
 )
 from sheldrake.multibody.plant._kernels.surface_velocities import contact_drifts
-from sheldrake.multibody.plant._step.tuning import touches_at_several_points
+from sheldrake.multibody.plant._step.tuning import can_touch, touches_at_several_points
 
 
 def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
@@ -43,7 +43,8 @@ def discrete_stages(
 ) -> list[Kernel]:
     """The kernels of a plant's step, in their order: those it needs, no others.
 
-    Where pairs of geometries touch at several points, steps go on until what can rest does; else they are Drake's.
+    Where pairs of geometries touch at several points, steps go on until what can rest does; else they are Drake's. So
+    they are where nothing can touch, but the solver is that which knows of rows in v*.
 
     Args:
         geometry_model: pairs of geometries that touch in points.
@@ -65,4 +66,5 @@ def discrete_stages(
         chain.append(joint_constraints)
     if touches_at_several_points(geometry_model):
         return [*chain, *kind.to_rest, next_state_with_momentum]
-    return [*chain, *kind.as_drake, next_state]
+    rows_alone = chain[-1] is joint_constraints and not can_touch(geometry_model, hydro_model)
+    return [*chain, *(kind.to_rest if rows_alone else kind.as_drake), next_state]

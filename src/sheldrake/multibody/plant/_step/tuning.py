@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry._compiled.search import has_pairs
+from sheldrake.geometry._kernels.hydro_model import HydroModel
 from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Margins, Material
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
@@ -17,24 +19,32 @@ BOUNCE = 10.0
 
 
 def solver_model_of(
-    tree_model: TreeModel, geometry_model: GeometryModel, dt: float, approximation: str = "lagged", **options: Any
+    tree_model: TreeModel,
+    geometry_model: GeometryModel,
+    dt: float,
+    approximation: str = "lagged",
+    hydro_model: HydroModel | None = None,
+    **options: Any,
 ) -> SolverModel:
     """The solver's constants for a tree and its geometry.
 
     Where pairs of geometries touch at several points, iterations stop at a smaller residual than Drake's: with Drake's,
     a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. With Drake's single points the
-    tolerance is Drake's too, and so are the numbers.
+    tolerance is Drake's too, and so are the numbers. Where nothing can touch they are as well, but what rows of joints
+    do linearly is in v*: mostly that is the answer.
 
     Args:
         tree_model: the tree.
         geometry_model: the proximity geometry.
         dt: time step [s].
         approximation: one of `APPROXIMATIONS`.
+        hydro_model: pairs of geometries that touch along surfaces.
         options: more of `make_solver_model`.
     """
     several = touches_at_several_points(geometry_model)
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
     options.setdefault("to_rest", several)
+    options.setdefault("ahead", not can_touch(geometry_model, hydro_model))
     tree = tree_model.tree[:, [Tree.first_dof.at, Tree.num_dofs.at]]
     dof = tree_model.dof[:, [Dof.parent.at, Dof.depth.at, Dof.row.at]]
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
@@ -50,6 +60,11 @@ def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
     elastic = model.material[:, Material.dissipation] == 0.0
     if kind.bounces and elastic.sum() > 1 and touches_at_several_points(model):
         model.margin[Margins.elastic_margin] = BOUNCE * dt
+
+
+def can_touch(model: GeometryModel, hydro_model: HydroModel | None) -> bool:
+    """Whether anything can, in points or along surfaces."""
+    return has_pairs(model) or (hydro_model is not None and len(hydro_model.pair) > 0)
 
 
 def touches_at_several_points(model: GeometryModel) -> bool:
