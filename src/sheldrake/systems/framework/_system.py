@@ -163,7 +163,7 @@ class System(ScalarConversion, SystemPorts):
         self.ValidateContext(context)
         store = context._store
         a, b = _evaluate.derivatives(store, context._node)
-        return ContinuousState._view(BasicVector._view(store.S[a:b].copy()), context._place.parts)
+        return ContinuousState._view(BasicVector._view(store.S[a:b].copy()), store.layout.parts(context._node))
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""
