@@ -62,7 +62,7 @@ class Scene:
             simulator, self.plant = standing.simulator, standing.plant
             theirs = quadruped.MuJoCo(0.0)
             theirs.turn(0.2)
-            self.model, self.ctrl, self.qpos = theirs.model, quadruped.STANCE, theirs.data.qpos.copy()
+            self.model, self.ctrl, self.qpos = theirs.model, quadruped.QUADRUPED.stance(), theirs.data.qpos.copy()
         else:
             bin_of_20 = contact.scene("clutter20")
             clutter, rival = engines.DrakeLike("sheldrake"), engines.MuJoCo()

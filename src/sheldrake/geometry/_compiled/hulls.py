@@ -12,6 +12,7 @@ from sheldrake.geometry._kernels.model import CELLS, DIVIDED, HULL, FaceLoop, Ge
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
 _MOST_CORNERS = 1000  # of a face among which its feet are sought
+_MANY = 1000  # vertices from which on it pays to leave most of them out first
 _LEVEL = 1e-9  # of the extent of a hull: vertices that are lower by no more are as low
 
 
@@ -104,6 +105,22 @@ def _lowest_in_grid(corners: np.ndarray, vertices: np.ndarray, slack: float) -> 
     return may
 
 
+def _lowest_by_quarters(corners: np.ndarray, vertices: np.ndarray, slack: float) -> np.ndarray:
+    """As `_lowest_in_grid`: of many vertices, only those that may be lowest in a quarter of the grid are tried there."""
+    n = len(corners) - 1
+    if n == 1 or len(vertices) < _MANY:
+        return _lowest_in_grid(corners, vertices, slack)
+    half = n // 2
+    may, cells = np.zeros((n * n, len(vertices)), bool), np.arange(n * n).reshape(n, n)
+    in_quarters = _lowest_in_grid(corners[::half, ::half], vertices, slack)
+    for quarter, (row, column) in zip(in_quarters, ((0, 0), (0, half), (half, 0), (half, half))):
+        few = np.flatnonzero(quarter)
+        around = corners[row : row + half + 1, column : column + half + 1]
+        inside = cells[row : row + half, column : column + half].ravel()
+        may[np.ix_(inside, few)] = _lowest_by_quarters(around, vertices[few], slack)
+    return may
+
+
 def _slack(vertices: np.ndarray) -> float:
     return _LEVEL * float(np.ptp(vertices, axis=0).sum())
 
@@ -111,7 +128,7 @@ def _slack(vertices: np.ndarray) -> float:
 def lowest_in_cells(vertices: np.ndarray) -> np.ndarray:
     """Which vertices may be lowest along some direction through each cell, in the order of `cell_of`."""
     slack = _slack(vertices)
-    return np.concatenate([_lowest_in_grid(corners, vertices, slack) for corners in _CORNERS])
+    return np.concatenate([_lowest_by_quarters(corners, vertices, slack) for corners in _CORNERS])
 
 
 def lowest_in_parts(vertices: np.ndarray, cell: int, slack: float) -> np.ndarray:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.multibody.contact_solvers._kernels import problem as records
-from sheldrake.multibody.contact_solvers._kernels.factor import BITS
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
 from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 
@@ -170,8 +169,9 @@ def make_solver_work(
         Factor(
             integers(max(nv, num_trees)),
             integers(num_trees, records.Block.SIZE),
+            integers(num_trees, records.Node.SIZE),
             integers(blocks, records.Entry.SIZE),
-            integers(num_trees, -(-num_trees // int(BITS))),
+            integers(2 * (contacts + rows)),
             numbers(size),
             numbers(nv),
             integers(nv, records.Path.SIZE),

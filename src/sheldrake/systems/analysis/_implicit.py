@@ -71,7 +71,7 @@ class ImplicitIntegrator(IntegratorBase):
 
     def _make_newton(self, layout: Layout) -> Newton:
         """Memory of Newton's method, which knows no matrices yet."""
-        of_q, of_v, of_z = layout.places[0].parts
+        of_q, of_v, of_z = layout.parts(0)
         q, y = _indices(of_q), _indices([*of_v, *of_z])
         n, stages = len(q) + len(y), len(self._A)
         unknown = y if self._equation == VELOCITIES else np.arange(n)

@@ -23,13 +23,13 @@ class Rates:
 
     def __init__(self, store: Store):
         layout = store.layout
-        q, v, z = (_indices(parts) for parts in layout.places[0].parts)
+        q, v, z = (_indices(parts) for parts in layout.parts(0))
         self.q, self.v, self.y = q, v, np.concatenate([v, z])
         self.memory, self._at_q = store.S, layout.xc[0] + q
         self._leaves: list[tuple[Any, Any, slice, slice]] = []  # system, context, its places among q and v
         at_q = at_v = 0
         for n in layout.leaves:
-            nq, nv, _ = (len(_indices(parts)) for parts in layout.places[n].parts)
+            nq, nv, _ = (len(_indices(parts)) for parts in layout.parts(n))
             mapped = nq > 0 and not _is_identity(store.systems[n], nq, nv)
             context = store.context(n) if mapped else None
             self._leaves.append((store.systems[n], context, slice(at_q, at_q + nq), slice(at_v, at_v + nv)))

@@ -163,7 +163,7 @@ class System(ScalarConversion, SystemPorts):
         if getattr(context, "_system", None) is not self:
             self.ValidateContext(context)
         found = _evaluate.derivatives(context)
-        return ContinuousState._view(BasicVector._view(found.copy()), context._place.parts)
+        return ContinuousState._view(BasicVector._view(found.copy()), context._store.layout.parts(context._node))
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """Time derivatives of the continuous state, into `derivatives`."""

@@ -11,6 +11,7 @@ from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, scatt
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     Block,
     Contacts,
+    Entry,
     Factor,
     Participation,
     Problem,
@@ -207,5 +208,5 @@ def test_too_little_room_is_told(approximation):
     island.work = island.work._replace(factor=island.work.factor._replace(L=np.zeros(100)))
     assert island.solve()[0] == 1
     island = Island(sizes, pairs, rows, approximation=approximation)
-    island.work = island.work._replace(factor=island.work.factor._replace(below=np.zeros((3, 2), np.int64)))
+    island.work = island.work._replace(factor=island.work.factor._replace(below=np.zeros((3, Entry.SIZE), np.int64)))
     assert island.solve()[0] == 1

@@ -39,104 +39,212 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
 # ---- the graph of trees
 #
 # Minimum degree (George and Liu 1989): next comes a tree with the fewest neighbours, which then all become neighbours
-# of each other; the neighbours it has at that moment are the rows of its column. Neighbours are bits, so a union is
-# a few words.
+# of each other; the neighbours it has at that moment are the rows of its column. Cliques that elimination makes are
+# not spelt out: a tree knows the eliminated ones whose neighbour it became, and those of its first neighbours that none
+# of them has. As each that is eliminated takes at least one name off the lists it adds its own to, lists never grow.
 
-BITS = 62  # of a word: 63 would be the sign
 NOBODY = -1
+PRESENT, ELIMINATED, ABSORBED = 0, 1, 2  # of a tree; absorbed: all its neighbours are one's that went later
 
 
 @kernel
-def set_bit(graph, i, j):
-    graph[i, j // BITS] |= 1 << (j % BITS)
+def coupled(problem, factor, constraints, of_island):
+    """For loops: the two trees of each constraint that has two; contacts of one pair, which follow each other, once."""
+    a = b = NOBODY
+    for constraint in of_island(problem, constraints):
+        if constraint.tree_a != a or constraint.tree_b != b:
+            a, b = constraint.tree_a, constraint.tree_b
+            if a >= 0 and b >= 0 and a != b:
+                yield factor.trees[a].place, factor.trees[b].place
 
 
 @kernel
-def clear_bit(graph, i, j):
-    graph[i, j // BITS] &= ~(1 << (j % BITS))
+def count_names(problem, factor, constraints, of_island):
+    """Adds to the degree of each tree how often constraints couple it."""
+    for i, j in coupled(problem, factor, constraints, of_island):
+        factor.nodes[i].degree += 1
+        factor.nodes[j].degree += 1
 
 
 @kernel
-def lowest_bit(word):
-    """Number of the lowest bit of a word that is not zero, by halves."""
-    n = 0
-    for half in (32, 16, 8, 4, 2, 1):
-        if word & ((1 << half) - 1) == 0:
-            word >>= half
-            n += half
-    return n
-
-
-@kernel
-def neighbours(graph, i, words):
-    """For loops: the neighbours of i, ascending."""
-    for w in range(words):
-        word = graph[i, w]
-        while word != 0:
-            yield w * BITS + lowest_bit(word)
-            word &= word - 1
+def add_name(factor, i, j):
+    node = factor.nodes[i]
+    factor.graph[node.end] = j
+    node.end += 1
 
 
 @kernel
 def couple(problem, factor, constraints, of_island):
-    """Marks the two trees of each constraint as neighbours."""
-    for constraint in of_island(problem, constraints):
-        a, b = constraint.tree_a, constraint.tree_b
-        if a >= 0 and b >= 0 and a != b:
-            i, j = factor.trees[a].place, factor.trees[b].place
-            set_bit(factor.graph, i, j)
-            set_bit(factor.graph, j, i)
+    """Writes the two trees of each constraint into each other's lists."""
+    for i, j in coupled(problem, factor, constraints, of_island):
+        add_name(factor, i, j)
+        add_name(factor, j, i)
 
 
 @kernel
-def count_neighbours(graph, i, words):
-    n = 0
-    for _ in neighbours(graph, i, words):
-        n += 1
-    return n
+def drop_repeated(factor, i):
+    """Each name once in the list of i."""
+    graph, node = factor.graph, factor.nodes[i]
+    kept = node.begin
+    for at in range(node.begin, node.end):
+        j = graph[at]
+        if factor.nodes[j].seen != i + 1:
+            factor.nodes[j].seen = i + 1
+            graph[kept] = j
+            kept += 1
+    node.middle = kept
+    node.end = kept
+    node.degree = kept - node.begin
 
 
 @kernel
-def least_coupled(factor, n):
-    """Of the n trees, numbered within the island, the first that is left and has the fewest neighbours."""
-    best = NOBODY
-    degree = n
+def put_lists(problem, contacts, rows, factor, n):
+    """The lists of n trees: neighbours alone, as none is eliminated."""
     for i in range(n):
-        if factor.nodes[i].done == 0 and factor.nodes[i].degree < degree:
-            best, degree = i, factor.nodes[i].degree
-    return best
+        node = factor.nodes[i]
+        node.degree = 0
+        node.state = PRESENT
+        node.joined = 0
+        node.seen = 0
+    count_names(problem, factor, contacts, contacts_of_island)
+    count_names(problem, factor, rows, rows_of_island)
+    begin = 0
+    for i in range(n):
+        node = factor.nodes[i]
+        node.begin = begin
+        node.end = begin
+        begin += node.degree
+    couple(problem, factor, contacts, contacts_of_island)
+    couple(problem, factor, rows, rows_of_island)
+    for i in range(n):
+        drop_repeated(factor, i)
 
 
 @kernel
-def eliminate_tree(factor, i, words):
-    """Makes the neighbours of i each other's neighbours; i leaves."""
-    graph = factor.graph
-    factor.nodes[i].done = 1
-    for u in neighbours(graph, i, words):
-        for w in range(words):
-            graph[u, w] |= graph[i, w]
-        clear_bit(graph, u, u)
-        clear_bit(graph, u, i)
-        factor.nodes[u].degree = count_neighbours(graph, u, words)
+def contender(factor, at, n):
+    """Who stands at a place of the tournament: behind its n - 1 winners are the trees."""
+    return at - n if at >= n else factor.nodes[at].winner
+
+
+@kernel
+def play(factor, at, n):
+    """Decides a place of the tournament: fewer neighbours win, then the lower number."""
+    i, j = contender(factor, 2 * at, n), contender(factor, 2 * at + 1, n)
+    of_i, of_j = factor.nodes[i].degree, factor.nodes[j].degree
+    factor.nodes[at].winner = i if of_i < of_j or (of_i == of_j and i < j) else j
+
+
+@kernel
+def play_again(factor, i, n):
+    """Decides the places on the way of tree i, whose degree has changed."""
+    at = (n + i) // 2
+    while at > 0:
+        play(factor, at, n)
+        at //= 2
+
+
+@kernel
+def join(factor, i, j, entries):
+    """Makes j a row of the column of i, if it is not one yet, at the end of `entries`; how many these are then.
+
+    -1 if there is no room.
+    """
+    node = factor.nodes[j]
+    if entries < 0 or node.state != PRESENT or node.joined == i + 1:
+        return entries
+    if entries >= len(factor.entries):
+        return NOBODY
+    node.joined = i + 1
+    factor.entries[entries].node = j
+    return entries + 1
+
+
+@kernel
+def gather_rows(factor, i, begin):
+    """Puts all neighbours of i behind `begin` entries; where they end, or -1 if there is no room."""
+    node = factor.nodes[i]
+    node.state = ELIMINATED
+    end = begin
+    for at in range(node.begin, node.middle):
+        end = join(factor, i, factor.graph[at], end)
+    for at in range(node.middle, node.end):
+        gone = factor.nodes[factor.graph[at]]
+        gone.state = ABSORBED
+        for e in range(gone.rows_begin, gone.rows_end):
+            end = join(factor, i, factor.entries[e].node, end)
+    node.rows_begin = begin
+    node.rows_end = end
+    return end
+
+
+@kernel
+def shorten_list(factor, i, u):
+    """Takes off the list of u, a neighbour of i that is eliminated, what i stands for, and adds i."""
+    graph, node = factor.graph, factor.nodes[u]
+    kept = node.begin
+    for at in range(node.begin, node.middle):
+        j = graph[at]
+        if factor.nodes[j].state == PRESENT and factor.nodes[j].joined != i + 1:
+            graph[kept] = j
+            kept += 1
+    middle = kept
+    for at in range(node.middle, node.end):
+        if factor.nodes[graph[at]].state != ABSORBED:
+            graph[kept] = graph[at]
+            kept += 1
+    graph[kept] = i
+    node.middle = middle
+    node.end = kept + 1
+
+
+@kernel
+def degree_after(factor, i, u, mark):
+    """How many neighbours u has, whose list ends with i: those of i, its own, and those of others that are gone.
+
+    `mark` is no tree's yet.
+    """
+    node = factor.nodes[u]
+    degree = factor.nodes[i].rows_end - factor.nodes[i].rows_begin - 1 + node.middle - node.begin
+    for at in range(node.middle, node.end - 1):
+        gone = factor.nodes[factor.graph[at]]
+        for e in range(gone.rows_begin, gone.rows_end):
+            other = factor.nodes[factor.entries[e].node]
+            if other.joined != i + 1 and other.seen != mark:
+                other.seen = mark
+                degree += 1
+    return degree
 
 
 @kernel(outline=True)
 def order_trees(problem, contacts, rows, factor):
-    """Finds the elimination order: the island's trees, by their numbers within the island, in `factor.slot`."""
+    """The elimination order: the island's trees, by their numbers within the island, in `factor.slot`.
+
+    Returns:
+        How many rows all columns have, by the same numbers in `factor.entries`; -1 if there is no room for them.
+    """
     n = problem.trees_end - problem.trees_begin
-    words = (n + BITS - 1) // BITS
-    for i in range(n):
-        for w in range(words):
-            factor.graph[i, w] = 0
-    couple(problem, factor, contacts, contacts_of_island)
-    couple(problem, factor, rows, rows_of_island)
-    for i in range(n):
-        factor.nodes[i].degree = count_neighbours(factor.graph, i, words)
-        factor.nodes[i].done = 0
+    put_lists(problem, contacts, rows, factor, n)
+    for at in range(n - 1, 0, -1):
+        play(factor, at, n)
+    entries = 0
+    mark = n
     for place in range(n):
-        i = least_coupled(factor, n)
+        i = contender(factor, 1, n)
         factor.slot[place] = i
-        eliminate_tree(factor, i, words)
+        entries = gather_rows(factor, i, entries)
+        if entries < 0:
+            return NOBODY
+        node = factor.nodes[i]
+        for e in range(node.rows_begin, node.rows_end):
+            shorten_list(factor, i, factor.entries[e].node)
+        node.degree = 2 * n  # out of the tournament
+        play_again(factor, i, n)
+        for e in range(node.rows_begin, node.rows_end):
+            u = factor.entries[e].node
+            mark += 1
+            factor.nodes[u].degree = degree_after(factor, i, u, mark)
+            play_again(factor, u, n)
+    return entries
 
 
 # ---- the paths of one tree
@@ -233,13 +341,43 @@ def in_branches(factor, constraint, i, j):
 
 
 @kernel
-def put_below(factor, begin, end, row):
-    """Inserts a row into the column at hand, rows ascending."""
-    at = end
-    while at > begin and factor.entries[at - 1].place > row:
-        factor.entries[at].place = factor.entries[at - 1].place
-        at -= 1
-    factor.entries[at].place = row
+def put_rows(factor, n):
+    """Lists of the entries of each row, columns descending."""
+    for r in range(n):
+        factor.blocks[r].row = NOBODY
+    for k in range(n):
+        column = factor.blocks[k]
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            entry.column = k
+            entry.next = row.row
+            row.row = e
+
+
+@kernel
+def sort_columns(factor, n):
+    """Puts the rows of each of n columns in order, and columns in that of each row: both by turning all around."""
+    put_rows(factor, n)
+    for k in range(n):
+        factor.blocks[k].below_end = factor.blocks[k].below_begin
+    for r in range(n):
+        e = factor.blocks[r].row
+        while e >= 0:
+            entry = factor.entries[e]
+            column = factor.blocks[entry.column]
+            factor.entries[column.below_end].place = r
+            column.below_end += 1
+            e = entry.next
+    for r in range(n):
+        factor.blocks[r].row = NOBODY
+    for k in range(n - 1, -1, -1):
+        column = factor.blocks[k]
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            entry.next = row.row
+            row.row = e
 
 
 @kernel
@@ -253,6 +391,7 @@ def lay_out_alone(model, problem, factor):
     block.diagonal = 0
     block.below_begin = 0
     block.below_end = 0
+    block.row = NOBODY
     return block.size * block.size
 
 
@@ -266,31 +405,29 @@ def lay_out_trees(model, problem, contacts, rows, factor):
     n = problem.trees_end - begin
     for i in range(n):
         factor.trees[problem.trees[begin + i].order].place = i
-    order_trees(problem, contacts, rows, factor)
+    entries = order_trees(problem, contacts, rows, factor)
+    if entries < 0:
+        return NOBODY
     for place in range(n):
-        block = factor.blocks[place]
-        block.node = factor.slot[place]
-        block.tree = problem.trees[begin + block.node].order
-        factor.trees[block.tree].place = place
-    words = (n + BITS - 1) // BITS
-    size = 0
-    entries = 0
-    for place in range(n):
-        block = factor.blocks[place]
+        block, node = factor.blocks[place], factor.nodes[factor.slot[place]]
+        block.tree = problem.trees[begin + factor.slot[place]].order
         block.size = model.trees[block.tree].num_dofs
+        block.below_begin = node.rows_begin
+        block.below_end = node.rows_end
+        factor.trees[block.tree].place = place
+    for e in range(entries):
+        entry = factor.entries[e]
+        entry.place = factor.trees[problem.trees[begin + entry.node].order].place
+    sort_columns(factor, n)
+    size = 0
+    for place in range(n):
+        block = factor.blocks[place]
         block.diagonal = size
         size += block.size * block.size
-        block.below_begin = entries
-        for u in neighbours(factor.graph, block.node, words):
-            if entries >= len(factor.entries):
-                return NOBODY
-            put_below(factor, block.below_begin, entries, factor.trees[problem.trees[begin + u].order].place)
-            entries += 1
-        block.below_end = entries
-        for e in range(block.below_begin, entries):
+        for e in range(block.below_begin, block.below_end):
             entry = factor.entries[e]
             entry.address = size
-            size += model.sides * block.size * model.trees[factor.blocks[entry.place].tree].num_dofs
+            size += model.sides * block.size * factor.blocks[entry.place].size
     return size
 
 
@@ -488,8 +625,8 @@ def solve_branches(model, problem, factor):
 
 # ---- Cholesky by blocks
 #
-# Column after column, each one's update goes to the columns behind it at once (right-looking). Blocks are stored column
-# after column. Those of two free bodies, 6 by 6, are unrolled so that a column is a vector of the processor; the others
+# Column after column, each takes what it needs from those before it (left-looking): only then are there no rows to look
+# for, as addresses of one column at a time are known by row. Blocks are stored column after column. Those of two free bodies, 6 by 6, are unrolled so that a column is a vector of the processor; the others
 # are loops. The diagonal of a diagonal block holds 1 / L_ii.
 
 
@@ -625,29 +762,38 @@ def divide(L, B, rows, D, n, across, along, ones):
                     L[B + rows * c + a] *= s
 
 
+@kernel
+def take_from_columns_before(factor, k):
+    """Takes the products of earlier columns off column k."""
+    L, column = factor.L, factor.blocks[k]
+    for e in range(column.below_begin, column.below_end):
+        factor.blocks[factor.entries[e].place].at = factor.entries[e].address
+    e = column.row
+    while e >= 0:
+        entry = factor.entries[e]
+        before = factor.blocks[entry.column]
+        inner, B = before.size, entry.address
+        subtract_product(L, column.diagonal, B, B, column.size, column.size, inner)
+        for f in range(e + 1, before.below_end):
+            below = factor.entries[f]
+            row = factor.blocks[below.place]
+            subtract_product(L, row.at, below.address, B, row.size, column.size, inner)
+        e = entry.next
+
+
 @kernel(outline=True)
 def factorise(factor, n):
     """Factorises the n block columns in place; a status."""
     L = factor.L
     for k in range(n):
+        take_from_columns_before(factor, k)
         column = factor.blocks[k]
-        inner = column.size
-        if factorise_diagonal(L, column.diagonal, inner) != SOLVED:
+        if factorise_diagonal(L, column.diagonal, column.size) != SOLVED:
             return HESSIAN_NOT_POSITIVE
         for e in range(column.below_begin, column.below_end):
             entry = factor.entries[e]
-            divide(L, entry.address, factor.blocks[entry.place].size, column.diagonal, inner, inner, 1, 0)  # by L^T
-        for e in range(column.below_begin, column.below_end):
-            B = factor.entries[e].address
-            behind = factor.blocks[factor.entries[e].place]
-            subtract_product(L, behind.diagonal, B, B, behind.size, behind.size, inner)
-            g = behind.below_begin
-            for f in range(e + 1, column.below_end):
-                entry = factor.entries[f]
-                while factor.entries[g].place != entry.place:
-                    g += 1
-                rows = factor.blocks[entry.place].size
-                subtract_product(L, factor.entries[g].address, entry.address, B, rows, behind.size, inner)
+            rows = factor.blocks[entry.place].size
+            divide(L, entry.address, rows, column.diagonal, column.size, column.size, 1, 0)  # by L^T
     return SOLVED
 
 

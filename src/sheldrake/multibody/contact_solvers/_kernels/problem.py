@@ -239,14 +239,23 @@ class Block(Record):
     below_end = integer("to here")
     diagonal = integer("address of the diagonal block in L")
     of_tree = integer("see `PlaceOfTree`: counted by trees")
-    node = integer("while blocks are laid out: number of the tree within the island", same_as=first_slot)
+    row = integer("first entry of its row, -1 for none; see `Entry.next`")
+    at = integer("while a column is made: address of its block in this row")
 
 
 class Node(Record):
     """A tree while the elimination order is sought, by its number within the island."""
 
-    degree = integer("neighbours that are left", same_as=Block.below_begin)
-    done = integer("1 when eliminated", same_as=Block.below_end)
+    degree = integer("neighbours that are left")
+    state = integer("PRESENT, ELIMINATED or ABSORBED")
+    begin = integer("its list, in `graph`: neighbours that no eliminated tree made")
+    middle = integer("from here: eliminated trees that made it a neighbour of theirs")
+    end = integer("")
+    rows_begin = integer("of an eliminated one: the neighbours it had, `entries` from here")
+    rows_end = integer("to here")
+    joined = integer("1 + the last tree that made it a neighbour of its own")
+    seen = integer("a mark that tells whether it was counted")
+    winner = integer("at this place of the tournament, see `order_trees`")
 
 
 class PlaceOfTree(Record):
@@ -260,6 +269,9 @@ class Entry(Record):
 
     place = integer("of its row in the elimination order")
     address = integer("where it is in L; for kTamsi the transpose of the one above the diagonal follows it")
+    column = integer("place of its column")
+    next = integer("the entry of its row in the next column that has one, or -1")
+    node = integer("while the order is sought: its row, by number within the island", same_as=place)
 
 
 class Path(Record):
@@ -332,15 +344,15 @@ class Factor(NamedTuple):
     """Work of a sparse factor, Cholesky's or (kTamsi) L U, with a block row and column for each tree of an island.
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
-    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, a bit for
-    each pair of trees. The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and
+    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`. The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and
     a column a dof; W by blocks, and the roots of G; and the factor of the matrix of three rows a contact.
     """
 
     slot: IntVector
-    block: Annotated[IntMatrix, Items("blocks", Block), Items("nodes", Node), Items("trees", PlaceOfTree)]
+    block: Annotated[IntMatrix, Items("blocks", Block), Items("trees", PlaceOfTree)]
+    node: Annotated[IntMatrix, Items("nodes", Node)]
     below: Annotated[IntMatrix, Items("entries", Entry)]
-    graph: IntMatrix
+    graph: IntVector
     L: Vector
     rhs: Vector
     branch: Annotated[IntMatrix, Items("dofs", Path)]

@@ -157,7 +157,7 @@ class Context(ContextBase):
         a, b = self._place.xc
         start = a if at is None else at
         vector = self._vector(start, start + b - a, on_write, "_xc_model")
-        return ContinuousState._view(vector, self._place.parts)
+        return ContinuousState._view(vector, self._store.layout.parts(self._node))
 
     def _discrete_view(self, shift: int = 0, touch: bool = False) -> DiscreteValues:
         store = self._store

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 Span = tuple[int, int]
 """Begin and end in the slab."""
+Parts = tuple[list[Span], list[Span], list[Span]]
+"""Of q, v and z."""
 
 
 @dataclasses.dataclass(slots=True)
@@ -34,8 +36,8 @@ class Place:
     """Where one system's values are."""
 
     xc: Span = (0, 0)
-    parts: tuple[list[Span], list[Span], list[Span]] = ([], [], [])
-    """q, v and z, relative to xc."""
+    parts: Parts = ([], [], [])
+    """Of a leaf, relative to xc; see `Memory.parts`."""
     xd: Span = (0, 0)
     p: Span = (0, 0)
     groups: Span = (0, 0)
@@ -66,6 +68,7 @@ class Memory(Topology):
         self.groups: list[Span] = []
         self.parameter_groups: list[Span] = []
         self.num_abstract = self.num_abstract_parameters = 0
+        self._parts: dict[int, Parts] = {}  # of diagrams that were asked for them: nesting may be deep
         self._inputs: dict[tuple[int, int], Slot] = {}  # of diagrams
         self._outputs: dict[tuple[int, int], tuple[int, int]] = {}
         self._take_state()
@@ -96,9 +99,9 @@ class Memory(Topology):
             self.num_abstract_parameters = first + len(s._pa_models)
             place.abstract_parameters = first, self.num_abstract_parameters
         self.p = (self.xd[1], self.size)
-        for node, place in zip(self.nodes, self.places):
+        for node in reversed(self.nodes):  # children come after their diagrams
             if not node.leaf:
-                self._gather(node, place)
+                self._gather(node)
 
     def _take_groups(self, models: list, groups: list[Span]) -> Span:
         first = len(groups)
@@ -109,21 +112,30 @@ class Memory(Topology):
         first, last = numbers
         return (groups[first][0], groups[last - 1][1]) if last > first else (self.size, self.size)
 
-    def _gather(self, node: Node, place: Place) -> None:
-        """A diagram's values are those of its leaves, which lie side by side."""
-        inside = [self.places[n] for n in self.leaves[node.first_leaf : node.last_leaf]]
-        if not inside:
-            return
+    def _gather(self, node: Node) -> None:
+        """A diagram's values are those of its children, which lie side by side."""
+        place, inside = self.places[node.number], [self.places[n] for n in node.children]
         for name in ("xc", "xd", "p", "groups", "parameters", "abstract", "abstract_parameters"):
             full = [s for s in (getattr(q, name) for q in inside) if s[1] > s[0]]
             setattr(place, name, (full[0][0], full[-1][1]) if full else (0, 0))
         if place.groups == (0, 0):
             place.xd = (0, 0)
-        base = place.xc[0]
-        place.parts = tuple(  # type: ignore[assignment]
-            [(a + q.xc[0] - base, b + q.xc[0] - base) for q in inside for a, b in q.parts[k] if b > a] or [(0, 0)]
-            for k in range(3)
-        )
+
+    def parts(self, n: int) -> Parts:
+        """Where q, v and z of node `n` are, relative to its continuous state: of a diagram, those of all its leaves."""
+        node, place = self.nodes[n], self.places[n]
+        if node.leaf:
+            return place.parts
+        if n not in self._parts:
+            inside = [self.places[m] for m in self.leaves[node.first_leaf : node.last_leaf]]
+            base = place.xc[0]
+            q, v, z = (
+                [(a + of.xc[0] - base, b + of.xc[0] - base) for of in inside for a, b in of.parts[k] if b > a]
+                or [(0, 0)]
+                for k in range(3)
+            )
+            self._parts[n] = q, v, z
+        return self._parts[n]
 
     def _take_ports(self) -> None:
         self.row_of: dict[tuple[int, int], int] = {port: r for r, port in enumerate(self.ports)}
