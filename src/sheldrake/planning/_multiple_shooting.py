@@ -262,7 +262,11 @@ class MultipleShooting:
         self._free_steps("AddEqualTimeIntervalsConstraints")
         h = self._h_vars
         equal = LinearEqualityConstraint._of_row(np.array([1.0, -1.0]), 0.0, 0.0)
-        return self._copies(bind(LinearEqualityConstraint, equal, h[:2]), {h[0]: h[:-1], h[1]: h[1:]}) if len(h) > 1 else []
+        return (
+            self._copies(bind(LinearEqualityConstraint, equal, h[:2]), {h[0]: h[:-1], h[1]: h[1:]})
+            if len(h) > 1
+            else []
+        )
 
     def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on the duration [s]."""

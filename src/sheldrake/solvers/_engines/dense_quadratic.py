@@ -17,9 +17,7 @@ def _bound(rows: int, n: int) -> tuple[Bound, Quadratic]:
 _calls = BoundCalls(_bound)
 
 
-def solve_dense(
-    Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int = 0
-) -> np.ndarray | None:
+def solve_dense(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int = 0) -> np.ndarray | None:
     """The x with the least 1/2 x' Q x + q' x and A x <= b, the first rows equations; None if none was found."""
     call, program = _calls.of(*A.shape)
     program.Q[...], program.q[...], program.A[...], program.b[...] = Q, q, A, b
