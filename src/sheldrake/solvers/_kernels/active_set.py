@@ -352,7 +352,7 @@ def solve_quadratic(program, equal):
 
 @kernel(top=True)
 def solve_dense_program(program: Quadratic, equal: int) -> int:
-    """Finds where a program is least; how many rows hold with equality there, or -1 if there is no such x or none was found.
+    """Finds where a program is least: how many rows hold with equality there, or -1 if none is found.
 
     Args:
         program: The program.

@@ -1,4 +1,4 @@
-"""Steps of sequential quadratic programming: quadratic programs, what of their steps is good, what is learned of them."""
+"""Sequential quadratic programming: quadratic programs, what of their steps is good, and what is learned of them."""
 
 from __future__ import annotations
 
@@ -248,7 +248,7 @@ def is_good(work, progress):
 
 @kernel(outline=True)
 def correct(work, plain):
-    """The trial point of a full step that heeds how rows curve: by what they are beyond their bounds behind it; 1 if none."""
+    """The trial point of a full step that heeds how rows curve: by what they are beyond their bounds there; 1 if none."""
     for a in range(len(work.sides)):
         ahead = 0.0
         for j in range(len(work.y)):
@@ -262,7 +262,7 @@ def correct(work, plain):
 
 @kernel(outline=True)
 def learn(work):
-    """Learns from how the Lagrangian's gradient changed on the way to the trial point, damped so that B stays definite."""
+    """Learns from how the Lagrangian's gradient changed on the way to the trial point, so that B stays definite."""
     B, s, r = work.B, work.s, work.r
     n = len(s)
     for j in range(n):
