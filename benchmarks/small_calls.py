@@ -492,6 +492,15 @@ def questions(lib: Any) -> Calls:
     return {"ComputeContactSurfaces": surfaces}
 
 
+def reached(robot: Any, context: Any, postures: list[np.ndarray]) -> list[Any]:
+    """Where the tip of an arm is."""
+    out = []
+    for q in postures:
+        robot.SetPositions(context, q)
+        out.append(robot.EvalBodyPoseInWorld(context, robot.GetBodyByName("link7")))
+    return out
+
+
 @family
 def postures(lib: Any) -> Calls:
     """Inverse kinematics of an arm: programs, constraints at postures that change, and whole solves."""
@@ -507,7 +516,7 @@ def postures(lib: Any) -> Calls:
     R, axis = lib.RotationMatrix(), np.array([0.0, 0.0, 1.0])
     q = robot.GetPositions(context)
     asked = itertools.cycle([q + 1e-3 * k for k in range(8)])
-    x, targets = np.full(7, 0.3), itertools.cycle([np.array([0.3, 0.1 * k, 0.6]) for k in range(4)])
+    x, targets = np.full(7, 0.3), itertools.cycle(reached(alone, own, [np.full(7, 0.1 * k) for k in range(1, 7)]))
     constraints = {
         "Position": ik.AddPositionConstraint(tip, zero, world, -one, one),
         "Orientation": ik.AddOrientationConstraint(world, R, tip, R, 0.5),
@@ -518,11 +527,11 @@ def postures(lib: Any) -> Calls:
     }
 
     def program(of: Any, *given: Any) -> Any:
-        out, goal = lib.InverseKinematics(of, *given), next(targets)
-        hand, ground = of.GetFrameByName("link7"), of.world_frame()
+        out, X = lib.InverseKinematics(of, *given), next(targets)
+        hand, ground, goal = of.GetFrameByName("link7"), of.world_frame(), X.translation()
         out.AddPositionConstraint(hand, zero, ground, goal - 0.01, goal + 0.01)
-        out.AddOrientationConstraint(ground, R, hand, R, 0.5)
-        out.AddGazeTargetConstraint(hand, zero, axis, ground, goal + [0.0, 0.0, 1.0], 0.6)
+        out.AddOrientationConstraint(ground, X.rotation(), hand, R, 0.2)
+        out.AddGazeTargetConstraint(hand, zero, axis, ground, X @ [0.1, 0.1, 1.0], 0.3)
         out.prog().AddQuadraticErrorCost(np.eye(7), x, out.q())
         out.prog().SetInitialGuess(out.q(), x)
         return out

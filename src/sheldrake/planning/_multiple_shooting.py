@@ -261,8 +261,10 @@ class MultipleShooting:
         """Adds that all time steps are equal."""
         self._free_steps("AddEqualTimeIntervalsConstraints")
         h = self._h_vars
+        if len(h) < 2:
+            return []
         equal = LinearEqualityConstraint._of_row([1.0, -1.0], 0.0, 0.0)
-        return self._copies(bind(LinearEqualityConstraint, equal, h[:2]), {h[0]: h[:-1], h[1]: h[1:]}) if len(h) > 1 else []
+        return self._copies(bind(LinearEqualityConstraint, equal, h[:2]), {h[0]: h[:-1], h[1]: h[1:]})
 
     def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on the duration [s]."""

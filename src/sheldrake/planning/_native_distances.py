@@ -45,7 +45,8 @@ class Search:
         tree, pairs = view.model, max(1, len(scene.model.pair))
         placed, work = world_poses(scene.num_bodies, float), make_work(tree, float)
         self.q, self.p, self.slopes = np.zeros(view.nq), view.p.copy(), np.zeros((pairs, view.nv))
-        self.table, self.least, self.value = contact_table(scene.model, pairs), np.zeros(Bound.SIZE), np.zeros(1 + view.nv)
+        self.table, self.least = contact_table(scene.model, pairs), np.zeros(Bound.SIZE)
+        self.value = np.zeros(1 + view.nv)
         values = {
             "model": tree, "p": self.p, "work": work, "q": self.q, "poses": work.X_WB, "places": places,
             "placed": placed, "geometry_model": scene.model, "bodies": BodyPoses(placed), "reach": float(reach),

@@ -128,3 +128,21 @@ def test_programs_it_is_for():
     for _ in range(60):
         prog.AddLinearConstraint(x[0] + x[1], -1.0, 99.0)
     assert not suits(NonlinearForm(prog))
+
+
+def test_a_program_may_solve_another_of_its_size():
+    *given, least = PROBLEMS["71"]
+
+    def cost(x):
+        inner, _ = program(*given)
+        assert Solve(inner).get_solver_id().name() == "SQP"
+        return given[0](x)
+
+    prog, _ = program(cost, *given[1:])
+    result = Solve(prog)
+    assert result.get_solver_id().name() == "SQP" and result.get_optimal_cost() == pytest.approx(least, abs=1e-6)
+
+
+def test_what_is_not_finite_is_no_solution():
+    prog, _ = program(lambda z: z[0] + np.nan, lambda z: [z[0] ** 2], [0], [1], -9, 9, [0.5])
+    assert not Sqp(NonlinearForm(prog), np.array([0.5]), Settings()).run().converged

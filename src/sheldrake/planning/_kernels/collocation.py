@@ -17,8 +17,8 @@ class Segments(NamedTuple):
 
     Attributes:
         z: The segments, shape (segments, 1 + 2 nx + 2 nu).
-        samples: (x, u) where segments begin, then where they end; the first of these only of the last segment where each
-            begins where the one before it ends; shape (samples, nx + nu).
+        samples: (x, u) where segments begin, then where they end; of the ends only the last where each segment begins
+            where the one before it ends; shape (samples, nx + nu).
         middles: (x, u) in their middles.
         f: At samples.
         J: Likewise.
@@ -227,7 +227,7 @@ def bend_with_step(work, s, nx, nu):
 @kernel
 def take_curvature(work, nx, nu):
     """Second derivatives of weighted defects; those of samples in the segments that begin there, if there are any."""
-    count, samples = work.z.shape[0], work.samples.shape[0]
+    count = work.z.shape[0]
     for s in range(count):
         differentiate_middle(work, s, nx, nu)
         bend_with_middle(work, s, nx + nu)

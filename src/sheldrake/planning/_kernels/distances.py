@@ -110,7 +110,7 @@ def smooth_bound(
         value[k] = 0.0
     if near == 0 and least.pairs == 0.0:
         return
-    # Penalties are not negative, so that with pairs that are far the largest is at least their 0, which is what `top` is.
+    # No penalty is negative: of pairs that are far it is 0, where `top` begins.
     total = max(0.0, least.pairs - near) * math.exp(-least.alpha * top)
     mean = 0.0
     for i in range(table.num_contacts):

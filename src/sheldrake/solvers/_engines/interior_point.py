@@ -231,9 +231,12 @@ def _lay_out(n: int, m: int, *places: bytes) -> Layout:
     ldl.analyze_ldl.native(starts, indices, parent, flag, counts)
     L_starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
     at = np.cumsum([len(H_rows), n, len(J_rows)])
-    parts = [np.ascontiguousarray(part) for part in np.split(slots, at)]
-    shift = np.where(order < n, _SHIFT, -_SHIFT)
-    return Layout(*parts, starts, indices, keys // size, shift, parent, L_starts, order.astype(np.int64))
+    W_slots, diagonal_slots, J_slots, gamma_slots = (np.ascontiguousarray(part) for part in np.split(slots, at))
+    return Layout(
+        W_slots=W_slots, diagonal_slots=diagonal_slots, J_slots=J_slots, gamma_slots=gamma_slots, starts=starts,
+        rows=indices, cols=keys // size, shift=np.where(order < n, _SHIFT, -_SHIFT), parent=parent, L_starts=L_starts,
+        order=order.astype(np.int64),
+    )  # fmt: skip
 
 
 _known_layout = functools.lru_cache(maxsize=16)(_lay_out)

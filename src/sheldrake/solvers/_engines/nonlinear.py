@@ -92,10 +92,10 @@ class NonlinearSolver(SolverInterface):
         multipliers = _multipliers(form, y, outcome.dual)
         result._details = self._details(kind, outcome, seconds, np.append(cost, rows), multipliers)
         if kind is SolutionResult.kSolutionFound:
-            rows, boxes = form.rows, form.boxes
+            own, boxes = form.rows, form.boxes
             result._set_duals_late(
                 lambda: itertools.chain(
-                    ((row.binding, multipliers.rows[row.rows]) for row in rows),
+                    ((row.binding, multipliers.rows[row.rows]) for row in own),
                     boxes.duals(multipliers.low, multipliers.high),
                 )
             )

@@ -228,8 +228,7 @@ class NonlinearForm:
 def _placed(
     bindings: ProgramBindings, found: list[tuple[EvaluatorBase, BindingBase]]
 ) -> list[tuple[EvaluatorBase, np.ndarray, np.ndarray]]:
-    """Evaluators with the columns of the variables they are bound to, and the rows of their values, one after the other.
-    """
+    """Evaluators with the columns of the variables they are bound to, and the rows of their values, in turn."""
     columns = bindings.places(*[b for _, b in found])
     rows = np.arange(sum([evaluator._num_outputs for evaluator, _ in found]))
     out, row, column = [], 0, 0

@@ -40,8 +40,8 @@ def solve_quadratic_program(
 
 def solve_rows(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
     """The same with A x <= b, where the first rows are equations and b may be infinite; small programs to rounding."""
-    found = solve_dense(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
-    return _by_clarabel(Q, q, A, b, equal) if found is None else found[0]
+    x = solve_dense(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
+    return _by_clarabel(Q, q, A, b, equal) if x is None else x
 
 
 def _by_clarabel(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:

@@ -8,6 +8,10 @@ method), which goes again where the solution is computed from its rows.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 
 _DEPENDENT = 1e-13  # what is left of a row's square that is a combination of others, relative
@@ -264,37 +268,17 @@ def is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance):
     return 1
 
 
-@kernel(top=True)
-def solve_dense_program(
-    Q: Matrix,
-    q: Vector,
-    A: Matrix,
-    b: Vector,
-    equal: int,
-    x: Vector,
-    H: Matrix,
-    G: Matrix,
-    M: Matrix,
-    d: Vector,
-    u: Vector,
-    r: Vector,
-    f: Vector,
-    center: Vector,
-    multipliers: Vector,
-    K: Matrix,
-    active: IntVector,
-) -> int:
-    """Finds where 1/2 x'Qx + q'x is least with A x <= b.
+class Quadratic(NamedTuple):
+    """A program 1/2 x'Qx + q'x with A x <= b, what is found, and scratch.
 
-    Gives how many rows hold with equality there, or -1 if there is no such x or it was not found.
-
-    Args:
+    Attributes:
         Q: Positive semidefinite, shape (n, n).
         q: Shape (n,).
         A: Shape (rows, n).
         b: Shape (rows,); infinite where there is no bound.
-        equal: How many of the first rows are equations.
-        x: Filled with the solution, shape (n,).
+        x: The solution, shape (n,).
+        multipliers: Of the rows that hold with equality there, shape (n + 1,).
+        active: These rows, shape (n + 1,).
         H: Scratch, shape (n, n).
         G: Scratch, shape (n, n).
         M: Scratch, shape (rows, n).
@@ -303,10 +287,43 @@ def solve_dense_program(
         r: Scratch, shape (n,).
         f: Scratch, shape (n,).
         center: Scratch, shape (n,).
-        multipliers: Filled with those of the rows that hold with equality, shape (n + 1,).
         K: Scratch, shape (2 n, 2 n + 1).
-        active: Filled with these rows, shape (n + 1,).
     """
+
+    Q: Matrix
+    q: Vector
+    A: Matrix
+    b: Vector
+    x: Vector
+    multipliers: Vector
+    active: IntVector
+    H: Matrix
+    G: Matrix
+    M: Matrix
+    d: Vector
+    u: Vector
+    r: Vector
+    f: Vector
+    center: Vector
+    K: Matrix
+
+
+def make_quadratic(rows: int, n: int) -> Quadratic:
+    """Memory for a program of n variables and so many rows."""
+    vectors = iter(np.zeros((7, n)))
+    return Quadratic(
+        Q=np.zeros((n, n)), q=next(vectors), A=np.zeros((rows, n)), b=np.zeros(rows), x=next(vectors),
+        multipliers=np.zeros(n + 1), active=np.zeros(n + 1, dtype=np.int64), H=np.zeros((n, n)), G=np.zeros((n, n)),
+        M=np.zeros((rows, n)), d=np.zeros(rows), u=next(vectors), r=next(vectors), f=next(vectors),
+        center=next(vectors), K=np.zeros((2 * n, 2 * n + 1)),
+    )  # fmt: skip
+
+
+@kernel(outline=True)
+def solve_quadratic(program, equal):
+    """Finds x, by as many proximal points as it takes; how many rows hold with equality, or -1."""
+    Q, q, A, b, x, center = program.Q, program.q, program.A, program.b, program.x, program.center
+    H, f, multipliers, active = program.H, program.f, program.multipliers, program.active
     n = q.shape[0]
     largest = 1.0
     for i in range(n):
@@ -321,11 +338,24 @@ def solve_dense_program(
                 H[i, k] = Q[i, k]
             H[i, i] += weight
             f[i] = q[i] - weight * center[i]
-        count = active_rows(H, f, A, b, equal, G, M, d, u, r, center, multipliers, active)
+        count = active_rows(
+            H, f, A, b, equal, program.G, program.M, program.d, program.u, program.r, center, multipliers, active
+        )
         if count < 0:
             return INFEASIBLE
         tolerance = EXACT if point < _POINTS - 1 else CLOSE
-        if solve_with_rows(K, Q, q, A, b, active, count, x, multipliers) == 0:
+        if solve_with_rows(program.K, Q, q, A, b, active, count, x, multipliers) == 0:
             if is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance) != 0:
                 return count
     return INFEASIBLE
+
+
+@kernel(top=True)
+def solve_dense_program(program: Quadratic, equal: int) -> int:
+    """Finds where a program is least: how many rows hold with equality there, or -1 if none is found.
+
+    Args:
+        program: The program.
+        equal: How many of the first rows are equations.
+    """
+    return solve_quadratic(program, equal)
