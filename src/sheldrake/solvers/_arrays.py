@@ -13,6 +13,7 @@ from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
+from sheldrake.symbolic import _kinds as symbolic_kinds
 from sheldrake.symbolic._arguments import expression
 
 if TYPE_CHECKING:
@@ -78,8 +79,9 @@ def variable_vector(value: object) -> np.ndarray:
 
 def _variable_of(e: Expression) -> Variable | None:
     """The variable that an expression is, if it is one."""
-    if isinstance(e, Expression) and e.get_kind().name == "Var":
-        return e._args[0]
+    if isinstance(e, Expression) and e._kind == symbolic_kinds.VAR:
+        found: Variable = e._made[0]
+        return found
     return None
 
 
