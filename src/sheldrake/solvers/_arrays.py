@@ -42,8 +42,9 @@ def joined(arrays: Sequence[np.ndarray], kind: type) -> np.ndarray:
 def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
     """The numbers of arrays and lists, one after the other."""
     arrays: list[np.ndarray] = []
-    for kind, run in itertools.groupby(parts, type):
-        if kind is list:
+    run: Any
+    for cls, run in itertools.groupby(parts, type):
+        if cls is list:
             arrays.append(np.array(list(itertools.chain.from_iterable(run)), dtype=float))
         else:
             arrays += [A.ravel() for A in run]

@@ -186,7 +186,11 @@ class ProgramCones:
             RuntimeError: the matrix of expressions is not symmetric, or an expression not affine.
         """
         given = np.asarray(e, dtype=object)
-        if given.ndim == 2 and given.shape[0] == given.shape[1] and set(map(type, given.ravel().tolist())) <= {Variable}:
+        if (
+            given.ndim == 2
+            and given.shape[0] == given.shape[1]
+            and set(map(type, given.ravel().tolist())) <= {Variable}
+        ):
             X, n = given, len(given)
         else:
             X = _square("AddPositiveSemidefiniteConstraint", e)
