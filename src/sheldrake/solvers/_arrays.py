@@ -13,6 +13,7 @@ from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
+from sheldrake.symbolic import _kinds as symbolic_kinds
 from sheldrake.symbolic._arguments import expression
 
 if TYPE_CHECKING:
@@ -41,8 +42,9 @@ def joined(arrays: Sequence[np.ndarray], kind: type) -> np.ndarray:
 def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
     """The numbers of arrays and lists, one after the other."""
     arrays: list[np.ndarray] = []
-    for kind, run in itertools.groupby(parts, type):
-        if kind is list:
+    run: Any
+    for cls, run in itertools.groupby(parts, type):
+        if cls is list:
             arrays.append(np.array(list(itertools.chain.from_iterable(run)), dtype=float))
         else:
             arrays += [A.ravel() for A in run]
@@ -78,8 +80,9 @@ def variable_vector(value: object) -> np.ndarray:
 
 def _variable_of(e: Expression) -> Variable | None:
     """The variable that an expression is, if it is one."""
-    if isinstance(e, Expression) and e.get_kind().name == "Var":
-        return e._args[0]
+    if isinstance(e, Expression) and e._kind == symbolic_kinds.VAR:
+        found: Variable = e._made[0]
+        return found
     return None
 
 

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers import BoundingBoxConstraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
+from sheldrake.solvers import (
+    BoundingBoxConstraint,
+    LinearConstraint,
+    LinearEqualityConstraint,
+    LorentzConeConstraint,
+    MathematicalProgram,
+    RotatedLorentzConeConstraint,
+)
 from sheldrake.solvers._functions.bindings import bind, bind_list
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.symbolic import Variable
@@ -218,12 +225,12 @@ class Rows:
     def lorentz(self, e: Affine) -> None:
         """e_0 >= |e_1 ...|."""
         A, vars = e.gathered()
-        self.constraints.append(self.prog.AddLorentzConeConstraint(A, e.b, vars))
+        self._add(LorentzConeConstraint(A, e.b), vars)
 
     def rotated_lorentz(self, e: Affine) -> None:
         """e_0 e_1 >= |e_2 ...|^2, e_0 and e_1 not negative."""
         A, vars = e.gathered()
-        self.constraints.append(self.prog.AddRotatedLorentzConeConstraint(A, e.b, vars))
+        self._add(RotatedLorentzConeConstraint(A, e.b), vars)
 
     def exponential(self, e: Affine) -> None:
         """e_0 >= e_1 exp(e_2 / e_1), e_1 > 0."""

@@ -21,6 +21,7 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers._engines.quadratic import solve_rows
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -293,16 +294,19 @@ class Hyperellipsoid(ConvexSet):
         """
         self._require_dimensions("MinimumUniformScalingToTouch")
         self._same_space("MinimumUniformScalingToTouch", other)
-        prog, x = other._program()
         # The norm is as its square at its least; near zero the square is blunt, so that the norm is taken there.
-        prog.AddQuadraticErrorCost(self._A.T @ self._A, self._center, x)
-        result = Solve(prog)
-        if not result.is_success():
-            raise RuntimeError(
-                f"MinimumUniformScalingToTouch(): the solver failed: {result.get_solution_result().name}. Is "
-                "the other set empty?"
-            )
-        point = result.GetSolution(x)
+        Q, faces = self._A.T @ self._A, other._faces()
+        point = None if faces is None else solve_rows(Q, -(Q @ self._center), *faces, 0)
+        if point is None:
+            prog, x = other._program()
+            prog.AddQuadraticErrorCost(Q, self._center, x)
+            result = Solve(prog)
+            if not result.is_success():
+                raise RuntimeError(
+                    f"MinimumUniformScalingToTouch(): the solver failed: {result.get_solution_result().name}. Is "
+                    "the other set empty?"
+                )
+            point = result.GetSolution(x)
         return float(np.linalg.norm(self._A @ (point - self._center))), point
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:

@@ -163,12 +163,12 @@ def _sample(
             vertex = path.pop()._u
             continue
         left = generator._uniform() * sum([flow for _, flow, _ in candidates])
-        for e, flow, _ in candidates:
-            if left < flow:
+        for choice in candidates:
+            if left < choice[1]:
                 break
-            left -= flow
-        path.append(e)
-        vertex = e._v
+            left -= choice[1]
+        path.append(choice[0])
+        vertex = choice[0]._v
         seen.add(id(vertex))
     return path
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import MathematicalProgram, Solve
 from sheldrake.solvers._engines.linear import INFEASIBLE, OPTIMAL, maximize
 
@@ -203,20 +204,16 @@ def inscribed_ellipsoid(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.nd
     prog = MathematicalProgram()
     B = prog.NewSymmetricContinuousVariables(n, "B")
     center = prog.NewContinuousVariables(n, "d")
-    prog.AddMaximizeLogDeterminantCost(B)
-    places = {v.get_id(): k for k, v in enumerate(prog.decision_variables())}
     vars = prog.decision_variables()
-    inside = np.array([[places[v.get_id()] for v in row] for row in B])
-    used = sorted({*inside.ravel().tolist(), *(places[v.get_id()] for v in center)})
-    column = {place: k for k, place in enumerate(used)}
-    for a, c in zip(rows, bounds):
-        M, z = np.zeros((n + 1, len(used))), np.zeros(n + 1)
-        M[0, [column[places[v.get_id()]] for v in center]] = -a
-        z[0] = c
-        for i in range(n):
-            for j in range(n):
-                M[i + 1, column[inside[i, j]]] += a[j]
-        prog.AddLorentzConeConstraint(M, z, vars[used])
+    places = {v.get_id(): k for k, v in enumerate(vars)}
+    M, z = np.zeros((len(rows), n + 1, len(vars))), np.zeros((len(rows), n + 1))
+    M[:, 0, -n:], z[:, 0] = -rows, bounds
+    for i in range(n):
+        M[:, i + 1, [places[v.get_id()] for v in B[i]]] = rows
+    prog.AddMaximizeLogDeterminantCost(B)
+    into = Rows(prog)
+    for cone, constant in zip(M, z):
+        into.lorentz(Affine([(cone, vars)], constant))
     result = Solve(prog)
     if not result.is_success():
         raise RuntimeError(

@@ -48,9 +48,7 @@ def _width(A: Any, size: int) -> int:
     return -1 if A is None else A.shape[1] if isinstance(A, np.ndarray) else -2 - A.shape[1]
 
 
-def _with_sparse(
-    found: Triplets, blocks: Sequence[Any], sizes: Sequence[int], widths: Sequence[int]
-) -> Triplets:
+def _with_sparse(found: Triplets, blocks: Sequence[Any], sizes: Sequence[int], widths: Sequence[int]) -> Triplets:
     """The same with the entries of the sparse blocks at the end."""
     parts, row, col = [found], 0, 0
     for A, size, width in zip(blocks, sizes, widths):

@@ -95,6 +95,7 @@ class _OsqpForm:
         shape, (i, j) = (self.table.num_rows, n), Q.nonzero()
         self.P = Columns.of_triplets(i, j, Q[i, j], (n, n)).for_scipy()
         self.A = Columns.of_triplets(self.table.rows, self.table.cols, self.table.values, shape).for_scipy()
+        self.matrices: tuple[Any, Any] | None = None  # P and A as OSQP has them, once it was asked
         self._objective = LinearObjective(prog)
         self.q, self.constant = self._objective.now()
 
@@ -103,6 +104,20 @@ class _OsqpForm:
         out = another(self)
         out.table, (out.q, out.constant) = self.table.again(), self._objective.now()
         return out
+
+
+def _osqp_solver(osqp: Any, form: _OsqpForm, settings: dict[str, Any]) -> Any:
+    """OSQP's own solver of a form; `osqp.OSQP.setup` looks at matrices that are in order for as long as it solves."""
+    made = osqp.OSQP(algebra=_osqp_algebra())
+    ext = made.ext
+    if form.matrices is None:
+        form.matrices = ext.CSC(form.P), ext.CSC(form.A)
+    made.settings = ext.OSQPSettings()
+    ext.osqp_set_default_settings(made.settings)
+    made.update_settings(**settings)
+    most, (P, A) = made.constant("OSQP_INFTY"), form.matrices
+    lower, upper = np.maximum(form.table.lower, -most), np.minimum(form.table.upper, most)
+    return made.raises_error(ext.OSQPSolver, P, form.q, A, lower, upper, *form.A.shape, made.settings)
 
 
 class OsqpSolver(SolverInterface):
@@ -136,12 +151,12 @@ class OsqpSolver(SolverInterface):
         settings.update(self._given(options, _OSQP_OPTIONS))
         if "polish" in settings:
             settings["polishing"] = bool(settings.pop("polish"))
-        solver = osqp.OSQP(algebra=_osqp_algebra())
-        solver.setup(form.P, form.q, form.A, form.table.lower, form.table.upper, **settings)
-        found = solver.solve(raise_error=False)
-        result._details = _osqp_details(found.info, found.y)
-        outcome = _OSQP_RESULTS.get(found.info.status, SolutionResult.kSolverSpecificError)
-        result._finish(outcome, found.x, found.info.obj_val + form.constant)
+        solver = _osqp_solver(osqp, form, settings)
+        solver.solve()
+        info, found = solver.info, solver.solution
+        result._details = _osqp_details(info, found.y)
+        outcome = _OSQP_RESULTS.get(info.status, SolutionResult.kSolverSpecificError)
+        result._finish(outcome, found.x, info.obj_val + form.constant)
         if outcome is SolutionResult.kSolutionFound:
             dual = -np.asarray(found.y)
             result._set_duals_late(lambda: [(b, dual[rows]) for b, rows in form.table.places])

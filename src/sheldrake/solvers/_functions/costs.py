@@ -19,9 +19,10 @@ from sheldrake.solvers._kernels.definite import have_factors
 from sheldrake.symbolic import Expression, ToLatex
 
 if TYPE_CHECKING:
-    from sheldrake.common.kernel import Bound
     from numpy.typing import ArrayLike
     from typing_extensions import Self
+
+    from sheldrake.common.kernel import Bound
 
 
 def symmetric(Q: ArrayLike) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Linear rows of programs: the entries of their blocks, the rows of a conic form, and the columns of a sparse matrix."""
+"""Linear rows of programs: entries of their blocks, rows of a conic form, and columns of a sparse matrix."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ _INFINITY = float("inf")
 
 @kernel(top=True)
 def entries_of_blocks(
-    blocks: int, heights: IntVector, widths: IntVector, numbers: Vector, rows: IntVector, cols: IntVector, values: Vector
+    blocks: int,
+    heights: IntVector,
+    widths: IntVector,
+    numbers: Vector,
+    rows: IntVector,
+    cols: IntVector,
+    values: Vector,
 ) -> int:
     """Finds what is not zero in blocks that have rows and columns of their own each; gives how many entries there are.
 
@@ -82,7 +88,7 @@ def conic_rows(
     new_cols: IntVector,
     new_values: Vector,
 ) -> int:
-    """Rows lower <= A x <= upper as equations, then A x <= upper, then -A x <= -lower; gives how many entries they have.
+    """Rows lower <= A x <= upper as equations, A x <= upper, and -A x <= -lower; gives how many entries they have.
 
     Args:
         count: How many rows there are.

@@ -136,7 +136,12 @@ class ProgramBindings:
         quadratic, linear, rows, equations, boxes = found
         rows += equations
         matrices = [e._numbers or e._Q for e in quadratic] + [e._row or e._A for e in rows]
-        costs = [e._numbers or e._b for e in quadratic] + [e._b for e in linear] + [e._c for e in quadratic] + [e._a for e in linear]
+        costs = (
+            [e._numbers or e._b for e in quadratic]
+            + [e._b for e in linear]
+            + [e._c for e in quadratic]
+            + [e._a for e in linear]
+        )
         rows += boxes
         bounds = [e._row or e._lower for e in rows] + [e._row or e._upper for e in rows]
         return matrices, costs + bounds

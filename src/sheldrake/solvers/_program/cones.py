@@ -185,9 +185,16 @@ class ProgramCones:
         Raises:
             RuntimeError: the matrix of expressions is not symmetric, or an expression not affine.
         """
-        X = _square("AddPositiveSemidefiniteConstraint", e)
-        n = X.shape[0]
-        if not all(isinstance(v, Variable) for v in np.asarray(e, dtype=object).flat):
+        given = np.asarray(e, dtype=object)
+        if (
+            given.ndim == 2
+            and given.shape[0] == given.shape[1]
+            and set(map(type, given.ravel().tolist())) <= {Variable}
+        ):
+            X, n = given, len(given)
+        else:
+            X = _square("AddPositiveSemidefiniteConstraint", e)
+            n = X.shape[0]
             _check_symmetric(X)
             M = self._variables.NewSymmetricContinuousVariables(n)
             lower = [(i, j) for j in range(n) for i in range(j, n)]

@@ -91,14 +91,15 @@ class ProgramEpigraphs:
         entries = self._variables.NewContinuousVariables(n * (n + 1) // 2)
         for v, place in zip(entries, [(row, col) for col in range(n) for row in range(col, n)]):
             Z[place] = Expression(v)
-        diagonal = np.full((n, n), Expression(0.0), dtype=object)
+        both = np.full((2 * n, 2 * n), Expression(0.0), dtype=object)
+        both[:n, :n], both[:n, n:], both[n:, :n] = X, Z, Z.T
         for i in range(n):
-            diagonal[i, i] = Z[i, i]
-        self._cones.AddLinearMatrixInequalityConstraint(np.block([[X, Z], [Z.T, diagonal]]))
+            both[n + i, n + i] = Z[i, i]
+        self._cones.AddLinearMatrixInequalityConstraint(both)
         t = self._variables.NewContinuousVariables(n)
         for i in range(n):
-            row = np.array([Z[i, i], Expression(1.0), Expression(t[i])], dtype=object)
-            self._cones.AddExponentialConeConstraint(row)
+            vars = np.array([Z[i, i]._args[0], t[i]], dtype=object)
+            self._cones.AddExponentialConeConstraint(_EXPONENTIAL_A, _EXPONENTIAL_B, vars)
         return t, Z
 
     def AddMaximizeLogDeterminantCost(
@@ -149,6 +150,9 @@ class ProgramEpigraphs:
                 self._cones.AddRotatedLorentzConeConstraint(row)
             layer = [Expression(w) for w in above]
         return self._costs.AddLinearCost(-c * np.ones(1), 0.0, above)
+
+
+_EXPONENTIAL_A, _EXPONENTIAL_B = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]]), np.array([0.0, 1.0, 0.0])
 
 
 def _rows_of(A: Matrix, b: np.ndarray, x: np.ndarray) -> tuple[list[Expression], int, float]:

@@ -304,11 +304,11 @@ _ADD_SOS = Ways(
 
 def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     """m' Q m for a symmetric matrix of variables or expressions."""
-    terms: dict[Monomial, list] = {}
+    terms: dict[Monomial, list[tuple[float, Expression]]] = {}
     for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
         factor = 1.0 if i == j else 2.0
-        terms.setdefault(basis[i]._times(basis[j]), []).append(factor * kinds.expression(Q[i, j]))
-    return Polynomial({m: build.sum_of(found) for m, found in terms.items()})
+        terms.setdefault(basis[i]._times(basis[j]), []).append((factor, kinds.expression(Q[i, j])))
+    return Polynomial._of({m: build.combination(0.0, found) for m, found in terms.items()})
 
 
 def half_newton_basis(p: Polynomial) -> np.ndarray:
