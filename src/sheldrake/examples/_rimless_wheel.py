@@ -80,10 +80,12 @@ class RimlessWheel(LeafSystem):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """theta'' = g / l sin(theta); nothing moves on two spokes."""
-        theta, rate = context.get_continuous_state_vector()._v
-        _, length, gravity, _, _ = context.get_numeric_parameter(0)._v
-        standing = context.get_abstract_state(0).get_value()
-        derivatives.SetFromVector([0.0, 0.0] if standing else [rate, sin(theta) * gravity / length])
+        if context.get_abstract_state(0).get_value():
+            derivatives.SetFromVector([0.0, 0.0])
+            return
+        theta, rate = context.get_continuous_state_vector()._v.tolist()
+        _, length, gravity, _, _ = context.get_numeric_parameter(0)._v.tolist()
+        derivatives.SetFromVector([rate, sin(theta) * gravity / length])
 
     @staticmethod
     def calc_alpha(params: RimlessWheelParams) -> float:
@@ -122,13 +124,15 @@ class RimlessWheel(LeafSystem):
         pitch = theta + toe * alpha / (l * sin(alpha))
         output.SetFromVector([*position, 0.0, pitch, 0.0, *velocity, 0.0, rate, 0.0])
 
-    def _forward_guard(self, context: Context) -> Scalar:
-        p = self._params(context)
-        return p.slope() + self.calc_alpha(p) - self._state(context).theta()
+    @staticmethod
+    def _forward_guard(context: Context) -> Scalar:
+        _, _, _, spokes, slope = context.get_numeric_parameter(0)._v.tolist()
+        return slope + math.pi / spokes - context.get_continuous_state_vector()[0]
 
-    def _backward_guard(self, context: Context) -> Scalar:
-        p = self._params(context)
-        return self._state(context).theta() - p.slope() + self.calc_alpha(p)
+    @staticmethod
+    def _backward_guard(context: Context) -> Scalar:
+        _, _, _, spokes, slope = context.get_numeric_parameter(0)._v.tolist()
+        return context.get_continuous_state_vector()[0] - slope + math.pi / spokes
 
     def _step_forward(self, context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:
         self._step(context, state, 1.0)

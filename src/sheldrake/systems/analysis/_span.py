@@ -64,6 +64,7 @@ class Span:
         self._inputs_there = self._publish_inputs_there = False
         logs.grow(store)
         self._ctrl_c: KeyboardInterrupt | None = None
+        self._at_hand: dict[int, Any] = {}  # see `Store.at_hand`
         self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
         called = self.layout.called
         guard = [self._guard_row(r) if r in called else None for r in range(len(self.layout.rows))]
@@ -193,11 +194,11 @@ class Span:
         """Steps until T, an error, a termination, a full log, or the end of the budget; says which."""
         store = self.store
         store.enter()
-        store.running = self.run
+        store.running, store.at_hand = self.run, self._at_hand
         try:
             code = self._advance(T)
         finally:
-            store.running = None
+            store.running = store.at_hand = None
             store.leave()
         if code == _program.TERMINATED and store.i[_TERMINATE] == _MOVE:
             store.i[_TERMINATE] = 0

@@ -238,13 +238,15 @@ class WitnessFunction:
         return self._direction
 
     def _should_trigger(self, before: float, after: float) -> bool:
-        falls, rises = before > 0 >= after, before < 0 <= after
-        return {
-            WitnessFunctionDirection.kNone: False,
-            WitnessFunctionDirection.kPositiveThenNonPositive: falls,
-            WitnessFunctionDirection.kNegativeThenNonNegative: rises,
-            WitnessFunctionDirection.kCrossesZero: falls or rises,
-        }[self._direction]
+        direction = self._direction
+        if before > 0 >= after:
+            return direction is _FALLS or direction is _CROSSES
+        return before < 0 <= after and (direction is _RISES or direction is _CROSSES)
+
+
+_FALLS = WitnessFunctionDirection.kPositiveThenNonPositive
+_RISES = WitnessFunctionDirection.kNegativeThenNonNegative
+_CROSSES = WitnessFunctionDirection.kCrossesZero
 
 
 def checked_status(result: MathematicalProgramResult) -> EventStatus:

@@ -360,7 +360,8 @@ class LeafSystem(LeafEvents):
         calcs = [output.calc for output in self._outputs if output.state is None]
         calcs += [event.handler for event in self._all_events()]
         calcs += [self._derivatives_calc()] if self._xc_model.size() else []
-        return bool(calcs) and all(isinstance(c, Kernel) for c in calcs) and not self._has_witnesses()
+        only = all(isinstance(c, Kernel) for c in calcs) and not self._float_kernels
+        return bool(calcs) and only and not self._has_witnesses()
 
     def _compute_natively(self, j: int, kernel: Kernel | None) -> None:
         """On doubles a kernel computes output port `j` from now on, on other scalars the declared callback; or not."""

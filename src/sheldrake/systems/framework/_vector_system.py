@@ -34,28 +34,31 @@ class VectorSystem(LeafSystem):
             self.DeclareVectorOutputPort("y0", output_size, self._calc_output, prerequisites)
 
     def _vector_input(self, context: Context) -> np.ndarray:
+        read = context._reads.get(0)  # what a port that was asked before leaves
+        if read is not None:
+            return read()
         return self.get_input_port(0).Eval(context) if self.num_input_ports() else np.empty(0)
 
     def _vector_state(self, context: Context) -> np.ndarray:
-        if context.num_discrete_state_groups():
+        if self._xd_models:
             return context.get_discrete_state_vector().CopyToVector()
-        return context.get_continuous_state_vector().CopyToVector()
+        return context.get_continuous_state_vector().CopyToVector() if self._xc_model.size() else np.empty(0)
 
     def _calc_output(self, context: Context, output: BasicVector) -> None:
         u = self._vector_input(context) if self._feeds_through else np.empty(0)
-        y = np.zeros_like(output._v)
+        y = _zeros_like(output._v)
         self.DoCalcVectorOutput(context, u, self._vector_state(context), y)
         output.SetFromVector(y)
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        xdot = np.zeros_like(derivatives.get_vector()._v)
+        xdot = _zeros_like(derivatives.get_vector()._v)
         self.DoCalcVectorTimeDerivatives(context, self._vector_input(context), self._vector_state(context), xdot)
         derivatives.SetFromVector(xdot)
 
     def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: DiscreteValues) -> None:
         if not discrete_state.num_groups():
             return
-        x_next = np.zeros_like(discrete_state.get_vector()._v)
+        x_next = _zeros_like(discrete_state.get_vector()._v)
         u, x = self._vector_input(context), self._vector_state(context)
         self.DoCalcVectorDiscreteVariableUpdates(context, u, x, x_next)
         discrete_state.set_value(x_next)
@@ -75,3 +78,7 @@ class VectorSystem(LeafSystem):
         raise NotImplementedError(
             f"{self._describe()} must override DoCalcVectorDiscreteVariableUpdates(context, u, x, x_next)."
         )
+
+
+def _zeros_like(vector: np.ndarray) -> np.ndarray:
+    return np.zeros(vector.size) if vector.dtype == float else np.zeros_like(vector)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.primitives._kernels.mesh import Corners, Mesh, interpolate
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,6 +36,16 @@ class BarycentricMeshSystem(LeafSystem):
         self._mesh, self._values = mesh, values
         self.DeclareVectorInputPort("u0", mesh.get_input_size())
         self.DeclareVectorOutputPort("y0", len(values), self._calc)
+        n = mesh.get_input_size()
+        self._declare_scratch(Corners(np.zeros(n), np.zeros(n, np.int64)))
+        self._compute_natively(0, interpolate)
+
+    def _kernel_models(self, root: Any) -> dict:
+        grid = [sorted(coordinates) for coordinates in self._mesh.get_input_grid()]
+        counts = np.array([len(coordinates) for coordinates in grid], np.int64)
+        firsts, strides = np.cumsum(counts) - counts, np.cumprod(counts) // counts
+        axes = np.stack([firsts, counts, strides], axis=1)
+        return {"mesh_model": Mesh(axes, np.concatenate(grid), np.ascontiguousarray(self._values))}
 
     def get_mesh(self) -> BarycentricMesh:
         """The mesh."""

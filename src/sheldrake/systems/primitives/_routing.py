@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._options import Options
 from sheldrake.common.value import AbstractValue, Value
-from sheldrake.systems.framework import BusValue, LeafSystem, UseDefaultName, kUseDefaultName
+from sheldrake.systems.framework import BusValue, LeafSystem, PortDataType, UseDefaultName, kUseDefaultName
 from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import BasicVector
 from sheldrake.systems.primitives._kernels import blocks
@@ -35,12 +35,15 @@ class BusCreator(LeafSystem):
         self.DeclareAbstractOutputPort(output_port_name, Value[BusValue]().Clone, self._pack)
 
     def _pack(self, context: Context, output: AbstractValue) -> None:
-        bus = BusValue()
+        values = output.get_mutable_value()._values  # those of the last time, which numbers are written into
         for i, declaration in enumerate(self._inputs):
-            port = self.get_input_port(i)
-            if port.HasValue(context):
-                bus.Set(declaration.name, port.EvalAbstract(context))
-        output.set_value(bus)
+            name, port = declaration.name, self.get_input_port(i)
+            if not port.HasValue(context):
+                values.pop(name, None)
+            elif name in values and declaration.data_type is PortDataType.kVectorValued:
+                values[name].get_mutable_value().SetFromVector(port.Eval(context))
+            else:
+                values[name] = port.EvalAbstract(context).Clone()
 
     def DeclareVectorInputPort(self, name: str | UseDefaultName, size: int, *args: Any) -> InputPort:  # type: ignore[override]
         """Declares one more vector input."""
@@ -79,7 +82,7 @@ class BusSelector(LeafSystem):
             found = system._find(context, name)
             if not isinstance(found, BasicVector):
                 raise RuntimeError(f"BusSelector: the input signal {name} is {found!r}, not a vector.")
-            output.SetFromVector(found.value())
+            output.SetFromVector(found._v)
 
         return super().DeclareVectorOutputPort(name, size, _method_of(self, calc))
 

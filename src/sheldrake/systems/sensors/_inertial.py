@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._kernels.vec import add3, cross3
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import LeafSystem, LeafSystem_
@@ -30,12 +31,15 @@ class _OnBody(LeafSystem):
     def __init__(self, body: RigidBody, X_BS: RigidTransform):
         super().__init__()
         self._body, self._X_BS = body.index(), RigidTransform(X_BS)
+        self._number = int(self._body)
+        self._R_BS, self._p_BS = self._X_BS.rotation().matrix(), self._X_BS.translation()
 
     def _declare(self, name: str) -> InputPort:
         return self.DeclareAbstractInputPort(name, AbstractValue.Make([]))
 
-    def _of_body(self, port: Any, context: Context) -> Any:
-        return port.Eval(context)[int(self._body)]
+    def _of_body(self, i: int, context: Context) -> Any:
+        """Of input port i, the item of the body."""
+        return self.get_input_port(i).Eval(context)[self._number]
 
     def body_index(self) -> BodyIndex:
         """Index of the body."""
@@ -83,14 +87,12 @@ class Accelerometer(_OnBody):
         return self.GetInputPort("body_spatial_accelerations")
 
     def _calc(self, context: Context, output: Any) -> None:
-        X_WB = self._of_body(self.get_body_poses_input_port(), context)
-        V_WB = self._of_body(self.get_body_velocities_input_port(), context)
-        A_WB = self._of_body(self.get_body_accelerations_input_port(), context)
-        p_BS_W = X_WB.rotation() @ self._X_BS.translation()
-        w, alpha = V_WB.rotational(), A_WB.rotational()
-        a_WS = A_WB.translational() + np.cross(alpha, p_BS_W) + np.cross(w, np.cross(w, p_BS_W))
-        R_WS = X_WB.rotation() @ self._X_BS.rotation()
-        output.SetFromVector(R_WS.inverse() @ (a_WS - self._gravity))
+        R_WB = self._of_body(0, context).rotation().matrix()
+        w = tuple(self._of_body(1, context).rotational().tolist())
+        A_WB = self._of_body(2, context)
+        p_BS_W = tuple((R_WB @ self._p_BS).tolist())
+        turning = add3(cross3(tuple(A_WB.rotational().tolist()), p_BS_W), cross3(w, cross3(w, p_BS_W)))
+        output.SetFromVector((R_WB @ self._R_BS).T @ (A_WB.translational() + turning - self._gravity))
 
     @classmethod
     def AddToDiagram(
@@ -119,10 +121,8 @@ class Gyroscope(_OnBody):
         self.DeclareVectorOutputPort("measurement", 3, self._calc)
 
     def _calc(self, context: Context, output: Any) -> None:
-        X_WB = self._of_body(self.get_body_poses_input_port(), context)
-        w_WB = self._of_body(self.get_body_velocities_input_port(), context).rotational()
-        R_WS = X_WB.rotation() @ self._X_BS.rotation()
-        output.SetFromVector(R_WS.inverse() @ w_WB)
+        w_WB = self._of_body(1, context).rotational()
+        output.SetFromVector((self._of_body(0, context).rotation().matrix() @ self._R_BS).T @ w_WB)
 
     @classmethod
     def AddToDiagram(

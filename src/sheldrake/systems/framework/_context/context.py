@@ -262,12 +262,12 @@ class Context(ContextBase):
         vector._wrote()
         return vector
 
-    @checked
     def SetDiscreteState(self, *args: ArrayLike, **kwargs: Any) -> None:
         """Sets discrete state: `(xd)` the only group or all from DiscreteValues, `(group_index, xd)` one group."""
-        args = (*([kwargs.pop("group_index")] if "group_index" in kwargs else []), *args)
-        args = (*args, *([kwargs.pop("xd")] if "xd" in kwargs else []))
-        if kwargs or not 1 <= len(args) <= 2:
+        if kwargs:
+            args = (*([kwargs.pop("group_index")] if "group_index" in kwargs else []), *args)
+            args = (*args, *([kwargs.pop("xd")] if "xd" in kwargs else []))
+        if kwargs or not 1 <= len(args) <= 2 or args[-1] is None:
             raise Mismatch("SetDiscreteState(): incompatible function arguments: give (xd) or (group_index, xd).")
         if len(args) == 2:
             self.get_discrete_state(args[0]).SetFromVector(args[1])  # type: ignore[call-overload]
@@ -296,8 +296,7 @@ class Context(ContextBase):
     def get_mutable_abstract_state(self, index: int | None = None) -> AbstractValues | AbstractValue:
         """The abstract states, or number `index`, to be changed."""
         self._touch(SAMPLED, "xa", self._node)
-        values = self.get_abstract_state()
-        return values if index is None else values.get_mutable_value(index)
+        return self.get_abstract_state() if index is None else self.get_abstract_state(index)
 
     @checked
     def SetAbstractState(self, index: int, value: object) -> None:

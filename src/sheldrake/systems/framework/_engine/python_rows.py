@@ -16,6 +16,8 @@ from sheldrake.systems.framework._declarations import (
     PythonStage,
 )
 from sheldrake.systems.framework._engine.layout import Row
+from sheldrake.systems.framework._state import State
+from sheldrake.systems.framework._values import AbstractValues
 from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._engine.freshness import Sources
     from sheldrake.systems.framework._engine.store import Store
-    from sheldrake.systems.framework._state import State
     from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 
@@ -44,17 +45,24 @@ def call(store: Store, r: int, row: Row) -> Any:
 
 
 def bound(store: Store, r: int) -> Callable[[], Any]:
-    """`call` without arguments; what it calls with is made once, unless it is abstract and so may be exchanged."""
+    """`call` without arguments; what it calls with is made once, but for abstract values, which may be exchanged."""
     row = store.layout.rows[r]
     system, context = store.systems[row.node], store.context(row.node)
     if isinstance(row.calc, PythonStage):
         return functools.partial(row.calc.function, system, context)
     calc = row.calc if row.event is None else row.event.handler
-    abstract = row.kind == UNRESTRICTED or (row.kind == OUTPUT and row.out[1] == row.out[0])
-    if abstract or not isinstance(calc, Callback):
+    if not isinstance(calc, Callback):
         return lambda: call(store, r, row)
-    target = () if row.kind == PUBLISH else (_target(store, r, row, context),)
-    compute = functools.partial(calc.function, *((system,) if calc.owned else ()), context, *target)
+    given = (system, context) if calc.owned else (context,)
+    if row.kind == UNRESTRICTED:
+        return lambda: calc.function(*given, event_argument(store, UNRESTRICTED, context))
+    compute: Callable[[], Any]
+    if row.kind == OUTPUT and not store.layout.places[row.node].outputs[row.output].vector:
+        value_of = store.output_value
+        compute = lambda: calc.function(*given, value_of(r))  # noqa: E731
+    else:
+        target = () if row.kind == PUBLISH else (_target(store, r, row, context),)
+        compute = functools.partial(calc.function, *given, *target)
     sources = store.layout.sources_named_by(r) if row.kind == OUTPUT else None
     return compute if sources is None else functools.partial(_if_changed, store, r, sources, compute)
 
@@ -95,4 +103,11 @@ def event_argument(store: Store, kind: int, context: Context) -> State | Discret
     n, (first, last) = context._node, context._place.abstract
     if last > first and n not in store.pending:
         store.pending[n] = [v.Clone() for v in store.abstract[first:last]]
-    return context._state_view(store.layout.plus, store.pending.get(n, []))
+    views = store.targets.get(("x+", n))
+    if views is None:
+        plus = store.layout.plus
+        views = store.targets["x+", n] = (
+            context._continuous_view(context._place.xc[0] + plus),
+            context._discrete_view(plus),
+        )
+    return State._view(*views, AbstractValues._view(store.pending.get(n, []), None))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import threading
 import weakref
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -72,6 +74,9 @@ class Store:
     unsettled = False
     running: Any = None
     """Settings of the simulator that takes steps in this memory now."""
+    at_hand: dict[int, tuple[bool, Callable[[], Any]]] | None = None
+    """Of output rows that Python asks for while a simulator takes steps: whether a kernel computes it, and a call of it
+    without arguments. The event loop has them, so that contexts are not kept by their memory."""
     busy = 0
     """How many computations are under way, one inside the other."""
     claimed = False
@@ -135,7 +140,7 @@ class Store:
         self.by_python = np.zeros(4, np.int64)
         self.written: list[tuple[Any, Any]] = []
         self.contexts: dict[int, weakref.ref[Any]] = {}
-        self.targets: dict[int, Any] = {}  # what rows that are Python functions fill
+        self.targets: dict[Any, Any] = {}  # what rows that are Python functions fill
         self.python_arguments: dict[int, tuple] = {}
         self.chains: dict[Any, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
@@ -388,13 +393,37 @@ class Store:
             raise self._taken()
         self.busy += 1
         try:
+            at_hand = self.at_hand
             for k in layout._pulls.get(r) or layout.pull_list(r):
                 if i[stamp0 + k] != i[level[k]] or self.uncached or k in self._cold:
-                    self.compute(k)
+                    if at_hand is None:
+                        self.compute(k)
+                    else:
+                        native, call = at_hand.get(k) or self._take_in_hand(k)
+                        status = call()
+                        if native and status:
+                            raise self.explain(layout.rows[k], status)
                     i[stamp0 + k] = i[level[k]]
         finally:
             self.busy -= 1
             self.lock.release()
+
+    def _take_in_hand(self, r: int) -> tuple[bool, Callable[[], Any]]:
+        """Makes a call of output row `r` for `at_hand`."""
+        row = self.layout.rows[r]
+        call: Callable[[], Any]
+        if not row.native:
+            call = python_rows.bound(self, r)
+        elif row.free:
+            call = partial(self.compute, r)
+        elif self.native and row.calc.parameters[0].kind != "t":
+            where = self._slab_address, self.layout.words_of[r]
+            call = partial(row.calc.function, ctypes.c_double(0.0), *map(ctypes.c_void_p, where))
+        else:
+            call = partial(self._call_kernel, r, row)
+        known: Any = self.at_hand
+        known[r] = found = row.native and not row.free, call
+        return found
 
     def reader(self, slot: Slot) -> Callable[[], Any] | None:
         """A function that brings a port up to date and gives its value; None where `pull` has more to look at.

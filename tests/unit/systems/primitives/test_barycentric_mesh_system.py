@@ -1,0 +1,34 @@
+"""BarycentricMeshSystem: machine code with the numbers of its mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sheldrake.all import BarycentricMesh, BarycentricMeshSystem
+from sheldrake.common.kernel import Kernel
+
+
+@pytest.mark.parametrize(
+    "grid", [[{0.0, 1.0, 3.0}, {-1.0, 0.5}], [{0.0}, {1.0, 2.0}], [{-1.0, 0.0, 2.0}, {4.0}, {0.0, 1.0, 2.0, 5.0}]]
+)
+def test_it_interpolates_as_its_mesh(grid):
+    mesh = BarycentricMesh(grid)
+    rng = np.random.default_rng(2)
+    values = rng.normal(size=(3, mesh.get_num_mesh_points()))
+    system = BarycentricMeshSystem(mesh, values)
+    context = system.CreateDefaultContext()
+    assert {type(row.calc) for row in context._store.layout.rows} == {Kernel}
+    points = [rng.uniform(-2.0, 6.0, len(grid)) for _ in range(50)]
+    points += [mesh.get_mesh_point(i) for i in range(mesh.get_num_mesh_points())]
+    points += [np.full(len(grid), x) for x in (0.5, np.inf, -np.inf)]
+    for point in points:
+        system.get_input_port().FixValue(context, point)
+        expected = mesh.Eval(values, point)
+        np.testing.assert_allclose(system.get_output_port().Eval(context), expected, rtol=1e-14, atol=1e-14)
+
+
+def test_it_has_no_other_scalars():
+    system = BarycentricMeshSystem(BarycentricMesh([{0.0, 1.0}]), [[1.0, 2.0]])
+    with pytest.raises(RuntimeError):
+        system.ToAutoDiffXd()
