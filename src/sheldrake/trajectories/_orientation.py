@@ -381,16 +381,15 @@ class PiecewisePose(PiecewiseTrajectory):
         self._lent = True
         self._changed()
 
-    def _make_query(self, what: str) -> Any:
+    def _make_query(self, what: Any) -> Any:
         """Poses and velocities."""
         if self._T is not float or self._lent or not self._p._c or len(self._R._q) < 2:
             return None
         p, breaks = self._p, np.array(self._p._breaks)
         if not np.isfinite(breaks).all():
             return None
-        coefficients = differentiate(p.polynomials, what == "velocity")
-        arrays = np.array(self._R._breaks), self._angular_table(what), breaks
-        arrays = *arrays, coefficients.reshape(-1, coefficients.shape[-1])
+        c = differentiate(p.polynomials, what == "velocity")
+        arrays = np.array(self._R._breaks), self._angular_table(what), breaks, c.reshape(-1, c.shape[-1])
         if what == "pose":
             return quick.query(values.pose_between, *arrays, takes=(float,), gives=POSE)
         return quick.query(values.twist_between, *arrays, takes=(float,), gives=(6,), frozen=False)
