@@ -222,6 +222,8 @@ def plant(lib: Any) -> Calls:
         "MapVelocityToQDot": lambda: plant.MapVelocityToQDot(context, v),
         "MapQDotToVelocity": lambda: plant.MapQDotToVelocity(context, np.zeros(len(q))),
         "MakeActuationMatrix": lambda: plant.MakeActuationMatrix(),
+        "GetPositionNames": lambda: plant.GetPositionNames(),
+        "GetStateNames": lambda: plant.GetStateNames(),
         "GetPositionLowerLimits": lambda: plant.GetPositionLowerLimits(),
         "GetBodyByName": lambda: plant.GetBodyByName("link7"),
         "GetBodyByName(instance)": lambda: plant.GetBodyByName("link7", instance),
@@ -570,7 +572,15 @@ def curves(lib: Any) -> Calls:
         calls[f"{name}.value(np.float64)"] = functools.partial(curve.value, one)
         calls[f"{name}.EvalDerivative"] = functools.partial(curve.EvalDerivative, 0.33, 1)
         calls[f"{name}.vector_values"] = functools.partial(curve.vector_values, times)
-    return calls
+    poses = [lib.RigidTransform(lib.RollPitchYaw(t, 2.0 * t, -t), [t, 1.0, t * t]) for t in times.tolist()]
+    motion = lib.PiecewisePose.MakeLinear(times, poses)
+    slerp = motion.get_orientation_trajectory().Clone()
+    return calls | {
+        "PiecewisePose.MakeLinear": lambda: lib.PiecewisePose.MakeLinear(times, poses),
+        "PiecewisePose.GetPose": functools.partial(lib.PiecewisePose.MakeLinear(times, poses).GetPose, 0.33),
+        "PiecewisePose.GetVelocity": functools.partial(lib.PiecewisePose.MakeLinear(times, poses).GetVelocity, 0.33),
+        "PiecewiseQuaternionSlerp.orientation": functools.partial(slerp.orientation, 0.33),
+    }
 
 
 @family
@@ -982,6 +992,7 @@ def setting_up(lib: Any) -> Calls:
         "in a diagram, continuous, 1 ms": lambda: simulated(0.0, 0.001),
         "a pendulum": lambda: pendulum(0.001),
         "Linearize a new pendulum": linearized,
+        "ToAutoDiffXd of a plant": lambda: linear_plant.ToAutoDiffXd(),
         "Linearize": lambda: lib.Linearize(linear_plant, linear_context, *ports),
         "50 blocks": blocks,
         "50 blocks, built": lambda: blocks().Build(),

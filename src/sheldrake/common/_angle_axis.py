@@ -38,6 +38,8 @@ class AngleAxis(ScalarBase):
     """A rotation by an angle [rad] about a unit vector."""
 
     __slots__ = ("_angle", "_axis")
+    _angle: Any
+    _axis: np.ndarray
     _FIELDS = ("_angle", "_axis")
 
     @typing_overload

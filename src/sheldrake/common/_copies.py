@@ -27,16 +27,17 @@ def deep_copy(value: Any, memo: dict[int, Any]) -> Any:
         value: Anything. What it is made of stays as it is, and alive, meanwhile.
         memo: Copies by the `id` of what they are copies of; those made are added.
     """
-    cls = type(value)
+    cls: Any = type(value)
     if cls in _SAME:
         return value
     known = memo.get(id(value))
     if known is not None:
         return known
     if cls is dict:
-        memo[id(value)] = new = {}
-        _copy_items(value, new, memo)
-        return new
+        table: dict = {}
+        memo[id(value)] = table
+        _copy_items(value, table, memo)
+        return table
     if cls is list:
         memo[id(value)] = found = []
         found += [v if type(v) in _SAME else deep_copy(v, memo) for v in value]
@@ -79,7 +80,8 @@ def _of_tuple(value: tuple, memo: dict[int, Any]) -> tuple:
         return found
     if all([a is b for a, b in zip(value, copies)]):
         return value
-    memo[id(value)] = new = copies if type(value) is tuple else tuple.__new__(type(value), copies)
+    new: tuple = copies if type(value) is tuple else tuple.__new__(type(value), copies)
+    memo[id(value)] = new
     return new
 
 

@@ -12,9 +12,11 @@ which gives None for whatever is not exactly of the types it was made for, and w
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
+import math
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +29,8 @@ FEW = 64
 """Calls that a short way does not take part in: to make it ready takes as long as some hundreds in Python."""
 
 
-class Slots(NamedTuple):
+@dataclasses.dataclass(frozen=True)
+class Slots:
     """An object of a class of slots, and what is in them: for each name a `Form`."""
 
     cls: type
@@ -138,13 +141,13 @@ class _Writer:
         from sheldrake.common._native import builtin, methods
 
         hops = [word for cls, name in path for word in (id(cls), methods.place_of_slot(cls, name))]
-        if leaf is float:
-            shape, example = list(builtin.NUMBER), 0.0
+        if isinstance(leaf, tuple):
+            shape = [len(leaf), *leaf, 0][:3]
+            self.given.append(np.zeros(abs(math.prod(leaf))))
         else:
-            assert isinstance(leaf, tuple)
-            shape, example = [len(leaf), *leaf, 0][:3], np.zeros(abs(int(np.prod(leaf))))
+            shape = list(builtin.NUMBER)
+            self.given.append(0.0)
         self.taken.append([argument, *hops, *([0] * (4 - len(hops))), *shape])
-        self.given.append(example)
 
     def _make(self, form: Form, frozen: bool) -> int:
         """Adds the rows that make a form; the number of the last."""

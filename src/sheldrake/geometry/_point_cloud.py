@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import _register_value_type
+from sheldrake.geometry._kernels.planes import normals_of_planes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -369,19 +370,13 @@ def fitted_normals(points: np.ndarray, radius: float, num_closest: int) -> tuple
     finite = np.flatnonzero(np.isfinite(points).all(axis=1))
     if not len(finite):
         return normals, not len(points)
-    tree = cKDTree(points[finite])
-    # Missing neighbours have the number len(finite).
+    known = np.ascontiguousarray(points[finite])
     farthest = np.nextafter(radius, np.inf)  # the query leaves out what is exactly there
-    _, near = tree.query(points[finite], k=list(range(1, num_closest + 1)), distance_upper_bound=farthest)
-    found = near < len(finite)
-    counts = found.sum(axis=1)
-    neighbours = points[finite][np.where(found, near, 0)]
-    weight = found[..., None].astype(float)
-    mean = (weight * neighbours).sum(axis=1) / counts[:, None]
-    away = weight * (neighbours - mean[:, None])
-    _, axes = np.linalg.eigh(away.transpose(0, 2, 1) @ away)
-    enough = counts >= 2
-    normals[finite[enough]] = axes[enough, :, 0]
+    # Missing neighbours have the number len(finite).
+    _, near = cKDTree(known).query(known, k=list(range(1, num_closest + 1)), distance_upper_bound=farthest)
+    counts, found = np.zeros(len(finite), np.int64), np.full(known.shape, np.nan)
+    normals_of_planes.native(known, np.ascontiguousarray(near, np.int64), counts, found)
+    normals[finite] = found
     return normals, bool(len(finite) == len(points) and (counts >= 3).all())
 
 

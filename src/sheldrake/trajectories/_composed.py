@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from sheldrake.common.calls import Query
 
 
+_MANY = 16
+"""Times that are worth being put in groups, one for each segment."""
+
+
 class StackedTrajectory(Trajectory):
     """Several trajectories one below the other, or side by side.
 
@@ -156,6 +160,18 @@ class PathParameterizedTrajectory(Trajectory):
 
         return ask
 
+    def _make_query_of_many(self, key: str) -> Query | None:
+        if self._T is not float:
+            return None
+        path, scaling, first, last = self._path, self._scaling, self.start_time(), self.end_time()
+
+        def ask(times: np.ndarray) -> np.ndarray | None:
+            if type(times) is not np.ndarray or times.ndim != 1 or times.dtype != float:
+                return None
+            return path.vector_values(scaling.vector_values(np.minimum(np.maximum(times, first), last))[0])
+
+        return ask
+
     def do_value(self, t: Scalar) -> np.ndarray:
         """The path where s(t) is."""
         return self._path.value(self._scaling.value(self._clamped(t))[0, 0])
@@ -286,6 +302,23 @@ class CompositeTrajectory(PiecewiseTrajectory):
                 return MISFIT
             t = first if t < first else last if t > last else t
             return asks[bisect.bisect_right(breaks, t, 1, n) - 1](t)
+
+        return ask
+
+    def _make_query_of_many(self, key: str) -> Query | None:
+        if self._T is not float or not self._parts:
+            return None
+        parts, breaks, along = self._parts, np.array(self._breaks), 1 if self.cols() == 1 else 0
+
+        def ask(times: np.ndarray) -> np.ndarray | None:
+            if type(times) is not np.ndarray or times.ndim != 1 or times.dtype != float or times.size < _MANY:
+                return None
+            if not (times[1:] >= times[:-1]).all():
+                return None
+            inside = np.minimum(np.maximum(times, breaks[0]), breaks[-1])
+            cuts = [0, *np.searchsorted(inside, breaks[1:-1]).tolist(), times.size]
+            spans = [(part, a, b) for part, a, b in zip(parts, cuts, cuts[1:]) if a < b]
+            return np.concatenate([part.vector_values(inside[a:b]) for part, a, b in spans], axis=along)
 
         return ask
 

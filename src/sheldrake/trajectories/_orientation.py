@@ -18,7 +18,7 @@ from sheldrake.common._quaternion import QUATERNION
 from sheldrake.common._scalar_math import acos, atan2, select, sin, sqrt
 from sheldrake.common._scalars import as_scalar, is_symbolic
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion, Quaternion_
-from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix_
+from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix, RotationMatrix_
 from sheldrake.math._rigid_transform import POSE
 from sheldrake.polynomial._polynomial import differentiate
 from sheldrake.trajectories._base import holds
@@ -29,7 +29,6 @@ from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 if TYPE_CHECKING:
     from sheldrake.common import eigen_geometry
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.math._rotation_matrix import RotationMatrix
     from sheldrake.trajectories._base import Trajectory
 
 
@@ -88,7 +87,10 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         self._q.append(q)
 
     def _wxyz(self, call: str, orientation: Any) -> tuple:
-        T = self._T
+        T, kind = self._T, type(orientation)
+        if T is float and (kind is Quaternion or kind is RotationMatrix):  # nearly all
+            q = orientation if kind is Quaternion else orientation.ToQuaternion()
+            return tuple(q._wxyz.tolist())
         if isinstance(orientation, Quaternion_[T]):
             return tuple(orientation.wxyz().tolist())
         if isinstance(orientation, RotationMatrix_[T]):
@@ -381,16 +383,15 @@ class PiecewisePose(PiecewiseTrajectory):
         self._lent = True
         self._changed()
 
-    def _make_query(self, what: str) -> Any:
+    def _make_query(self, what: Any) -> Any:
         """Poses and velocities."""
         if self._T is not float or self._lent or not self._p._c or len(self._R._q) < 2:
             return None
         p, breaks = self._p, np.array(self._p._breaks)
         if not np.isfinite(breaks).all():
             return None
-        coefficients = differentiate(p.polynomials, what == "velocity")
-        arrays = np.array(self._R._breaks), self._angular_table(what), breaks
-        arrays = *arrays, coefficients.reshape(-1, coefficients.shape[-1])
+        c = differentiate(p.polynomials, what == "velocity")
+        arrays = np.array(self._R._breaks), self._angular_table(what), breaks, c.reshape(-1, c.shape[-1])
         if what == "pose":
             return quick.query(values.pose_between, *arrays, takes=(float,), gives=POSE)
         return quick.query(values.twist_between, *arrays, takes=(float,), gives=(6,), frozen=False)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sheldrake.common.value import AbstractValue, Value
+from sheldrake.geometry._point_cloud import fitted_normals
 from sheldrake.perception import BaseField, Concatenate, Fields, PointCloud
 
 ALL = Fields(BaseField.kXYZs | BaseField.kNormals | BaseField.kRGBs)
@@ -149,3 +150,33 @@ def test_what_is_not_there_is_said():
         PointCloud(-1)
     with pytest.raises(TypeError, match="got str"):
         PointCloud("3")
+
+
+def test_normals_are_those_of_the_least_spread():
+    """Against eigenvectors of NumPy, over clouds that are flat, straight, or far from the origin."""
+    rng = np.random.default_rng(0)
+    for scale, offset in ((1.0, 0.0), (1e-3, 0.0), (1.0, 1e3)):
+        for spread in ((1.0, 1.0, 1.0), (1.0, 1.0, 1e-3), (1.0, 1e-3, 1e-3)):
+            points = scale * rng.normal(size=(60, 3)) * spread + offset
+            normals, complete = fitted_normals(points, 1e9, 60)
+            assert complete
+            away = points - points.mean(axis=0)
+            variances, axes = np.linalg.eigh(away.T @ away)
+            found = np.abs(normals @ axes)
+            assert np.allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-14)
+            rayleigh = np.einsum("ij,jk,ik->i", normals, away.T @ away, normals)
+            assert (rayleigh <= variances[0] + 1e-9 * variances[2]).all()
+            if variances[1] > 1.01 * variances[0]:
+                assert (found[:, 0] > 1.0 - 1e-6).all()
+
+
+def test_normals_of_exact_planes_and_lines():
+    x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
+    flat = np.stack([x.ravel(), y.ravel(), np.zeros(25)], axis=1)
+    normals, complete = fitted_normals(flat, 1.5, 9)
+    assert complete
+    np.testing.assert_array_equal(np.abs(normals), np.tile([0.0, 0.0, 1.0], (25, 1)))
+    line = np.arange(6.0)[:, None] * [1.0, 1.0, 0.0]
+    normals, _ = fitted_normals(line, 1.5, 2)
+    np.testing.assert_allclose(normals @ [1.0, 1.0, 0.0], 0.0, atol=1e-15)
+    assert np.isfinite(normals).all()

@@ -738,14 +738,31 @@ def test_orientations_asked_often_are_those_of_the_long_way():
         lambda: BsplineTrajectory(BsplineBasis(3, 5, initial_parameter_value=0.0, final_parameter_value=2.0),
                                   np.arange(10.0).reshape(2, 5) ** 2),
         lambda: BezierCurve(0.0, 2.0, np.arange(10.0).reshape(2, 5) ** 2),
+        lambda: PathParameterizedTrajectory(
+            PiecewisePolynomial.CubicShapePreserving([0.0, 0.5, 2.0], [[1.0, 2.0, 0.5], [0.0, 1.0, -1.0]]),
+            PiecewisePolynomial.FirstOrderHold([0.0, 0.5, 2.0], [[0.0, 1.5, 2.0]]),
+        ),
+        lambda: CompositeTrajectory(
+            [PiecewisePolynomial.ZeroOrderHold([0.2 * k, 0.2 * (k + 1)], [[k, 0.0], [1.0, 0.0]]) for k in range(5)]
+        ),
+        lambda: CompositeTrajectory(
+            [PiecewisePolynomial.FirstOrderHold([k, k + 1.0], np.arange(6.0).reshape(2, 1, 3) - k) for k in range(3)]
+        ),
     ],
-    ids=["cubic", "steps", "row", "constant", "spline", "curve"],
+    ids=["cubic", "steps", "row", "constant", "spline", "curve", "path", "segments", "rows"],
 )  # fmt: skip
 def test_many_values_asked_often_are_those_of_single_times(make):
     often = make()
     for _ in range(6):
         often.vector_values([0.1, 0.2])
-    for times in (np.linspace(-1.0, 3.0, 50), [0.3, 1, 2.0], np.zeros(0), [], np.array([[0.1, 0.7]])):
+    for times in (
+        np.linspace(-1.0, 3.0, 81),
+        np.linspace(3.0, -1.0, 20),
+        [0.3, 1, 2.0],
+        np.zeros(0),
+        [],
+        np.array([[0.1, 0.7]]),
+    ):
         found = often.vector_values(times)
         expected = [make().value(t).ravel() for t in np.ravel(times)]
         size = max(often.rows(), often.cols())

@@ -319,7 +319,8 @@ def place_of_slot(cls: type, name: str) -> int:
     Raises:
         TypeError: it is not where objects of slots have theirs.
     """
-    new, mark = object.__new__(cls), object()
+    new: Any = object.__new__(cls)
+    mark = object()
     descriptor = getattr(cls, name)
     descriptor.__set__(new, mark)
     for at in range(object.__basicsize__, cls.__basicsize__, 8):

@@ -265,9 +265,10 @@ def body_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any,
 
 def unit_inertia_numbers(G: UnitInertia) -> list[Any]:
     """xx, yy, zz, xy, xz, yz."""
-    return [*G.get_moments(), *G.get_products()]
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = G._I.tolist()
+    return [xx, yy, zz, xy, xz, yz]
 
 
 def inertia_numbers(M: SpatialInertia) -> list[Any]:
     """The ten parameters of a body: mass, centre of mass, unit inertia about Bo."""
-    return [M._mass, *M._p, *unit_inertia_numbers(M._G)]
+    return [M._mass, *M._p.tolist(), *unit_inertia_numbers(M._G)]

@@ -158,5 +158,5 @@ def vector_model(value: BasicVector | int | Scalars, what: str) -> BasicVector:
     if isinstance(value, BasicVector):
         return value.Clone()
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
-        return BasicVector(np.zeros(as_size(value, what)))
+        return BasicVector._view(np.zeros(as_size(value, what)), None)
     return BasicVector(value)

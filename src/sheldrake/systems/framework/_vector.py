@@ -270,7 +270,9 @@ class BasicVector(VectorBase):
         if size is not None:
             if size < 0:
                 raise TypeError(f"BasicVector(): size must not be negative, got {size}.")
-            self._v = lifted(np.full(size, np.nan), self._scalar)
+            numbers = np.empty(size)
+            numbers.fill(np.nan)
+            self._v = lifted(numbers, self._scalar)
         else:
             self._v = lifted(as_vector(data), self._scalar)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -162,12 +163,18 @@ class Kinematics:
         A_F = None if A is None else np.concatenate([body.alpha, body.acceleration_at(p_WF)])
         return Motion(R_WF, p_WF, V_F, A_F)
 
-    @property
+    @cached_property
     def _world_frame(self) -> Frame:
         return self._elements.world.body_frame()
 
     def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
         """X_WF."""
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._contexts.family:
+                return view.transforms[self._world_frame, frame]()
+        except (AttributeError, KeyError, TypeError):
+            pass
         return self.CalcRelativeTransform(context, self._world_frame, frame)
 
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
