@@ -184,9 +184,7 @@ def main() -> None:
         return
     print(machine())
     columns = "".join(f"{stage:>9s}" for stage in STAGES)
-    print(
-        f"{'scene':9s}{'bodies':>7s}{columns}{'MB':>8s}{'us a step':>11s}{'contacts':>10s}{'ns/contact':>12s}", end=""
-    )
+    print(f"{'scene':9s}{'bodies':>7s}{columns}{'MB':>8s}{'us a step':>11s}", end="")
     print(f"{'contacts':>10s}{'ns/contact':>12s}{'ns/body':>9s}")
     for name in options.scenes or SCENES:
         for n in options.bodies:

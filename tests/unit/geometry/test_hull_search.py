@@ -140,3 +140,12 @@ def test_the_box_around_a_shape_fits(hulls):
         extents = vertices.max(axis=0) - vertices.min(axis=0)
         np.testing.assert_allclose(half_extents(model, g), extents / 2, atol=1e-15)
         assert max(half_extents(model, g)) <= model[g].bound
+
+
+def test_cells_of_many_vertices_are_those_of_all_at_once(monkeypatch):
+    """Leaving out beforehand what is lowest nowhere in a quarter of a grid changes no cell."""
+    vertices = np.random.default_rng(4).normal(size=(3000, 3)) * (1.0, 0.4, 2.0)
+    vertices /= np.linalg.norm(vertices, axis=1)[:, None]
+    by_quarters = lowest_in_cells(vertices)
+    monkeypatch.setattr("sheldrake.geometry._compiled.hulls._MANY", len(vertices) + 1)
+    assert np.array_equal(by_quarters, lowest_in_cells(vertices))

@@ -106,7 +106,7 @@ def _lowest_in_grid(corners: np.ndarray, vertices: np.ndarray, slack: float) -> 
 
 
 def _lowest_by_quarters(corners: np.ndarray, vertices: np.ndarray, slack: float) -> np.ndarray:
-    """As `_lowest_in_grid`: of many vertices, only those that may be lowest in a quarter of the grid are tried there."""
+    """As `_lowest_in_grid`: of many vertices, only those are tried that may be lowest in a quarter of the grid."""
     n = len(corners) - 1
     if n == 1 or len(vertices) < _MANY:
         return _lowest_in_grid(corners, vertices, slack)

@@ -26,11 +26,11 @@ that iterations do arrive."""
 RESOLVED_TURN = 0.2
 """Angle of a step up to which a body that spins has all of its gyroscopic torque, where steps go on to rest [rad]."""
 
-MAX_FACTOR = 4_000_000
-"""Numbers in the largest factor a workspace makes room for (32 MB)."""
+MAX_FACTOR, MAX_FACTOR_OF_DOF = 4_000_000, 250
+"""Numbers in the largest factor a workspace makes room for (32 MB), or for each dof if that is more."""
 
-MAX_BLOCKS = 200_000
-"""Blocks below the diagonal of the largest factor."""
+MAX_BLOCKS, MAX_BLOCKS_OF_TREE = 200_000, 40
+"""Blocks below the diagonal of the largest factor, or for each tree if that is more."""
 
 FEW_CONTACTS = 4
 """As many contacts with one tree may have their impulses as unknowns, if these are fewer than its velocities."""
@@ -143,9 +143,10 @@ def make_solver_work(
 
     sizes = model.tree[:, records.Tree.num_dofs]
     full = nv * nv if model.sides == 2 else (nv * nv + int(np.sum(sizes**2))) // 2
-    size = min(full, MAX_FACTOR) if contacts + rows else 0
+    size = min(full, max(MAX_FACTOR, MAX_FACTOR_OF_DOF * nv)) if contacts + rows else 0
     few = min(contacts, FEW_CONTACTS)
-    blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
+    pairs, most = num_trees * (num_trees - 1) // 2, max(MAX_BLOCKS, MAX_BLOCKS_OF_TREE * num_trees)
+    blocks = min(pairs, most) if contacts + rows else 0
     return SolverWork(
         Problem(
             numbers(packed),

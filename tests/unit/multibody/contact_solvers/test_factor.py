@@ -172,6 +172,56 @@ def test_random_graphs(approximation):
         assert np.abs(residual).max() < 1e-9 * np.abs(island.H).max()
 
 
+def minimum_degree(n, pairs):
+    """The trees in the order of elimination, fewest neighbours and then the lowest number first, and those they had."""
+    beside = [set() for _ in range(n)]
+    for a, b in pairs:
+        beside[a].add(b)
+        beside[b].add(a)
+    left, columns = set(range(n)), []
+    while left:
+        i = min(left, key=lambda i: (len(beside[i]), i))
+        left.remove(i)
+        columns.append((i, beside[i]))
+        for u in beside[i]:
+            beside[u] = (beside[u] | beside[i]) - {u, i}
+    return columns
+
+
+@pytest.mark.parametrize("approximation", ["lagged", "tamsi"])
+def test_trees_are_eliminated_by_minimum_degree(approximation):
+    rng = np.random.default_rng(8)
+    grid = [(k, k + 1) for k in range(143) if (k + 1) % 12] + [(k, k + 12) for k in range(132)]
+    graphs = [(144, grid), (144, [(143 - a, 143 - b) for a, b in grid])]
+    for _ in range(20):
+        n = int(rng.integers(2, 40))
+        graphs.append(
+            (n, [tuple(map(int, rng.choice(n, 2, replace=False))) for _ in range(int(rng.integers(1, 3 * n)))])
+        )
+    for n, pairs in graphs:
+        island = Island([1] * n, pairs, approximation=approximation)
+        assert island.solve()[0] == 0
+        factor = island.work.factor
+        trees = [int(factor.blocks[place].tree) for place in range(n)]
+        expected = minimum_degree(n, pairs)
+        assert trees == [i for i, _ in expected]
+        place_of = {i: place for place, i in enumerate(trees)}
+        for place, (_, rows) in enumerate(expected):
+            block = factor.blocks[place]
+            found = [int(factor.entries[e].place) for e in range(block.below_begin, block.below_end)]
+            assert found == sorted(place_of[u] for u in rows)
+
+
+def test_room_grows_with_the_number_of_trees():
+    n = 30_000
+    model = make_solver_model(
+        np.column_stack([np.arange(n), np.ones(n)]), np.column_stack([-np.ones(n), np.zeros(n), np.arange(n)]), 1e-3
+    )
+    factor = make_solver_work(model, n, 0).factor
+    assert len(factor.L) >= 100 * n and len(factor.below) >= 30 * n
+    assert sum(array.nbytes for array in factor) < 4000 * n  # no square
+
+
 def test_a_chain_and_a_star_do_not_fill():
     for name in ("free bodies in a chain", "a star"):
         sizes, pairs, rows = ISLANDS[name]

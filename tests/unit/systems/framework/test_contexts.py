@@ -14,6 +14,7 @@ from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import (
     BasicVector,
     ContinuousState,
+    Diagram,
     DiagramBuilder,
     DiscreteValues,
     LeafSystem,
@@ -252,3 +253,55 @@ def test_scratch_of_zeros_takes_no_memory():
     for made in (slab, *copies):
         assert made[-5:-2].view(np.int64).tolist() == [7, 7, 7] and np.signbit(made[-2:]).all()
         assert not made[:-5].any()
+
+
+def nested(depth):
+    """A diagram in a diagram, and so on, each with an integrator and a hold beside the next."""
+    inside = None
+    for _ in range(depth):
+        builder = DiagramBuilder()
+        hold, integrator = builder.AddSystem(ZeroOrderHold(0.01, 1)), builder.AddSystem(Integrator(1))
+        builder.Connect(hold.get_output_port(), integrator.get_input_port())
+        if inside is not None:
+            builder.AddSystem(inside)
+            builder.Connect(inside.get_output_port(0), hold.get_input_port())
+        else:
+            builder.ExportInput(hold.get_input_port(), "u")
+        builder.ExportOutput(integrator.get_output_port(), "y")
+        inside = builder.Build()
+    return inside
+
+
+def calls_of(function):
+    """How many functions run, Python's and built-in ones."""
+    count = 0
+
+    def see(frame, event, argument):
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(see)
+    try:
+        function()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def test_contexts_of_deep_diagrams_take_work_in_proportion():
+    one, two = (nested(depth) for depth in (150, 300))
+    one.CreateDefaultContext()  # what is loaded when first used
+    assert calls_of(two.CreateDefaultContext) < 2.2 * calls_of(nested(150).CreateDefaultContext)
+
+
+def test_the_state_of_a_nested_diagram_is_that_of_all_inside():
+    system = nested(4)
+    context = system.CreateDefaultContext()
+    context.SetContinuousState([1.0, 2.0, 3.0, 4.0])
+    for depth in (3, 2, 1):
+        (system,) = (s for s in system.GetSystems() if isinstance(s, Diagram))
+        state = system.GetMyMutableContextFromRoot(context).get_mutable_continuous_state()
+        assert (state.num_q(), state.num_v(), state.num_z()) == (0, 0, depth)
+        state.SetFromVector(state.CopyToVector() + 10.0)
+    added = context.get_continuous_state_vector().CopyToVector() - [1.0, 2.0, 3.0, 4.0]
+    assert sorted(added) == [0.0, 10.0, 20.0, 30.0]

@@ -625,9 +625,10 @@ def solve_branches(model, problem, factor):
 
 # ---- Cholesky by blocks
 #
-# Column after column, each takes what it needs from those before it (left-looking): only then are there no rows to look
-# for, as addresses of one column at a time are known by row. Blocks are stored column after column. Those of two free bodies, 6 by 6, are unrolled so that a column is a vector of the processor; the others
-# are loops. The diagonal of a diagonal block holds 1 / L_ii.
+# Column after column, each takes what it needs from those before it (left-looking): then no row is looked for, as the
+# addresses of one column at a time are known by row. Blocks are stored column after column. Those of two free bodies,
+# 6 by 6, are unrolled so that a column is a vector of the processor; the others are loops. The diagonal of a diagonal
+# block holds 1 / L_ii.
 
 
 @kernel(outline=True)

@@ -344,8 +344,9 @@ class Factor(NamedTuple):
     """Work of a sparse factor, Cholesky's or (kTamsi) L U, with a block row and column for each tree of an island.
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
-    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`. The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and
-    a column a dof; W by blocks, and the roots of G; and the factor of the matrix of three rows a contact.
+    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`.
+    The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and a column a dof; W by
+    blocks, and the roots of G; and the factor of the matrix of three rows a contact.
     """
 
     slot: IntVector
