@@ -9,12 +9,12 @@ pytest.importorskip("pydrake")
 pytestmark = pytest.mark.peer
 
 NAMES = (
-    "Major iterations limit|major ITERATIONS limit|Maj iter|Major iterations  bogus|Iterations limit|Iterations bogus|"
-    "Major optimality tolerance|Maj opt|Major feasibility tolerance|Major print level|Major step limit|Minor iterations|"
-    "Scale option|Linesearch tolerance|Hessian full memory|LU factor tolerance|Penalty parameter|Time limit|Timing level|"
+    "Major iterations limit|major ITERATIONS limit|Maj iter|Major iterations  bogus|Iterations bogus|"
+    "Major optimality tolerance|Maj opt|Major feasibility tolerance|Major print level|Minor iterations|"
+    "Scale option|Linesearch tolerance|Hessian full memory|LU factor tolerance|Penalty parameter|Time limit|"
     "Superbasics limit|Verify level|Elastic weight|Function precision|Unbounded step size|Derivative option|Debug|"
     "Solution no|System information|Proximal point method|Feasible point|Infinite bound|QPSolver CG|"
-    "Bogus option|Majr iterations limit|Major|Major_iterations_limit|Line search|Feasible exit|Hessian|Scale|Derivative|"
+    "Bogus option|Majr iterations limit|Major|Major_iterations_limit|Line search|Feasible exit|Hessian|Scale|"
     "Verify bogus|Elastic|Print|Total|Unbounded|Factorize frequency|Itns|Cycle limit|Radius"
 ).split("|")
 
