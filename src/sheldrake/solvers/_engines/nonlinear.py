@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections.abc import Hashable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,6 +126,6 @@ def _multipliers(form: NonlinearForm, y: np.ndarray, dual: np.ndarray | None) ->
     return Multipliers(dual, low, np.where(form.x_upper - y <= near, np.minimum(left, 0.0), 0.0))
 
 
-def number(values: dict, key: str, default: float) -> float:
+def number(values: dict, key: Hashable, default: float) -> float:
     """An option as a float."""
     return float(values.get(key, default))

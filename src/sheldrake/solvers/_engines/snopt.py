@@ -10,6 +10,7 @@ from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._engines.slsqp import by_slsqp
+from sheldrake.solvers._engines.snopt_options import unknown, words_of
 from sheldrake.solvers._engines.sqp import Sqp, suits
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
@@ -51,11 +52,17 @@ class InteriorPointSolver(NonlinearSolver):
     _name = "InteriorPoint"
 
     def _read(self, options: SolverOptions) -> Settings:
-        given = {key.lower(): value for key, value in options._of("SNOPT").items()}
+        named = options._of("SNOPT")
+        if wrong := unknown(named):
+            raise RuntimeError(
+                f"SNOPT: the following solver option names were not recognized: {', '.join(wrong)}. Heeded are Major "
+                "iterations limit, Major optimality tolerance, Major feasibility tolerance."
+            )
+        given = {words_of(name): value for name, value in named.items()}
         return Settings(
-            optimality=min(1e-8, 1e-2 * number(given, "major optimality tolerance", 1e-6)),
-            feasibility=number(given, "major feasibility tolerance", 1e-6),
-            iterations=int(number(given, "major iterations limit", 1000)),
+            optimality=min(1e-8, 1e-2 * number(given, ("major", "optimality"), 1e-6)),
+            feasibility=number(given, ("major", "feasibility"), 1e-6),
+            iterations=int(number(given, ("major", "iterations"), 1000)),
             prints=self._prints(options),
         )
 
@@ -84,8 +91,8 @@ class SnoptSolver(InteriorPointSolver):
     What runs is the interior point method of this library, and results say so: their solver id is that of
     "InteriorPoint". `available()` is true, as programs that ask for SNOPT run.
 
-    Options that are understood, in small letters or capitals: "Major iterations limit", "Major optimality tolerance",
-    "Major feasibility tolerance"; others are accepted without effect.
+    Options that are heeded, in small letters or capitals: "Major iterations limit", "Major optimality tolerance",
+    "Major feasibility tolerance"; other options of SNOPT are accepted without effect, what is none is refused.
     """
 
     _name = "SNOPT"

@@ -30,6 +30,7 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
     def __init__(self, lcm: DrakeLcmInterface):
         super().__init__()
         self._lcm = lcm
+        self._is_kept = lcm._is_kept = True
         self.DeclarePerStepUnrestrictedUpdateEvent(self._pump)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._pump)
 
@@ -226,7 +227,7 @@ class LcmSubscriberSystem(LeafSystem):
         return self._take(context, state)
 
     def _take(self, context: Context, state: Any) -> EventStatus:
-        if isinstance(self._lcm, LcmInterfaceSystem):
+        if self._lcm._is_kept:
             self._lcm.HandleSubscriptions(0)  # whatever the order of the two systems in the diagram
         raw, count = self._box
         if context.get_abstract_state(1).get_value() == count:
