@@ -93,6 +93,8 @@ def _made(
     if not methods.available():
         return _never
     if not store.is_ready(kernel):
+        if not store.can_compile():
+            return _never
         store.make(kernel, tell=False)  # a moment, too short to speak of
     return _Writer(kernel, frozen, fixed).write(takes, gives)
 
