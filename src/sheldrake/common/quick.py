@@ -25,8 +25,8 @@ from sheldrake.common.kernel import jit_enabled
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-FEW = 64
-"""Calls that a short way does not take part in: to make it ready takes as long as some hundreds in Python."""
+FEW = 200
+"""Calls that a short way does not take part in: to load it takes 0.7 ms, as long as some hundreds in Python."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,6 +93,8 @@ def _made(
     if not methods.available():
         return _never
     if not store.is_ready(kernel):
+        if not store.can_compile():
+            return _never
         store.make(kernel, tell=False)  # a moment, too short to speak of
     return _Writer(kernel, frozen, fixed).write(takes, gives)
 

@@ -461,7 +461,7 @@ def test_names_that_were_asked_before_are_lists_of_their_own():
     first[0] = "mine"
     assert plant.GetPositionNames()[0] != "mine"
     instance = plant.get_joint(plant.GetJointIndices()[0]).model_instance()
-    assert int(instance) == 1 == True  # noqa: E712  (a flag and an instance must not be taken for each other)
+    assert instance == int(True)  # a flag and an instance must not be taken for each other
     assert plant.GetPositionNames(instance) == plant.GetPositionNames(False)
     assert plant.GetPositionNames(True) != plant.GetPositionNames(instance)
 
