@@ -209,10 +209,10 @@ class ContinuousState:
                 "(num_v may not exceed num_q)."
             )
         self._vector = vector
-        self._parts = [[(0, num_q)], [(num_q, num_q + num_v)], [(num_q + num_v, n)]]
+        self._parts: Sequence[list[tuple[int, int]]] = [[(0, num_q)], [(num_q, num_q + num_v)], [(num_q + num_v, n)]]
 
     @classmethod
-    def _view(cls, vector: VectorBase, parts: list[list[tuple[int, int]]]) -> ContinuousState:
+    def _view(cls, vector: VectorBase, parts: Sequence[list[tuple[int, int]]]) -> ContinuousState:
         state = object.__new__(cls)
         state._vector, state._parts = vector, parts
         return state
