@@ -18,7 +18,9 @@ from sheldrake.planning import (
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.solvers import Solve
 from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import InputPortSelection, LeafSystem_
 from sheldrake.systems.primitives import LinearSystem
+from sheldrake.systems.scalar_conversion import TemplateSystem
 from sheldrake.trajectories import PiecewisePolynomial
 
 pytest.importorskip("clarabel")
@@ -253,3 +255,30 @@ def test_defects_of_segments_that_do_not_follow_each_other():
             # Differences of differences: what f is known to by steps of 1e-6 is lost to their curvature.
             np.testing.assert_allclose(H[s, k], weights[s] @ (ahead - behind) / 2e-6, atol=1e-3)
     np.testing.assert_allclose(slopes[0], constraint._eval_with_jacobian(z[0])[1], rtol=1e-12)
+
+
+def test_steps_of_what_depends_on_time_are_taken_at_their_times():
+    @TemplateSystem.define("Rising_")
+    def Rising_(T):
+        class Impl(LeafSystem_[T]):
+            def _construct(self, converter=None):
+                LeafSystem_[T].__init__(self, converter)
+                self.DeclareContinuousState(1)
+
+            def _construct_copy(self, other, converter=None):
+                Impl._construct(self, converter=converter)
+
+            def DoCalcTimeDerivatives(self, context, derivatives):
+                derivatives.get_mutable_vector().SetFromVector([2.0 * context.get_time() + 0.0 * self.now(context)])
+
+            def now(self, context):
+                return context.get_continuous_state_vector().CopyToVector()[0]
+
+        return Impl
+
+    system = Rising_[None]()
+    step = DirectTranscription.TimeStep(0.5)
+    trajopt = DirectTranscription(system, system.CreateDefaultContext(), 4, step, InputPortSelection.kNoInput)
+    trajopt.prog().AddBoundingBoxConstraint([1.0], [1.0], trajopt.initial_state())
+    found = trajopt.GetStateSamples(Solve(trajopt.prog(), np.zeros(4)))
+    np.testing.assert_allclose(found, [[1.0, 1.0, 1.5, 2.5]], atol=1e-6)
