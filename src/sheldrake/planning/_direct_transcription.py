@@ -68,7 +68,7 @@ class Steps:
         """Second derivatives of weights' defects, shape (steps, nu + 2 nx, nu + 2 nx)."""
         out = np.zeros((len(z), z.shape[1], z.shape[1]))
         found = self._dynamics.hessian_at_points(z[:, self._places], -self._factor * weights)
-        out[np.ix_(range(len(z)), self._places, self._places)] = found
+        out[np.ix_(np.arange(len(z)), self._places, self._places)] = found
         return out
 
 
