@@ -43,9 +43,9 @@ class InteriorPointSolver(NonlinearSolver):
     """Solves nonlinear programs by the interior point method of this library.
 
     Programs of few variables whose constraints do not know their second derivatives, such as those of inverse
-    kinematics, are tried by sequential quadratic programming first. SciPy's SLSQP is tried where the interior point
-    method gets stuck, or stops where constraints cannot be violated less. It heeds the options of SNOPT that
-    `SnoptSolver` names.
+    kinematics, are tried by sequential quadratic programming first, and by SciPy's SLSQP where that gets stuck. SLSQP
+    is also tried where the interior point method gets stuck, or stops where constraints cannot be violated less. It
+    heeds the options of SNOPT that `SnoptSolver` names.
     """
 
     _name = "InteriorPoint"
