@@ -88,6 +88,22 @@ def pendulum(lib: Any, solver: str) -> tuple[str, float]:
     return solved(lib, prog, solver)
 
 
+@program("pendulum, transcribed")
+def transcribed_pendulum(lib: Any, solver: str) -> tuple[str, float]:
+    """Explicit Euler between samples."""
+    plant = importlib.import_module(f"{lib.__name__.split('.')[0]}.examples").PendulumPlant()
+    step = lib.DirectTranscription.TimeStep(0.1)
+    traj = lib.DirectTranscription(plant, plant.CreateDefaultContext(), 31, step)
+    u = traj.input()[0]
+    traj.AddConstraintToAllKnotPoints(u <= 3.0)
+    traj.AddConstraintToAllKnotPoints(u >= -3.0)
+    pin(traj.prog(), traj.initial_state(), [0.0, 0.0])
+    pin(traj.prog(), traj.final_state(), [np.pi, 0.0])
+    traj.AddRunningCost(u * u)
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, [0.0, 0.0], [np.pi, 0.0], 3.0))
+    return solved(lib, traj.prog(), solver)
+
+
 @program("acrobot")
 def acrobot(lib: Any, solver: str) -> tuple[str, float]:
     plant = importlib.import_module(f"{lib.__name__.split('.')[0]}.examples").AcrobotPlant()
@@ -316,6 +332,29 @@ def inverse_kinematics(lib: Any, solver: str) -> tuple[str, float]:
         prog.AddQuadraticErrorCost(np.eye(len(q)), nominal, q)
         prog.SetInitialGuess(q, nominal + rng.uniform(-0.2, 0.2, len(q)))
         name, cost = solved(lib, prog, solver)
+        names.add(name)
+        total += cost
+    return "/".join(sorted(names)), total
+
+
+@program("postures without distances")
+def postures(lib: Any, solver: str) -> tuple[str, float]:
+    """Twenty of an arm, near a mean posture, for a position, an orientation and a target to look at."""
+    plant = lib.MultibodyPlant(0.0)
+    lib.Parser(plant).AddModelsFromString(arm_urdf(), "urdf")
+    plant.Finalize()
+    context, rng = plant.CreateDefaultContext(), np.random.default_rng(1)
+    tip, world, zero, total, names = plant.GetFrameByName("link7"), plant.world_frame(), np.zeros(3), 0.0, set()
+    for _ in range(20):
+        plant.SetPositions(context, rng.uniform(-1.2, 1.2, 7))
+        X = plant.CalcRelativeTransform(context, world, tip)
+        ik = lib.InverseKinematics(plant, context)
+        ik.AddPositionConstraint(tip, zero, world, X.translation() - 0.01, X.translation() + 0.01)
+        ik.AddOrientationConstraint(world, X.rotation(), tip, lib.RotationMatrix(), 0.3)
+        ik.AddGazeTargetConstraint(tip, zero, [0.0, 0.0, 1.0], world, X @ [0.3, 0.2, 1.0], 0.6)
+        ik.prog().AddQuadraticErrorCost(np.eye(7), np.full(7, 0.3), ik.q())
+        ik.prog().SetInitialGuess(ik.q(), 0.3 + rng.uniform(-0.3, 0.3, 7))
+        name, cost = solved(lib, ik.prog(), solver)
         names.add(name)
         total += cost
     return "/".join(sorted(names)), total

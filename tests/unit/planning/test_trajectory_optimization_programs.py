@@ -9,6 +9,7 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import PrismaticJoint, RevoluteJoint, SpatialInertia
 from sheldrake.planning import (
     DirectCollocation,
+    DirectCollocationConstraint,
     DirectTranscription,
     KinematicTrajectoryOptimization,
     MultipleShooting,
@@ -17,7 +18,10 @@ from sheldrake.planning import (
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.solvers import Solve
 from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import InputPortSelection, LeafSystem_
 from sheldrake.systems.primitives import LinearSystem
+from sheldrake.systems.scalar_conversion import TemplateSystem
+from sheldrake.trajectories import PiecewisePolynomial
 
 pytest.importorskip("clarabel")
 
@@ -168,3 +172,113 @@ def test_robot_diagrams_know_their_plant_on_every_scalar():
     duals = diagram.ToAutoDiffXd()
     assert type(duals).__name__.startswith("RobotDiagram_") and duals.plant().num_bodies() == 2
     assert diagram.plant_context(diagram.CreateDefaultContext()).num_continuous_states() == 13
+
+
+def double_integrator(samples):
+    system = LinearSystem([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], np.eye(2), np.zeros((2, 1)))
+    return DirectCollocation(system, system.CreateDefaultContext(), samples, 0.1, 0.3)
+
+
+def of_samples(trajopt, values):
+    """Steps, states and inputs among the values of all variables."""
+    prog, samples = trajopt.prog(), range(5)
+    at = [prog.FindDecisionVariableIndices(trajopt.state(i)) for i in samples]
+    u = [prog.FindDecisionVariableIndices(trajopt.input(i)) for i in samples]
+    h = [prog.FindDecisionVariableIndices(trajopt.time_step(i))[0] for i in samples if i < len(samples) - 1]
+    return values[h], values[np.array(at)], values[np.array(u)]
+
+
+@pytest.mark.parametrize("with_time", [False, True])
+def test_a_running_cost_is_that_of_each_sample_and_its_steps(with_time):
+    trajopt = double_integrator(5)
+    x, u, t = trajopt.state(), trajopt.input(), trajopt.time()
+    trajopt.AddRunningCost(x[0] * u[0] ** 2 + 3.0 * x[1] + (t[0] if with_time else 0.0))
+    costs = trajopt.prog().GetAllCosts()
+    values = np.random.default_rng(4).uniform(0.1, 0.3, trajopt.prog().num_vars())
+    h, states, inputs = of_samples(trajopt, values)
+    times = np.concatenate(([0.0], np.cumsum(h)))
+    g = states[:, 0] * inputs[:, 0] ** 2 + 3.0 * states[:, 1] + (times if with_time else 0.0)
+    expected = 0.5 * g * (np.append(h, 0.0) + np.append(0.0, h))
+    found = [trajopt.prog().EvalBinding(c, values)[0] for c in costs]
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    for cost in costs:
+        assert [v.get_id() for v in cost.variables()] == sorted(v.get_id() for v in cost.variables())
+        evaluator = cost.evaluator()
+        assert [v.get_id() for v in evaluator.vars()] == [v.get_id() for v in cost.variables()]
+        symbols = evaluator.Eval(cost.variables())[0]
+        env = dict(zip(trajopt.prog().decision_variables(), values))
+        assert symbols.Evaluate(env) == pytest.approx(trajopt.prog().EvalBinding(cost, values)[0], rel=1e-13)
+
+
+def test_constraints_at_all_samples_are_of_their_own():
+    trajopt = double_integrator(5)
+    x, u = trajopt.state(), trajopt.input()
+    linear = trajopt.AddConstraintToAllKnotPoints(x[0] + 2.0 * u[0] <= 1.0)
+    bent = trajopt.AddConstraintToAllKnotPoints(x[0] * u[0] ** 2 <= 1.0)
+    for i, (a, b) in enumerate(zip(linear, bent)):
+        wanted = [trajopt.state(i)[0], trajopt.input(i)[0]]
+        assert [v.get_id() for v in a.variables()] == [v.get_id() for v in wanted]
+        (expression,) = b.evaluator().expressions()
+        assert {v.get_id() for v in expression.GetVariables()} == {v.get_id() for v in wanted}
+    linear[1].evaluator().set_bounds([-2.0], [2.0])
+    linear[1].evaluator().set_description("second")
+    assert [c.evaluator().upper_bound()[0] for c in linear] == [1.0, 2.0, 1.0, 1.0, 1.0]
+    assert [c.evaluator().get_description() for c in linear] == ["", "second", "", "", ""]
+    steps = trajopt.AddEqualTimeIntervalsConstraints()
+    assert [[v.get_id() for v in c.variables()] for c in steps] == [
+        [trajopt.time_step(i + k)[0].get_id() for k in (0, 1)] for i in range(3)
+    ]
+    assert double_integrator(2).AddEqualTimeIntervalsConstraints() == []
+
+
+def test_guesses_may_be_rows_or_columns():
+    for samples in ([[1.0], [3.0]], [[1.0, 3.0]]):
+        trajopt = double_integrator(5)
+        both = [np.array(samples), 2.0 * np.array(samples)]
+        trajopt.SetInitialTrajectory(PiecewisePolynomial(), PiecewisePolynomial.FirstOrderHold([0.0, 0.8], both))
+        guess = trajopt.prog().GetInitialGuess(np.concatenate([trajopt.state(i) for i in range(5)]))
+        np.testing.assert_allclose(guess.reshape(5, 2), np.outer(1.0 + np.arange(5) / 4.0, [1.0, 3.0]))
+
+
+def test_defects_of_segments_that_do_not_follow_each_other():
+    plant = PendulumPlant()
+    constraint = DirectCollocationConstraint(plant, plant.CreateDefaultContext())
+    z = np.random.default_rng(5).uniform(0.1, 0.4, (4, 7))
+    weights = np.random.default_rng(6).normal(size=(4, 2))
+    defects = constraint._many()
+    values, slopes = defects.slopes(z)
+    H = defects.hessian(z, weights)
+    for s in range(4):
+        np.testing.assert_allclose(values[s], constraint.Eval(z[s]), rtol=1e-12)
+        for k in range(7):
+            ahead, behind = (defects.slopes(z[s : s + 1] + sign * 1e-6 * np.eye(7)[k])[1][0] for sign in (1, -1))
+            # Differences of differences: what f is known to by steps of 1e-6 is lost to their curvature.
+            np.testing.assert_allclose(H[s, k], weights[s] @ (ahead - behind) / 2e-6, atol=1e-3)
+    np.testing.assert_allclose(slopes[0], constraint._eval_with_jacobian(z[0])[1], rtol=1e-12)
+
+
+def test_steps_of_what_depends_on_time_are_taken_at_their_times():
+    @TemplateSystem.define("Rising_")
+    def Rising_(T):
+        class Impl(LeafSystem_[T]):
+            def _construct(self, converter=None):
+                LeafSystem_[T].__init__(self, converter)
+                self.DeclareContinuousState(1)
+
+            def _construct_copy(self, other, converter=None):
+                Impl._construct(self, converter=converter)
+
+            def DoCalcTimeDerivatives(self, context, derivatives):
+                derivatives.get_mutable_vector().SetFromVector([2.0 * context.get_time() + 0.0 * self.now(context)])
+
+            def now(self, context):
+                return context.get_continuous_state_vector().CopyToVector()[0]
+
+        return Impl
+
+    system = Rising_[None]()
+    step = DirectTranscription.TimeStep(0.5)
+    trajopt = DirectTranscription(system, system.CreateDefaultContext(), 4, step, InputPortSelection.kNoInput)
+    trajopt.prog().AddBoundingBoxConstraint([1.0], [1.0], trajopt.initial_state())
+    found = trajopt.GetStateSamples(Solve(trajopt.prog(), np.zeros(4)))
+    np.testing.assert_allclose(found, [[1.0, 1.0, 1.5, 2.5]], atol=1e-6)

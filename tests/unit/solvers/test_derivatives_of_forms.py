@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sheldrake.examples import AcrobotPlant
-from sheldrake.planning import DirectCollocation
+from sheldrake.planning import DirectCollocation, DirectTranscription
 from sheldrake.planning._gcs_subgraphs import (
     NonlinearContinuityConstraint,
     NonlinearDerivativeConstraint,
@@ -38,6 +38,12 @@ def collocation():
     return prog, np.random.default_rng(2).uniform(0.1, 0.5, prog.num_vars())
 
 
+def transcription():
+    plant = AcrobotPlant()
+    prog = DirectTranscription(plant, plant.CreateDefaultContext(), 6, DirectTranscription.TimeStep(0.1)).prog()
+    return prog, np.random.default_rng(2).uniform(0.1, 0.5, prog.num_vars())
+
+
 def curves():
     """Lengths, and derivatives of Bézier curves in regions."""
     rng = np.random.default_rng(3)
@@ -52,7 +58,7 @@ def curves():
     return prog, rng.uniform(0.5, 1.5, 12)
 
 
-@pytest.mark.parametrize("make", [of_all_kinds, collocation, curves])
+@pytest.mark.parametrize("make", [of_all_kinds, collocation, transcription, curves])
 def test_derivatives_are_those_of_differences(make):
     prog, y = make()
     form = NonlinearForm(prog)
@@ -90,7 +96,9 @@ def test_what_differs_by_its_variables_alone_is_evaluated_together():
     form = NonlinearForm(of_all_kinds()[0])
     together = [t for t in form._constraints if isinstance(t, AlikeTerms)]
     assert [len(t.places) for t in together] == [4]
-    assert [len(t.places) for t in NonlinearForm(collocation()[0])._constraints if isinstance(t, AlikeTerms)] == [5 * 4]
+    for make in (collocation, transcription):
+        form = NonlinearForm(make()[0])
+        assert [len(t.places) for t in form._constraints if isinstance(t, AlikeTerms)] == [5 * 4]
 
 
 def test_functions_of_python_learn_their_curvature():

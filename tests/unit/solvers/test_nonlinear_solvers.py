@@ -1,5 +1,6 @@
 """Solvers of nonlinear programs: results say who found them."""
 
+import copy
 import importlib.util
 
 import numpy as np
@@ -116,3 +117,20 @@ def test_errors_of_a_users_function_are_raised(solver):
     prog.AddCost(fails, x)
     with pytest.raises(ZeroDivisionError, match="of the user"):
         solver().Solve(prog, [0.5])
+
+
+def test_duals_are_those_of_the_program_that_was_solved():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddCost((x[0] - 2.0) ** 2 + (x[1] - 3.0) ** 4)
+    loose, tight = prog.AddBoundingBoxConstraint(-9.0, 5.0, x), prog.AddBoundingBoxConstraint(-9.0, 1.0, x)
+    row = prog.AddLinearConstraint(x[0] + x[1] <= 1.5)
+    result = SnoptSolver().Solve(prog, np.zeros(2), None)
+    copy_of_result = copy.deepcopy(result)
+    prog.RemoveConstraint(row)
+    tight.evaluator().UpdateUpperBound([7.0, 7.0])
+    for found in (result, copy_of_result):
+        np.testing.assert_allclose(found.GetDualSolution(loose), 0.0)
+        # At (0.5, 1) the cost falls by 3 and 32 per unit; the row takes 3 of both, the bound of x(1) the rest.
+        np.testing.assert_allclose(found.GetDualSolution(tight), [0.0, -29.0], rtol=1e-4)
+        np.testing.assert_allclose(found.GetDualSolution(row), [-3.0], rtol=1e-4)

@@ -240,7 +240,7 @@ def _lay_out(n: int, m: int, *places: bytes) -> Layout:
 
 
 _known_layout = functools.lru_cache(maxsize=16)(_lay_out)
-_MOST_KNOWN = 100_000  # entries of a matrix whose layout is kept for the next program of the same structure
+_MOST_KNOWN = 20_000  # entries of a matrix whose layout is kept for the next program of the same structure
 
 
 class Factors:

@@ -173,6 +173,13 @@ class NonlinearForm:
         entries += [t.hessian(x, weights[t.places]) for t in self._constraints]
         return _arrays.joined(entries, float) * self._H_scale
 
+    def cost_hessian(self, y: np.ndarray) -> np.ndarray:
+        """The Hessian of the cost, shape `(num_vars, num_vars)`."""
+        x, n = y * self.scale, self.num_vars
+        entries = _arrays.joined([t.hessian(x, np.ones(len(t.places))) for t in self._costs], float)
+        rows, cols, scale = self.H_rows[: len(entries)], self.H_cols[: len(entries)], self._H_scale[: len(entries)]
+        return np.bincount(rows * n + cols, entries * scale, n * n).reshape(n, n)
+
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
         values, J = self.dense_constraints(y)

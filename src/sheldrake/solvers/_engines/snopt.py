@@ -44,9 +44,9 @@ class InteriorPointSolver(NonlinearSolver):
     """Solves nonlinear programs by the interior point method of this library.
 
     Programs of few variables whose constraints do not know their second derivatives, such as those of inverse
-    kinematics, are tried by sequential quadratic programming first. SciPy's SLSQP is tried where the interior point
-    method gets stuck, or stops where constraints cannot be violated less. It heeds the options of SNOPT that
-    `SnoptSolver` names.
+    kinematics, are tried by sequential quadratic programming first, and by SciPy's SLSQP where that gets stuck. SLSQP
+    is also tried where the interior point method gets stuck, or stops where constraints cannot be violated less. It
+    heeds the options of SNOPT that `SnoptSolver` names.
     """
 
     _name = "InteriorPoint"
@@ -67,16 +67,26 @@ class InteriorPointSolver(NonlinearSolver):
         )
 
     def _run(self, form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
+        is_stuck = False
         if suits(form):
             found = Sqp(form, start, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
             if found.converged or (found.iterations_spent and settings.iterations <= _MOST_STEPS):
                 return found
+            # Where steps end that violate constraints, an interior point method mostly ends as well.
+            is_stuck = not found.iterations_spent and form.violation(found.y) > settings.feasibility
+            if is_stuck and (other := self._by_slsqp(form, start, settings)):
+                return other
         y, dual, ending = interior_point(form, start, settings.optimality, settings.feasibility, settings.iterations)
         found = Outcome(InteriorPointSolver._name, y, ending is Ending.CONVERGED, ending is Ending.ITERATIONS, dual)
-        if ending not in (Ending.STUCK, Ending.INFEASIBLE) or form.num_vars > _LARGEST_DENSE:
+        if is_stuck or ending not in (Ending.STUCK, Ending.INFEASIBLE) or form.num_vars > _LARGEST_DENSE:
             return found
-        other = by_slsqp(form, start, settings)
-        return other if form.violation(form.clip(other.y)) <= settings.feasibility else found
+        return self._by_slsqp(form, start, settings) or found
+
+    @staticmethod
+    def _by_slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome | None:
+        """What SLSQP finds; None if it violates constraints."""
+        found = by_slsqp(form, start, settings)
+        return found if form.violation(form.clip(found.y)) <= settings.feasibility else None
 
     def _details(
         self, kind: SolutionResult, outcome: Outcome, seconds: float, F: np.ndarray, multipliers: Multipliers

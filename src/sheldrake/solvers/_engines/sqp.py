@@ -172,11 +172,9 @@ class Sqp:
 
     def _first_hessian(self) -> np.ndarray:
         """That of the cost, no eigenvalue near zero or below: steps would go anywhere."""
-        form, n = self._form, self._form.num_vars
-        H = np.zeros((n, n))
-        np.add.at(H, (form.H_rows, form.H_cols), form.hessian(self._start, 1.0, np.zeros(form.num_rows)))
+        H = self._form.cost_hessian(self._start)
         if not np.isfinite(H).all():
-            return np.eye(n)
+            return np.eye(len(H))
         values, vectors = np.linalg.eigh(0.5 * (H + H.T))
         values = np.maximum(np.abs(values), 0.1 * max(1.0, float(np.abs(values).max(initial=0.0))))
         found: np.ndarray = (vectors * values) @ vectors.T

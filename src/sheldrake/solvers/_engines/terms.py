@@ -176,14 +176,9 @@ class LearnedTerms(Terms):
         self.J_rows, self.J_cols = np.repeat(self.places, n), np.repeat(columns, m, axis=0).ravel()
         self.H_rows, self.H_cols = np.repeat(columns, n), np.repeat(columns, n, axis=0).ravel()
         self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
-        self._before, H = np.zeros((count, n)), np.zeros((count * m, n * n))
-        self._H, self._are_costs = H, are_costs
-        self._J_before, J = np.zeros((count * m, n)), self._J.reshape(count * m, n)
+        self._before, self._H = np.zeros((count, n)), np.zeros((count * m, n * n))
+        self._J_before, self._are_costs = np.zeros((count * m, n)), are_costs
         self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
-        self._update_hessians = quasi_newton.symmetric_rank_one.bind(
-            self._before, self._points, self._J_before, J, H, np.zeros(n)
-        )
-        self._sum_hessians = quasi_newton.weighted_sums.bind(H, self._weights, self._total)
         self._has_begun = False
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -205,7 +200,12 @@ class LearnedTerms(Terms):
             self.slopes(x)
         if not self._has_begun:
             self._has_begun = True
-            self._before[:], self._J_before[:] = self._points, self._J.reshape(self._J_before.shape)
+            J, n = self._J.reshape(self._J_before.shape), self._points.shape[1]
+            self._before[:], self._J_before[:] = self._points, J
+            self._update_hessians = quasi_newton.symmetric_rank_one.bind(
+                self._before, self._points, self._J_before, J, self._H, np.zeros(n)
+            )
+            self._sum_hessians = quasi_newton.weighted_sums.bind(self._H, self._weights, self._total)
             if self._are_costs:
                 self._look_around()
         self._update_hessians()

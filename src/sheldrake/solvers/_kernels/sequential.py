@@ -248,7 +248,7 @@ def is_good(work, progress):
 
 @kernel(outline=True)
 def correct(work, plain):
-    """The trial point of a full step that heeds how rows curve: by what they are beyond their bounds there; 1 if none."""
+    """The trial point of a full step that heeds how rows curve, by what they are beyond bounds there; 1 if none."""
     for a in range(len(work.sides)):
         ahead = 0.0
         for j in range(len(work.y)):

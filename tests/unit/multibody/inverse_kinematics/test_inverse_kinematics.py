@@ -19,6 +19,7 @@ from sheldrake.multibody.inverse_kinematics import (
     GazeTargetConstraint,
     InverseKinematics,
     MinimumDistanceLowerBoundConstraint,
+    MinimumDistanceUpperBoundConstraint,
     OrientationConstraint,
     PointToLineDistanceConstraint,
     PositionConstraint,
@@ -27,6 +28,7 @@ from sheldrake.multibody.inverse_kinematics import (
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
 from sheldrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInertia
 from sheldrake.solvers import ClarabelSolver, MathematicalProgram, Solve
+from sheldrake.solvers._functions.minimum_value import quadratically_smoothed_hinge
 from sheldrake.systems.framework import DiagramBuilder
 
 
@@ -95,6 +97,7 @@ def test_gradients_are_those_of_differences(arm, make):
     np.testing.assert_allclose(J, np.stack(columns, axis=1), atol=1e-7)
 
 
+@pytest.mark.skipif(not jit_enabled(), reason="kernels are Python here, and nothing asks them instead of queries")
 def test_distances_by_kernels_are_those_of_queries(arm):
     plant, context = arm
     constraint = MinimumDistanceLowerBoundConstraint(plant, 0.01, context, None, 0.5)
@@ -226,3 +229,33 @@ def test_distances_of_bodies_that_float_are_native_and_have_the_right_slopes():
     assert np.abs(slopes[[0, 1, 4, 7, 8, 11]]).min() > 1e-3
     if jit_enabled():
         assert constraint._kept is not None
+
+
+def test_penalties_of_ours_are_those_of_a_function_that_is_the_same(arm):
+    plant, context = arm
+    hinge = quadratically_smoothed_hinge
+    for ours, given in (
+        (
+            MinimumDistanceLowerBoundConstraint(plant, 0.02, context, None, 0.2),
+            MinimumDistanceLowerBoundConstraint(plant, 0.02, context, lambda x, slope: hinge(x, slope), 0.2),
+        ),
+        (
+            MinimumDistanceUpperBoundConstraint(plant, 0.02, context, 0.3),
+            MinimumDistanceUpperBoundConstraint(plant, 0.02, context, 0.3, lambda x, slope: hinge(x, slope)),
+        ),
+    ):
+        for q in np.random.default_rng(8).uniform(-1.5, 1.5, (10, 6)):
+            np.testing.assert_allclose(ours.Eval(q), given.Eval(q), rtol=1e-12, atol=1e-13)
+            slopes = [ExtractGradient(c.Eval(InitializeAutoDiff(q))) for c in (ours, given)]
+            np.testing.assert_allclose(*slopes, rtol=1e-10, atol=1e-10)
+
+
+def test_constraints_of_one_context_do_not_disturb_each_other(arm):
+    plant, context = arm
+    near, far = (MinimumDistanceLowerBoundConstraint(plant, 0.01, context, None, d) for d in (0.1, 0.4))
+    asked = np.random.default_rng(9).uniform(-1.5, 1.5, (6, 6))
+    alone = [[c.Eval(q)[0] for q in asked] for c in (near, far)]
+    for k, q in enumerate(asked):
+        assert [near.Eval(q)[0], far.Eval(q)[0]] == [alone[0][k], alone[1][k]]
+    again = MinimumDistanceLowerBoundConstraint(plant, 0.01, context, None, 0.1)
+    assert [again.Eval(q)[0] for q in asked] == alone[0]
