@@ -31,7 +31,8 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
         sizes: How many rows they have.
     """
     widths = [_width(A, size) for A, size in zip(blocks, sizes)]
-    numbers = _arrays.joined_numbers([A for A, width in zip(blocks, widths) if width >= 0])
+    dense: list[Any] = [A for A, width in zip(blocks, widths) if width >= 0]
+    numbers = _arrays.joined_numbers(dense)
     n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
     call, all_heights, all_widths, all_numbers, rows, cols, values = _calls.of(room(n), room(most))
     all_heights[:n], all_widths[:n], all_numbers[: len(numbers)] = sizes, widths, numbers
