@@ -49,7 +49,11 @@ def test_rows_are_as_they_were_written():
 def test_a_row_without_arrays_is_copied_and_pickled():
     prog, x = variables()
     for b, A in zip(constraints_of(prog, x), MATRICES):
-        for other in (copy.copy(b.evaluator()), copy.deepcopy(b.evaluator()), pickle.loads(pickle.dumps(b.evaluator()))):
+        for other in (
+            copy.copy(b.evaluator()),
+            copy.deepcopy(b.evaluator()),
+            pickle.loads(pickle.dumps(b.evaluator())),
+        ):
             np.testing.assert_array_equal(other.GetDenseA(), A)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = prog.linear_constraints()[0].evaluator().nothing
@@ -106,3 +110,22 @@ def test_costs_of_few_variables():
     assert prog.AddQuadraticCost(x.dot(x)).evaluator().is_convex()
     assert not prog.AddQuadraticCost(x[0] ** 2 - x[1] ** 2).evaluator().is_convex()
     assert not prog.AddQuadraticCost(x[0] ** 2, False).evaluator().is_convex()  # as the user says
+
+
+def test_variables_are_those_of_the_call():
+    """Also when the array they came in is changed later."""
+    prog, x = variables()
+    given = x.copy()
+    b = prog.AddLinearConstraint(np.ones(3), -1.0, 1.0, given)
+    given[0] = x[2]
+    assert [v.get_id() for v in b.variables()] == [v.get_id() for v in x]
+    assert str(b) == str(prog.AddLinearConstraint(np.ones((1, 3)), [-1.0], [1.0], x))
+
+
+def test_bounds_that_are_no_numbers_are_refused():
+    prog, x = variables()
+    with pytest.raises(RuntimeError, match="nan"):
+        prog.AddBoundingBoxConstraint(np.nan, 1.0, x[0])
+    with pytest.raises(RuntimeError, match="nan"):
+        prog.AddLinearConstraint(np.ones(3), -1.0, np.nan, x)
+    assert not prog.GetAllConstraints()

@@ -27,5 +27,5 @@ def test_arrays_take_each_element(other):
 
 
 def test_comparisons():
-    assert str(np.float64(1.0) <= x) == str(1.0 <= x) == "(x >= 1)"  # noqa: SIM300
+    assert str(np.float64(1.0) <= x) == str(1.0 <= x) == "(x >= 1)"
     assert (np.float64(1.0) < AutoDiffXd(2.0, [1.0])) is True
