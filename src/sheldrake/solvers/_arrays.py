@@ -40,7 +40,7 @@ def joined(arrays: Sequence[np.ndarray], kind: type) -> np.ndarray:
 
 
 def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
-    """The numbers of arrays and lists, one after the other."""
+    """The numbers of arrays and lists, one after the other; not to be changed."""
     arrays: list[np.ndarray] = []
     run: Any
     for cls, run in itertools.groupby(parts, type):
@@ -48,7 +48,7 @@ def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
             arrays.append(np.array(list(itertools.chain.from_iterable(run)), dtype=float))
         else:
             arrays += [A.ravel() for A in run]
-    return joined(arrays, float)
+    return arrays[0] if len(arrays) == 1 else joined(arrays, float)
 
 
 @kind("array of Variable")
