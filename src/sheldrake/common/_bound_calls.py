@@ -11,9 +11,15 @@ T = TypeVar("T")
 _MOST = 64
 
 
+LARGEST = 8192
+
+
 def room(size: int) -> int:
-    """The power of two from 8 on that holds so many: the size of arrays that serve for many sizes."""
-    return max(8, 1 << (size - 1).bit_length())
+    """The power of two from 8 on that holds so many: the size of arrays that serve for many sizes.
+
+    More than `LARGEST` get arrays of their own size: to make these takes little of the time that they are worked on.
+    """
+    return size if size > LARGEST else max(8, 1 << (size - 1).bit_length())
 
 
 class BoundCalls(threading.local, Generic[T]):

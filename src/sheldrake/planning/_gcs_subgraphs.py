@@ -237,7 +237,7 @@ def add_velocity_bounds(targets: Iterable[Target], D: np.ndarray, lower: np.ndar
     below = [bounded(bound, -np.inf, 0.0) for bound in upper.tolist()]
     for target, points, h in targets:
         for i, r in enumerate(points):
-            vars = np.append(r, h)
+            vars = np.array([*r, h], dtype=object)
             target.AddConstraint(bind(LinearConstraint, above[i], vars))
             target.AddConstraint(bind(LinearConstraint, below[i], vars))
 
@@ -256,7 +256,7 @@ def add_derivative_bounds(
         exact.append(NonlinearDerivativeConstraint(D, low, high, derivative))
     for target, points, h in targets:
         for i, r in enumerate(points):
-            vars = np.append(r, h)
+            vars = np.array([*r, h], dtype=object)
             target.AddConstraint(bind(LinearConstraint, relaxed[i], vars), CONVEX)
             target.AddConstraint(Binding[Constraint](exact[i], vars), EXACT)
 

@@ -40,7 +40,7 @@ def joined(arrays: Sequence[np.ndarray], kind: type) -> np.ndarray:
 
 
 def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
-    """The numbers of arrays and lists, one after the other."""
+    """The numbers of arrays and lists, one after the other; not to be changed."""
     arrays: list[np.ndarray] = []
     run: Any
     for cls, run in itertools.groupby(parts, type):
@@ -48,7 +48,7 @@ def joined_numbers(parts: Iterable[np.ndarray | list[float]]) -> np.ndarray:
             arrays.append(np.array(list(itertools.chain.from_iterable(run)), dtype=float))
         else:
             arrays += [A.ravel() for A in run]
-    return joined(arrays, float)
+    return arrays[0] if len(arrays) == 1 else joined(arrays, float)
 
 
 @kind("array of Variable")
@@ -64,17 +64,15 @@ def variable_vector(value: object) -> np.ndarray:
         array = np.asarray(value, dtype=object)
     except ValueError:
         raise Mismatch from None
-    out = array.ravel(order="F")
-    if _ONLY_VARIABLES.issuperset(map(type, out.tolist())):
-        return out
-    for i, v in enumerate(out):
-        if not isinstance(v, Variable):
-            v = _variable_of(v)
-            if v is None:
-                raise Mismatch
-            if out.base is not None or out is value:
-                out = out.copy()
-            out[i] = v
+    out = array.flatten(order="F")  # nobody else's: who changes the array later means another one
+    items = out.tolist()
+    if not _ONLY_VARIABLES.issuperset(map(type, items)):
+        for i, v in enumerate(items):
+            if not isinstance(v, Variable):
+                found = _variable_of(v)
+                if found is None:
+                    raise Mismatch
+                out[i] = found
     return out
 
 
@@ -86,7 +84,7 @@ def _variable_of(e: Expression) -> Variable | None:
     return None
 
 
-@kind("float array of shape (n,)")
+@kind("float array of shape (n,)", refuses=(float, int, np.float64))
 def float_vector(value: Any) -> np.ndarray:
     """A vector of floats.
 
@@ -154,7 +152,7 @@ def float_row(value: object) -> Matrix:
     return A.reshape(1, -1)
 
 
-@kind("float")
+@kind("float", takes=(float,))
 def number(value: Any) -> float:
     """A float.
 

@@ -207,7 +207,7 @@ class Monomial:
         powers = dict(self._powers)
         for v, n in other._powers.items():
             powers[v] = powers.get(v, 0) + n
-        return Monomial._of(powers)
+        return Monomial._ordered(powers) if len(powers) == len(self._powers) else Monomial._of(powers)
 
     def __mul__(self, other: Symbolic | Monomial | Polynomial) -> Any:
         if isinstance(other, Monomial):

@@ -76,7 +76,7 @@ class Affine:
 
     def __getitem__(self, rows: slice | np.ndarray | list[int]) -> Affine:
         """Some rows."""
-        terms = [(A, x[rows]) if A.__class__ is float else (A[rows], x) for A, x in self.terms]
+        terms: list[Any] = [(A, x[rows]) if isinstance(A, float) else (A[rows], x) for A, x in self.terms]
         return Affine(terms, self.b[rows])
 
     def stacked(self, other: Affine) -> Affine:
@@ -194,9 +194,9 @@ class Rows:
 
     def between(self, lower: np.ndarray, e: Affine, upper: np.ndarray) -> None:
         """lower <= e <= upper; bounds where e are variables."""
-        factor, vars = e.terms[0] if len(e.terms) == 1 else (0.0, None)
+        factor = e.terms[0][0] if len(e.terms) == 1 else 0.0
         if isinstance(factor, float) and factor == 1.0:
-            self._add(BoundingBoxConstraint._of(lower - e.b, upper - e.b), vars)
+            self._add(BoundingBoxConstraint._of(lower - e.b, upper - e.b), e.terms[0][1])
         else:
             self.linear(lower, e, upper)
 

@@ -141,7 +141,7 @@ class ShortestPathProgram:
 
 def _of_binding(element: Element, binding: BindingBase, x: Affine) -> Affine:
     """The rows of an element's variables that a binding has, in its order."""
-    return x[[element._places[v._id] for v in binding._variables.tolist()]]
+    return x[[element._places[v._id] for v in binding._list]]
 
 
 def restriction(path: list[Edge]) -> MathematicalProgram:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._bound_calls import BoundCalls, room
+from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.solvers._kernels.rows import sorted_columns
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def _bound(entries: int, axis: int) -> tuple[Any, ...]:
     return bound, rows, cols, values, starts, new_rows, new_values
 
 
-_calls = BoundCalls(_bound, largest=8192)
+_calls = BoundCalls(_bound, largest=LARGEST)
 
 
 class Columns(NamedTuple):

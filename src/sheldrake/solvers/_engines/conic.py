@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._bound_calls import BoundCalls, room
+from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
@@ -300,7 +300,7 @@ def _bound(rows: int, entries: int) -> tuple[Any, ...]:
     return bound, lower, upper, at, cols, values, says, sizes, chosen, b, *filled
 
 
-_calls = BoundCalls(_bound, largest=8192)
+_calls = BoundCalls(_bound, largest=LARGEST)
 
 
 class LinearObjective:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from sheldrake.common._bound_calls import BoundCalls, room
+from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.constraints import BoundingBoxConstraint, LinearConstraint
@@ -31,10 +31,15 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
         sizes: How many rows they have.
     """
     widths = [_width(A, size) for A, size in zip(blocks, sizes)]
-    numbers = _arrays.joined_numbers([A for A, width in zip(blocks, widths) if width >= 0])
+    dense: list[Any] = [A for A, width in zip(blocks, widths) if width >= 0]
+    numbers = _arrays.joined_numbers(dense)
     n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
-    call, all_heights, all_widths, all_numbers, rows, cols, values = _calls.of(room(n), room(most))
-    all_heights[:n], all_widths[:n], all_numbers[: len(numbers)] = sizes, widths, numbers
+    is_large = max(n, most) > LARGEST
+    bound = _bound(n, most, numbers) if is_large else _calls.of(room(n), room(most))
+    call, all_heights, all_widths, all_numbers, rows, cols, values = bound
+    all_heights[:n], all_widths[:n] = sizes, widths
+    if not is_large:
+        all_numbers[: len(numbers)] = numbers
     call.set("blocks", n)
     count = call()
     found = rows[:count].copy(), cols[:count].copy(), values[:count].copy()
@@ -60,15 +65,16 @@ def _with_sparse(found: Triplets, blocks: Sequence[Any], sizes: Sequence[int], w
     return rows, cols, values
 
 
-def _bound(blocks: int, entries: int) -> tuple[Any, ...]:
+def _bound(blocks: int, entries: int, numbers: np.ndarray | None = None) -> tuple[Any, ...]:
     """A bound call of `entries_of_blocks`; heights, widths and numbers of the blocks; what it fills."""
     heights, widths = np.zeros((2, blocks), dtype=np.int64)
-    (rows, cols), (numbers, values) = np.zeros((2, entries), dtype=np.int64), np.zeros((2, entries))
+    numbers = np.zeros(entries) if numbers is None else numbers
+    (rows, cols), values = np.zeros((2, entries), dtype=np.int64), np.zeros(entries)
     bound = entries_of_blocks.bind(0, heights, widths, numbers, rows, cols, values)
     return bound, heights, widths, numbers, rows, cols, values
 
 
-_calls = BoundCalls(_bound, largest=8192)
+_calls = BoundCalls(_bound)
 
 
 Form = TypeVar("Form")

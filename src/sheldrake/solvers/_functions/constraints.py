@@ -47,6 +47,7 @@ class LinearConstraint(Constraint):
     """
 
     _A: Any
+    _dense: np.ndarray | None
     _row: tuple[list[float], float, float] | None = None
     """Entries and bounds of a row that was parsed, until one of them changes; its arrays are made for who asks."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._bound_calls import BoundCalls, room
+from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import Changes, Cost, EvaluatorBase
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from sheldrake.common.kernel import Bound
+
+
+_EXACT = 200  # rows up to which a kernel factors matrices
+_NEARLY_EXACT = 4000  # rows up to which rounding of a factor is less than what `is_semidefinite` takes for rounding
 
 
 def symmetric(Q: ArrayLike) -> np.ndarray:
@@ -53,11 +57,15 @@ def range_of_eigenvalues(Q: np.ndarray) -> tuple[float, float, float]:
 
 def is_semidefinite(Q: np.ndarray) -> bool:
     """Whether Q has no negative eigenvalue, up to rounding."""
+    if _EXACT < len(Q) <= _NEARLY_EXACT:
+        try:
+            np.linalg.cholesky(Q)
+        except np.linalg.LinAlgError:
+            pass  # it may be zero in some directions
+        else:
+            return True
     least, _, rounding = range_of_eigenvalues(Q)
     return least >= -rounding
-
-
-_EXACT = 200  # rows up to which rounding of a factor is less than what `is_semidefinite` takes for rounding
 
 
 def _have_factors(matrices: Sequence[np.ndarray | list[float]], rows: list[int]) -> list[int]:
@@ -76,7 +84,7 @@ def _bound(count: int, numbers: int) -> tuple[Bound, np.ndarray, np.ndarray, np.
     return have_factors.bind(0, sizes, entries, found), sizes, entries, found
 
 
-_calls = BoundCalls(_bound, largest=8192)
+_calls = BoundCalls(_bound, largest=LARGEST)
 
 
 class LinearCost(Cost):

@@ -105,6 +105,7 @@ class Quadratic(NamedTuple):
     values: list[float]
     b: list[float]
     c: float
+    adds_squares: bool  # whether there are no products of two variables, and no square is subtracted
 
     @classmethod
     def of(cls, e: Expression) -> Quadratic | None:
@@ -120,20 +121,18 @@ class Quadratic(NamedTuple):
         places, n = {v: i for i, v in enumerate(ordered)}, len(ordered)
         at: list[int] = []
         values: list[float] = []
+        adds_squares = True
         for v, w, value in products:
             i, j = places[v], places[w]
             if i == j:
                 at.append(i * n + i)
                 values.append(2.0 * value)
+                adds_squares = adds_squares and value >= 0.0
             else:
                 at += (i * n + j, j * n + i)
                 values += (value, value)
-        return cls(ordered, at, values, [linear.get(v, 0.0) for v in ordered], c)
-
-    def is_sum_of_squares(self) -> bool:
-        """Whether there are no products of two variables, and no square is subtracted."""
-        n = len(self.vars)
-        return min(self.values) >= 0.0 and not any([place % (n + 1) for place in self.at])
+                adds_squares = False
+        return cls(ordered, at, values, [linear.get(v, 0.0) for v in ordered], c, adds_squares)
 
 
 def _terms_of(e: Expression, variables: Set[Variable]) -> list[tuple[float, list[tuple[Variable, int]]]]:

@@ -65,7 +65,7 @@ def _small_quadratic(e: Expression, is_convex: bool | None) -> BindingBase[Quadr
     found = Quadratic.of(e)
     if found is None or not found.at or len(found.vars) > _SMALL:
         return None
-    if is_convex is None and found.is_sum_of_squares():
+    if is_convex is None and found.adds_squares:
         is_convex = True
     Q = [0.0] * len(found.vars) ** 2
     for place, value in zip(found.at, found.values):

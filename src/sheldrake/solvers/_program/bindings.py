@@ -332,7 +332,7 @@ class ProgramBindings:
         self, bindings: BindingBase[Constraint] | Iterable[BindingBase[Constraint]], values: ArrayLike, tol: float
     ) -> bool:
         """Tells whether one or several constraints are satisfied; called as `(binding(s), prog_var_vals, tol=1e-6)`."""
-        found = [bindings] if isinstance(bindings, BindingBase) else bindings
+        found: Iterable[BindingBase[Constraint]] = [bindings] if isinstance(bindings, BindingBase) else bindings
         return all(bool(b.evaluator().CheckSatisfied(self.GetBindingVariableValues(b, values), tol)) for b in found)
 
     @overloaded(

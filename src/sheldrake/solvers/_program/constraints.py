@@ -5,6 +5,7 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
@@ -15,7 +16,7 @@ from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import Mismatch, Ways, kind, overload
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._arrays import Matrix
-from sheldrake.solvers._functions.bindings import Binding, BindingBase, as_kind, bind
+from sheldrake.solvers._functions.bindings import Binding, BindingBase, as_kind, bind, bind_list
 from sheldrake.solvers._functions.constraints import (
     BoundingBoxConstraint,
     LinearComplementarityConstraint,
@@ -207,6 +208,13 @@ def _linear(
     return bind(LinearConstraint, LinearConstraint._of(A, lower, upper), vars)
 
 
+def _linear_row(A: Matrix, lb: float, ub: float, vars: np.ndarray) -> BindingBase[LinearConstraint]:
+    """The constraint of one row, shape (1, n)."""
+    if not isinstance(A, np.ndarray) or A.shape[1] != len(vars) or math.isnan(lb) or math.isnan(ub):
+        return _linear(A, lb, ub, vars)
+    return bind(LinearConstraint, LinearConstraint._of_row(A[0].tolist(), lb, ub), vars)
+
+
 def _at_least_one(b: np.ndarray | float) -> np.ndarray:
     return b if isinstance(b, np.ndarray) else np.array([b])
 
@@ -221,7 +229,9 @@ def _box(lb: np.ndarray, ub: np.ndarray, vars: np.ndarray) -> BindingBase[Boundi
 
 
 def _box_of_one(lb: float, ub: float, var: Variable) -> BindingBase[BoundingBoxConstraint]:
-    return _box(np.array([lb]), np.array([ub]), np.array([var], dtype=object))
+    if math.isnan(lb) or math.isnan(ub):
+        return _box(np.array([lb]), np.array([ub]), np.array([var], dtype=object))  # says so
+    return bind_list(BoundingBoxConstraint, BoundingBoxConstraint._of_variable(lb, ub), [var])
 
 
 def _box_for_all(lb: float, ub: float, vars: np.ndarray) -> BindingBase[BoundingBoxConstraint]:
@@ -247,6 +257,8 @@ def _callback(func: Callable[[np.ndarray], Any], vars: np.ndarray) -> BindingBas
 
 @kind("float array of shape (n,)", refuses=(int, float))
 def _bound(value: ArrayLike) -> np.ndarray:
+    if type(value) is np.ndarray and value.ndim == 1:
+        return kinds.vector(value)
     if not np.ndim(value):
         raise Mismatch
     return kinds.vector(np.ravel(value, order="F"))
@@ -278,7 +290,7 @@ _CONSTRAINT = Ways(
 _LINEAR = Ways(
     [
         overload(_linear, A=kinds.matrix, lb=kinds.vector, ub=kinds.vector, vars=kinds.vars),
-        overload(_linear, a=kinds.row, lb=kinds.number, ub=kinds.number, vars=kinds.vars),
+        overload(_linear_row, a=kinds.row, lb=kinds.number, ub=kinds.number, vars=kinds.vars),
         overload(parse.linear_constraint, e=kinds.expression, lb=kinds.number, ub=kinds.number),
         overload(parse.linear_constraint, v=kinds.expressions, lb=_bound, ub=_bound),
         overload(lambda f: formulas.formula_constraint(f, linear=True), f=kinds.formula),

@@ -91,7 +91,8 @@ class ProgramParts:
         seen = Changes.latest, self.bindings.version, self.variables.decisions()
         if _same(seen, self._seen):
             return self._contents
-        before, now = self._contents, None
+        before = self._contents
+        now: tuple[list[Any], list[Any]] | None = None
         if not _same(seen[1:], self._seen[1:]):  # most programs are solved but once: to be looked at when it is again
             now = ([], []) if self.bindings.have_contents() else None
             self._forms.clear()

@@ -33,6 +33,7 @@ from sheldrake.symbolic import (
     Variables,
 )
 from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -257,7 +258,7 @@ class ProgramPolynomials:
         difference = self._reparsed(p1 - p2)
         out = []
         for coefficient in difference.monomial_to_coefficient_map().values():
-            if len(coefficient.GetVariables()) == 0:
+            if not traverse.variables_of(coefficient):
                 never = LinearEqualityConstraint(np.zeros((1, 0)), [-coefficient.Evaluate()])
                 out.append(self._bindings.add(bind(LinearEqualityConstraint, never, np.empty(0, dtype=object))))
                 continue
@@ -319,20 +320,25 @@ def half_newton_basis(p: Polynomial) -> np.ndarray:
     """
     support = [m for m, _ in p.monomial_to_coefficient_map().items()]
     vars = list(p.indeterminates())
-    points = np.array([[m.degree(v) for v in vars] for m in support], dtype=float).reshape(len(support), len(vars))
+    points = _exponents(support, vars)
     if not len(points):
         return np.array([Monomial()], dtype=object)
     degree = int(max(m.total_degree() for m in support)) // 2
     candidates = [m for m in MonomialBasis(Variables(vars), degree)] if vars else [Monomial()]
     low, high = points.min(axis=0), points.max(axis=0)
     totals = points.sum(axis=1)
-    kept = []
-    for m in candidates:
-        doubled = 2.0 * np.array([m.degree(v) for v in vars])
-        inside = np.all(doubled >= low) and np.all(doubled <= high) and totals.min() <= doubled.sum() <= totals.max()
-        if inside and _in_hull(doubled, points):
-            kept.append(m)
+    doubled = 2.0 * _exponents(candidates, vars)
+    sums = doubled.sum(axis=1)
+    in_box = (doubled >= low).all(axis=1) & (doubled <= high).all(axis=1)
+    inside = in_box & (totals.min() <= sums) & (sums <= totals.max())
+    kept = [candidates[i] for i in inside.nonzero()[0].tolist() if _in_hull(doubled[i], points)]
     return _objects(_without_useless(kept, set(support)))
+
+
+def _exponents(monomials: list[Monomial], vars: list[Variable]) -> np.ndarray:
+    """Exponents of variables, a row for each monomial."""
+    rows = [[m._powers.get(v, 0) for v in vars] for m in monomials]
+    return np.array(rows, dtype=float).reshape(len(monomials), len(vars))
 
 
 def _in_hull(x: np.ndarray, points: np.ndarray) -> bool:
