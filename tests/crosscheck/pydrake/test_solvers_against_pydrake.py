@@ -182,3 +182,19 @@ def test_bad_calls_raise_the_same_error(call):
             call(p, x, m.Variable("y"), m)
         kinds.append(type(caught.value))
     assert issubclass(kinds[1], kinds[0])  # who catches the one catches the other
+
+
+def test_a_setting_that_osqp_refuses_is_invalid_input():
+    found = []
+    for s in (theirs, ours):
+        p = s.MathematicalProgram()
+        x = p.NewContinuousVariables(2, "x")
+        p.AddQuadraticErrorCost(np.eye(2), [1.0, 2.0], x)
+        p.AddBoundingBoxConstraint(0.0, 1.5, x)
+        options = s.SolverOptions()
+        options.SetOption(s.OsqpSolver.id(), "max_iter", -3)
+        result = s.OsqpSolver().Solve(p, None, options)
+        assert np.isnan(result.get_optimal_cost())
+        assert np.isnan(result.GetSolution(x)).all()
+        found.append(result.get_solution_result().name)
+    assert found == ["kInvalidInput"] * 2

@@ -117,7 +117,7 @@ def _osqp_solver(osqp: Any, form: _OsqpForm, settings: dict[str, Any]) -> Any:
     made.update_settings(**settings)
     most, (P, A) = made.constant("OSQP_INFTY"), form.matrices
     lower, upper = np.maximum(form.table.lower, -most), np.minimum(form.table.upper, most)
-    return made.raises_error(ext.OSQPSolver, P, form.q, A, lower, upper, *form.A.shape, made.settings)
+    return ext.OSQPSolver(P, form.q, A, lower, upper, *form.A.shape, made.settings)
 
 
 class OsqpSolver(SolverInterface):
@@ -151,7 +151,11 @@ class OsqpSolver(SolverInterface):
         settings.update(self._given(options, _OSQP_OPTIONS))
         if "polish" in settings:
             settings["polishing"] = bool(settings.pop("polish"))
-        solver = _osqp_solver(osqp, form, settings)
+        try:
+            solver = _osqp_solver(osqp, form, settings)
+        except ValueError:  # of an option; OSQP has printed which, as in Drake
+            result._finish(SolutionResult.kInvalidInput, None, np.nan)
+            return
         solver.solve()
         info, found = solver.info, solver.solution
         result._details = _osqp_details(info, found.y)
