@@ -103,11 +103,12 @@ def event_argument(store: Store, kind: int, context: Context) -> State | Discret
     n, (first, last) = context._node, context._place.abstract
     if last > first and n not in store.pending:
         store.pending[n] = [v.Clone() for v in store.abstract[first:last]]
-    views = store.targets.get(("x+", n))
+    views: Any = store.targets.get(("x+", n))
     if views is None:
         plus = store.layout.plus
         views = store.targets["x+", n] = (
             context._continuous_view(context._place.xc[0] + plus),
             context._discrete_view(plus),
         )
-    return State._view(*views, AbstractValues._view(store.pending.get(n, []), None))
+    continuous, discrete = views
+    return State._view(continuous, discrete, AbstractValues._view(store.pending.get(n, []), None))
