@@ -46,7 +46,7 @@ class VectorSystem(LeafSystem):
 
     def _calc_output(self, context: Context, output: BasicVector) -> None:
         u = self._vector_input(context) if self._feeds_through else np.empty(0)
-        y = _zeros_like(output._v)
+        y = np.zeros(output._v.size) if self._scalar is float else np.zeros_like(output._v)
         self.DoCalcVectorOutput(context, u, self._vector_state(context), y)
         output.SetFromVector(y)
 
