@@ -1114,6 +1114,74 @@ def monitor(lib: Any) -> Callable[[], Any]:
     return run
 
 
+def _with_cart_pole(lib: Any, add: Callable[[Any, Any, Any], None], step: float = 0.0) -> Callable[[], Any]:
+    builder = lib.DiagramBuilder()
+    plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, step)
+    lib.Parser(plant).AddModelsFromString(robots.cart_pole(), "urdf")
+    plant.Finalize()
+    add(builder, plant, scene_graph)
+    if not builder.IsConnectedOrExported(plant.get_actuation_input_port()):
+        source = builder.AddSystem(lib.ConstantVectorSource([0.1]))
+        builder.Connect(source.get_output_port(), plant.get_actuation_input_port())
+    return again(lib, builder.Build(), 0.5)
+
+
+def _cart_pole_controller(lib: Any, own: Any = None) -> Any:
+    class Controller(lib.LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareVectorInputPort("x", 4)
+            self.DeclareVectorOutputPort("u", 1, self._calc)
+            self._own = None if own is None else own.CreateDefaultContext()
+
+        def _calc(self, context: Any, output: Any) -> None:
+            x = self.get_input_port(0).Eval(context)
+            u = x[0] + 50.0 * x[1] + 2.0 * x[2] + 10.0 * x[3]
+            if own is not None:
+                own.SetPositionsAndVelocities(self._own, x)
+                u += (own.CalcMassMatrix(self._own) @ x[2:])[0] - own.CalcGravityGeneralizedForces(self._own)[1]
+            output.SetFromVector([u])
+
+    return Controller()
+
+
+def _cart_pole_with(controls: bool, model: bool, step: float) -> Callable[[Any], Callable[[], Any]]:
+    def prepare(lib: Any) -> Callable[[], Any]:
+        own = None
+        if model:
+            own = lib.MultibodyPlant(0.0)
+            lib.Parser(own).AddModelsFromString(robots.cart_pole(), "urdf")
+            own.Finalize()
+
+        def add(builder: Any, plant: Any, scene_graph: Any) -> None:
+            if controls:
+                controller = builder.AddSystem(_cart_pole_controller(lib, own))
+                builder.Connect(plant.get_state_output_port(), controller.get_input_port())
+                builder.Connect(controller.get_output_port(), plant.get_actuation_input_port())
+                return
+            models = {
+                "poses": lib.AbstractValue.Make([lib.RigidTransform()]),
+                "velocities": lib.AbstractValue.Make([lib.SpatialVelocity()]),
+                "state": 4,
+            }
+            watch = builder.AddSystem(
+                _publisher(lib, 0.001, models, lambda X, V, x: (X[2].translation()[0], V[2].rotational()[1], x[0]))
+            )
+            builder.Connect(plant.get_body_poses_output_port(), watch.get_input_port(0))
+            builder.Connect(plant.get_body_spatial_velocities_output_port(), watch.get_input_port(1))
+            builder.Connect(plant.get_state_output_port(), watch.get_input_port(2))
+
+        return _with_cart_pole(lib, add, step)
+
+    return prepare
+
+
+for _step, _kind in ((0.0, "continuous"), (1e-3, "discrete")):
+    PROGRAMS[f"{_kind} cart-pole, a law in Python"] = _cart_pole_with(True, False, _step)
+    PROGRAMS[f"{_kind} cart-pole, a law in Python with a model"] = _cart_pole_with(True, True, _step)
+    PROGRAMS[f"{_kind} cart-pole, poses and velocities at 1 kHz"] = _cart_pole_with(False, False, _step)
+
+
 # Pictures, pages and messages.
 
 

@@ -124,7 +124,8 @@ class _ObjectValue(AbstractValue):
 
     @classmethod
     def _copy(cls, held: Any) -> Any:
-        return copy.deepcopy(held)
+        method = getattr(type(held), "__deepcopy__", None)  # which `copy.deepcopy` finds after a longer search
+        return copy.deepcopy(held) if method is None else method(held, {})
 
     @classmethod
     def _accept(cls, value: Any) -> Any:

@@ -126,9 +126,9 @@ class CompassGait(LeafSystem):
     @staticmethod
     def _height_of_swing_foot(context: Context) -> Scalar:
         """Positive above the slope, and while the swing leg is behind: legs of one length scuff in passing."""
-        x = CompassGaitContinuousState.of(context.get_continuous_state_vector())
-        slope = CompassGaitParams.of(context.get_numeric_parameter(0)).slope()
-        return max(2.0 * slope - x.stance() - x.swing(), x.swing() - x.stance())
+        stance, swing, *_ = context.get_continuous_state_vector()._v.tolist()
+        slope = context.get_numeric_parameter(0)[5]
+        return max(2.0 * slope - stance - swing, swing - stance)
 
     @staticmethod
     def _collide(context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:

@@ -55,7 +55,8 @@ def tape_of(expressions: Sequence[Expression], variables: Sequence[Variable | No
         expressions: What is wanted.
         variables: What the first numbers stand for, in order; None: nothing that counts.
     """
-    writer, found = _Writer(), {}
+    writer = _Writer()
+    found: dict[int, tuple[str, int]] = {}
     places = {v.get_id(): ("variable", i) for i, v in enumerate(variables) if v is not None}
     for e in nodes(*expressions):
         number = _write(writer, e, found, places)

@@ -52,7 +52,7 @@ def next_uniform(key, place):
     return min((low + high * TWO_32) / TWO_64, BELOW_ONE)
 
 
-@kernel
+@kernel(strict=True)
 def next_gaussians(key, place):
     """Two normal numbers, in the order in which one C++ distribution gives them (Marsaglia's polar method)."""
     x, y, r2 = 0.0, 0.0, 0.0

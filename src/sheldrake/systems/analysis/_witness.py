@@ -29,6 +29,8 @@ class WitnessWatch:
         self._store = span.store
         self._active: list[tuple[WitnessFunction, Context]] = []  # with the context of its system
         self._seen_updates = -1
+        self._seen: tuple[int, ...] | None = None  # when the last values were computed, and these
+        self._w1: list[float] = []
         self.triggered: list[WitnessFunction] = []
         for kind, row in self._store.layout.witness_rows.items():
             span.set_row(row, (lambda k: lambda: self._fire(k))(kind))
@@ -46,11 +48,18 @@ class WitnessWatch:
             self._seen_updates = updates
             found = self._system.GetWitnessFunctions(store.context(0))
             self._active = [(witness, self._context(witness)) for witness in found]
+            self._seen = None
         self._t0, self._x0 = store.S[0], store.S[slice(*store.layout.xc)].copy()
-        self._w0 = self._values()
+        self._w0 = self._w1 if self._seen == self._counters() else self._values()
+
+    def _counters(self) -> tuple[int, ...]:
+        """What grows when anything in the context changes."""
+        i = self._store.i
+        return i[0], i[1], i[2]
 
     def _which(self) -> list[WitnessFunction]:
-        values = self._values()
+        values = self._w1 = self._values()
+        self._seen = self._counters()
         return [w for (w, _), a, b in zip(self._active, self._w0, values) if w._should_trigger(a, b)]
 
     def after(self) -> None:

@@ -88,7 +88,7 @@ class Stages:
 
 def on_doubles(kernel: Kernel, function: Callable[..., Any]) -> Stages:
     """A kernel on doubles, and on other scalars a method of the system's class that computes the same."""
-    stages = {True: [kernel], False: [Callback(function, True)]}
+    stages: dict[bool, list[Any]] = {True: [kernel], False: [Callback(function, True)]}
     return Stages(lambda system, root: stages[system._scalar is float])
 
 

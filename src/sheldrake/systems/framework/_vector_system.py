@@ -34,10 +34,7 @@ class VectorSystem(LeafSystem):
             self.DeclareVectorOutputPort("y0", output_size, self._calc_output, prerequisites)
 
     def _vector_input(self, context: Context) -> np.ndarray:
-        read = context._reads.get(0)  # what a port that was asked before leaves
-        if read is not None:
-            return read()
-        return self.get_input_port(0).Eval(context) if self.num_input_ports() else np.empty(0)
+        return self.get_input_port(0).Eval(context) if self._inputs else np.empty(0)
 
     def _vector_state(self, context: Context) -> np.ndarray:
         if self._xd_models:
@@ -45,8 +42,9 @@ class VectorSystem(LeafSystem):
         return context.get_continuous_state_vector().CopyToVector() if self._xc_model.size() else np.empty(0)
 
     def _calc_output(self, context: Context, output: BasicVector) -> None:
-        u = self._vector_input(context) if self._feeds_through else np.empty(0)
-        y = _zeros_like(output._v)
+        read = context._reads.get(0)
+        u = np.empty(0) if not self._feeds_through else self._vector_input(context) if read is None else read()
+        y = np.zeros(output._v.size) if self._scalar is float else np.zeros_like(output._v)
         self.DoCalcVectorOutput(context, u, self._vector_state(context), y)
         output.SetFromVector(y)
 

@@ -37,11 +37,12 @@ class BusCreator(LeafSystem):
     def _pack(self, context: Context, output: AbstractValue) -> None:
         values = output.get_mutable_value()._values  # those of the last time, which numbers are written into
         for i, declaration in enumerate(self._inputs):
-            name, port = declaration.name, self.get_input_port(i)
-            if not port.HasValue(context):
+            name, read = declaration.name, context._reads.get(i)  # what a connected port that was asked before leaves
+            port = self.get_input_port(i)
+            if read is None and not port.HasValue(context):
                 values.pop(name, None)
             elif name in values and declaration.data_type is PortDataType.kVectorValued:
-                values[name].get_mutable_value().SetFromVector(port.Eval(context))
+                values[name].get_mutable_value().SetFromVector(port.Eval(context) if read is None else read())
             else:
                 values[name] = port.EvalAbstract(context).Clone()
 

@@ -57,7 +57,7 @@ class SymbolicVectorSystem(LeafSystem):
             raise RuntimeError(f"SymbolicVectorSystem: {n} states need as many dynamics, not {len(self._dynamics)}.")
         everything = [v for group in ([] if time is None else [time], *self._variables) for v in group]
         self._functions = [_Function(e, everything, self._variables[1]) for e in (self._dynamics, self._output)]
-        motion, output = self._kernels()
+        motion, shown = self._kernels()
         if self._variables[1]:
             self.DeclareVectorInputPort("u0", len(self._variables[1]))
         if self._variables[2]:
@@ -72,7 +72,7 @@ class SymbolicVectorSystem(LeafSystem):
                 self.DeclareTimeDerivatives(on_doubles(motion, SymbolicVectorSystem.DoCalcTimeDerivatives))
         if self._output:
             self.DeclareVectorOutputPort("y0", len(self._output), self._calc, self._output_tickets())
-            self._compute_natively(0, output)
+            self._compute_natively(0, shown)
             self._output_models[0] = {"tape_model": self._tapes[1]}
 
     def _kernels(self) -> list[Kernel | None]:

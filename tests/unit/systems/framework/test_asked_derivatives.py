@@ -89,7 +89,7 @@ def test_a_row_that_fails_is_explained_and_later_ones_are_not_hindered():
 
 
 def test_caches_that_are_disabled_or_frozen():
-    diagram, system = closed_loop()
+    diagram, _ = closed_loop()
     context = diagram.CreateDefaultContext()
     diagram.get_input_port().FixValue(context, [0.0])
     for k in range(5):

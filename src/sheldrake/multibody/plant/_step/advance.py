@@ -207,7 +207,9 @@ class Rehearsal(NamedTuple):
 
     def serves(self, prototype: StepWork, models: dict[str, Any]) -> bool:
         """Whether it is for this scratch and these arrays."""
-        return self.prototype is prototype and all(models[name] is mine for name, mine in self.models.items())
+        if self.prototype is not prototype:
+            return False
+        return self.models is models or all(models[name] is mine for name, mine in self.models.items())
 
     def afresh(self) -> StepWork:
         """The scratch, as the prototype is."""

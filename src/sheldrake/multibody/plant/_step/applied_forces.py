@@ -96,7 +96,7 @@ class AppliedForces:
         port = me, self._inputs.spatial_force
         return port in parent._wires or port in parent._exported_inputs
 
-    def native_stages(self, plant: LeafSystem, root: RootView) -> list[Kernel | FedStage] | None:
+    def native_stages(self, plant: Any, root: RootView) -> list[Kernel | FedStage] | None:
         """The kernels of what feeds the applied_spatial_force port; None if it has none for this plant."""
         rows = self._elements.model("MultibodyPlant").row_list
         stages = stages_that_feed(plant, rows, root, self._inputs.spatial_force)

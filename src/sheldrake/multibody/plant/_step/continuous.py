@@ -130,14 +130,20 @@ _FORCE, _WHERE = ContactForce.f_BC_W.columns, ContactForce.p_WC.columns
 def _infos(arrays: PointContactArrays, forces: np.ndarray, points: np.ndarray) -> list[PointPairContactInfo]:
     """Point contacts as objects."""
     ids, bodies, make = arrays.geometries, arrays.bodies, PointPairContactInfo._of
-    speeds = forces[:, _SPEEDS].tolist()
-    rows = zip(arrays.pair.tolist(), arrays.f_Bc_W, arrays.p_WC, speeds, *(points[:, p] for p in _POINTS))
-    depths = points[:, ContactPoint.depth].tolist()
+    separations, slips, depths = forces[:, _SEPARATION], forces[:, _SLIP], points[:, ContactPoint.depth]
     return [
-        make(bodies[a], bodies[b], f_Bc_W, p_WC, *speed, (ids[A], ids[B], *where, depth))
-        for ((A, B, a, b), f_Bc_W, p_WC, speed, *where), depth in zip(rows, depths)
+        make(bodies[a], bodies[b], f_Bc_W, p_WC, separation, slip, (ids[A], ids[B], *where, depth))
+        for (A, B, a, b), f_Bc_W, p_WC, separation, slip, depth, *where in zip(
+            arrays.pair.tolist(),
+            arrays.f_Bc_W,
+            arrays.p_WC,
+            separations.tolist(),
+            slips.tolist(),
+            depths.tolist(),
+            *(points[:, p] for p in _POINTS),
+        )
     ]
 
 
 _POINTS = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns, ContactPoint.nhat_BA_W.columns
-_SPEEDS = [operator.index(ContactForce.separation), operator.index(ContactForce.slip)]
+_SEPARATION, _SLIP = operator.index(ContactForce.separation), operator.index(ContactForce.slip)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -76,6 +77,7 @@ class KernelModels:
         self._plant_model: PlantModel | None = None
         self._without = CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
         self._solver_model: tuple[tuple[Any, ...], SolverModel] | None = None
+        self._known: dict[bool, tuple[tuple[Any, ...], dict[str, Any]]] = {}  # of a continuous plant, what `of` gave
 
     @property
     def plant_model(self) -> PlantModel:
@@ -90,6 +92,10 @@ class KernelModels:
     def of(self, has_geometry: bool, geometry: CompiledGeometry) -> dict[str, Any]:
         """Constant arrays of the kernels, with proximity geometry when the geometry_query port is connected."""
         model = self._elements.model("MultibodyPlant")
+        sources = model.tree, model.forces, self._plant_model, geometry
+        known = self._known.get(has_geometry)
+        if known is not None and all(map(operator.is_, known[0], sources)):
+            return known[1]
         models: dict[str, Any] = {
             "tree_model": model.tree,
             "force_model": model.forces,
@@ -99,6 +105,8 @@ class KernelModels:
         models["geometry_model"], models["hydro_model"] = seen.model, seen.hydro
         if self._settings.is_discrete():
             models["solver_model"] = self.solver_model(seen)
+        else:
+            self._known[has_geometry] = sources, models
         return models
 
     def in_root(self, root: RootView) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from sheldrake.systems.framework._declarations import (
     PythonStage,
 )
 from sheldrake.systems.framework._engine.layout import Row
+from sheldrake.systems.framework._kernels.program import CONTINUOUS
 from sheldrake.systems.framework._state import State
 from sheldrake.systems.framework._values import AbstractValues
 from sheldrake.systems.framework._vector import BasicVector
@@ -69,6 +70,10 @@ def bound(store: Store, r: int) -> Callable[[], Any]:
 
 def _if_changed(store: Store, r: int, sources: Sources, compute: Callable[[], Any]) -> None:
     """Computes output row `r` unless what it names is as it was, however much else the loop has written since."""
+    if sources.other_level == CONTINUOUS and store.running is not None:
+        compute()  # the loop moves continuous state before every look: finding out whether it did is work for nothing
+        store.computed_from.pop(r, None)
+        return
     stamp = store.stamp(sources)
     if store.computed_from.get(r) != stamp or store.uncached or r in store._cold:
         compute()
@@ -103,11 +108,12 @@ def event_argument(store: Store, kind: int, context: Context) -> State | Discret
     n, (first, last) = context._node, context._place.abstract
     if last > first and n not in store.pending:
         store.pending[n] = [v.Clone() for v in store.abstract[first:last]]
-    views = store.targets.get(("x+", n))
+    views: Any = store.targets.get(("x+", n))
     if views is None:
         plus = store.layout.plus
         views = store.targets["x+", n] = (
             context._continuous_view(context._place.xc[0] + plus),
             context._discrete_view(plus),
         )
-    return State._view(*views, AbstractValues._view(store.pending.get(n, []), None))
+    continuous, discrete = views
+    return State._view(continuous, discrete, AbstractValues._view(store.pending.get(n, []), None))
