@@ -168,3 +168,10 @@ def test_robot_diagrams_know_their_plant_on_every_scalar():
     duals = diagram.ToAutoDiffXd()
     assert type(duals).__name__.startswith("RobotDiagram_") and duals.plant().num_bodies() == 2
     assert diagram.plant_context(diagram.CreateDefaultContext()).num_continuous_states() == 13
+
+
+@pytest.mark.parametrize("steps", [(0.5, 0.1), (0.0, 0.1), (-0.1, 0.1), (0.1, np.inf), (np.nan, 1.0), (0.1, np.nan)])
+def test_time_steps_that_cannot_be_are_refused(steps):
+    plant = PendulumPlant()
+    with pytest.raises(RuntimeError, match="expected 0 < minimum_time_step <= maximum_time_step"):
+        DirectCollocation(plant, plant.CreateDefaultContext(), 5, *steps)

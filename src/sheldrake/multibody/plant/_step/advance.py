@@ -155,7 +155,7 @@ class Advance:
         work, status = self._run(context, solve=False)
         if status:
             raise self._failures.explain(status, context)
-        return work.flow
+        return getattr(work, self.equations.vectors)
 
     # --- in Python
 
