@@ -361,7 +361,7 @@ class System(ScalarConversion, SystemPorts):
             hook = getattr(store.systems[m], name, None)
             if hook is not None:
                 total = total + hook(store.context(m))
-        return total
+        return float(total) if isinstance(total, float) else total
 
     def EvalPotentialEnergy(self, context: Context) -> float:
         """Potential energy [J]."""
