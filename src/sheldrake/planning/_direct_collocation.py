@@ -225,7 +225,8 @@ class DirectCollocation(MultipleShooting):
         prog: The program to add to; a new one if absent.
 
     Raises:
-        RuntimeError: the system has no continuous states, or others too.
+        RuntimeError: the system has no continuous states, or others too; or the time steps are not 0 < least <=
+            greatest < inf.
     """
 
     def __init__(
@@ -239,6 +240,11 @@ class DirectCollocation(MultipleShooting):
         assume_non_continuous_states_are_fixed: bool = False,
         prog: MathematicalProgram | None = None,
     ):
+        if not 0.0 < minimum_time_step <= maximum_time_step < np.inf:
+            raise RuntimeError(
+                "DirectCollocation(): expected 0 < minimum_time_step <= maximum_time_step, which is finite; found "
+                f"{minimum_time_step} and {maximum_time_step}."
+            )
         constraint = DirectCollocationConstraint(
             system, context, input_port_index, assume_non_continuous_states_are_fixed
         )

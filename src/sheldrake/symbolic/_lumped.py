@@ -36,11 +36,11 @@ def lumped(es: list[Expression], parameters: set[Variable]) -> tuple[np.ndarray,
     ordered = sorted((a for a in alphas.values() if not is_zero(a)), key=lambda a: a._key)
     W = np.empty((len(es), len(ordered)), dtype=object)
     W[:] = _build.ZERO
+    column = {a._serial: j for j, a in enumerate(ordered)}  # equal expressions may be several objects
     for i, row in enumerate(rows):
         for coefficient, alpha in row.values():
-            for j, a in enumerate(ordered):
-                if a is alpha:
-                    W[i, j] = _build.add(W[i, j], coefficient)
+            if (j := column.get(alpha._serial)) is not None:
+                W[i, j] = _build.add(W[i, j], coefficient)
     return W, object_array(ordered), object_array(w0)
 
 

@@ -282,3 +282,10 @@ def test_steps_of_what_depends_on_time_are_taken_at_their_times():
     trajopt.prog().AddBoundingBoxConstraint([1.0], [1.0], trajopt.initial_state())
     found = trajopt.GetStateSamples(Solve(trajopt.prog(), np.zeros(4)))
     np.testing.assert_allclose(found, [[1.0, 1.0, 1.5, 2.5]], atol=1e-6)
+
+
+@pytest.mark.parametrize("steps", [(0.5, 0.1), (0.0, 0.1), (-0.1, 0.1), (0.1, np.inf), (np.nan, 1.0), (0.1, np.nan)])
+def test_time_steps_that_cannot_be_are_refused(steps):
+    plant = PendulumPlant()
+    with pytest.raises(RuntimeError, match="expected 0 < minimum_time_step <= maximum_time_step"):
+        DirectCollocation(plant, plant.CreateDefaultContext(), 5, *steps)

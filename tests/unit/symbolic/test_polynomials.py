@@ -222,3 +222,13 @@ def test_products_of_few_and_of_many_variables(n):
 def test_exponents_as_high_as_they_come():
     p = Polynomial(x**1_000_000 * y**3) ** 1000
     assert p.Degree(x) == 10**9 and p.Degree(y) == 3000 and (p * p).TotalDegree() == 2 * (10**9 + 3000)
+
+
+def test_lumped_parameters_that_come_twice_count_twice():
+    x, y, m, l = (sym.Variable(name) for name in "xyml")
+    f = [x * (m + l) + y * m * l - x * x * m * l, m * l * sym.sin(x) + y * m * l * l + 2.0 * m * l + x]
+    W, alpha, w0 = sym.DecomposeLumpedParameters(f, [m, l])
+    assert len(alpha) == 3
+    at = {x: 0.3, y: 0.4, m: 0.5, l: 0.6}
+    for given, again in zip(f, W @ alpha + w0):
+        assert again.Evaluate(at) == pytest.approx(given.Evaluate(at), abs=1e-14)

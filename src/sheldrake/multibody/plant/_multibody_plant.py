@@ -490,6 +490,11 @@ class MultibodyPlant(LeafSystem):
     def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._parts.contexts.set_random_positions(context, generator)
 
+    def _implicit_residual(self, context: Context, proposed: np.ndarray) -> np.ndarray:
+        if self._parts.settings.is_discrete():
+            return super()._implicit_residual(context, proposed)
+        return self._parts.accelerations.implicit_residual(context, proposed)
+
     def _kernel_models(self, root: RootView) -> dict[str, Any]:
         return self._parts.kernel_models.in_root(root)
 

@@ -329,7 +329,9 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         return self._alone("AdvanceTo", self._advance_to, boundary_time)
 
     def _advance_to(self, T: float) -> SimulatorStatus:
-        self._get_ready()
+        ended = self._get_ready()
+        if ended is not None:
+            return ended
         store = self._context._store
         t = store.S.item(0)
         if not t <= T:
@@ -348,13 +350,14 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             store.stopped = (float(t), type(self._integrator).__name__, self._integrator._memory())
         return self._status(T, code)
 
-    def _get_ready(self) -> None:
-        store = self._context._store
+    def _get_ready(self) -> SimulatorStatus | None:
+        """Initializes, if that has not been done: a status where what happens first ends the run."""
+        store, begun = self._context._store, None
         if not self._ready:
             if store.goes_on is not None and store.goes_on[0] == store.S[0]:
                 self._go_on(store)
             else:
-                self._initialize(_ALL_EVENTS)
+                begun = self._initialize(_ALL_EVENTS)
         if store.unsettled:
             store.settle()
         if not self._span.is_current() or self._span.numbers is not self._integrator._numbers:
@@ -364,6 +367,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
                 "Simulation time has changed since last Initialize() or AdvanceTo(). Resetting simulation time "
                 "requires a call to Initialize()."
             )
+        return None if begun is None or begun.succeeded() else begun
 
     def _ready_span(self, call: str) -> Span:
         """The event loop at the simulator's context, as the next `AdvanceTo` would find it.
@@ -485,7 +489,9 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         return self._alone("AdvancePendingEvents", self._advance_pending_events)
 
     def _advance_pending_events(self) -> SimulatorStatus:
-        self._get_ready()
+        ended = self._get_ready()
+        if ended is not None:
+            return ended
         store, span = self._context._store, self._span
         store.i[_TERMINATE] = 0
         logs.grow(store)

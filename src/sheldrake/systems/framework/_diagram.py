@@ -11,6 +11,8 @@ import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, SupportsIndex
 
+import numpy as np
+
 from sheldrake.common._checked import checked
 from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, SubsystemIndex, Ticket
@@ -148,6 +150,14 @@ class Diagram(System):
     def Accept(self, v: SystemVisitor) -> None:
         """Shows itself to a visitor, who goes on to `GetSystems()` if it likes."""
         v.VisitDiagram(self)
+
+    def _implicit_residual(self, context: Context, proposed: np.ndarray) -> np.ndarray:
+        parts, at = [proposed[:0]], 0
+        for system in self._systems:
+            n = system.num_continuous_states()
+            parts.append(system._implicit_residual(self.GetSubsystemContext(system, context), proposed[at : at + n]))
+            at += n
+        return np.concatenate(parts)
 
     def _is_generic(self) -> bool:
         return all(s._is_generic() or s._scalar_converter is not None for s in self._systems)

@@ -175,12 +175,29 @@ class System(ScalarConversion, SystemPorts):
     def CalcImplicitTimeDerivativesResidual(
         self, context: Context, proposed_derivatives: ContinuousState, residual: np.ndarray | None = None
     ) -> Any:
-        """Proposed derivatives minus those computed, shape (n,); also into `residual` if given."""
-        value = proposed_derivatives.CopyToVector() - self.EvalTimeDerivatives(context).CopyToVector()
+        """What the implicit form of the dynamics leaves for proposed derivatives, shape (n,).
+
+        Proposed derivatives minus those computed; of the velocities of a continuous `MultibodyPlant`, the generalized
+        forces that are missing: M(q) vdot + C(q, v) v - tau. Into `residual` if given.
+
+        Raises:
+            RuntimeError: there are more or fewer proposed derivatives than continuous states.
+        """
+        proposed = proposed_derivatives.CopyToVector()
+        if len(proposed) != self.num_continuous_states():
+            raise RuntimeError(
+                f"CalcImplicitTimeDerivativesResidual(): {self._describe()} has {self.num_continuous_states()} "
+                f"continuous states, not {len(proposed)} as the proposed derivatives."
+            )
+        value = self._implicit_residual(context, proposed)
         if residual is None:
             return value
         residual[:] = value
         return None
+
+    def _implicit_residual(self, context: Context, proposed: np.ndarray) -> np.ndarray:
+        """See `CalcImplicitTimeDerivativesResidual`."""
+        return proposed - self.EvalTimeDerivatives(context).CopyToVector()
 
     def CalcForcedDiscreteVariableUpdate(self, context: Context, discrete_state: DiscreteValues) -> None:
         """What the forced discrete updates would make of the discrete state, into `discrete_state`."""
@@ -346,7 +363,7 @@ class System(ScalarConversion, SystemPorts):
             hook = getattr(store.systems[m], name, None)
             if hook is not None:
                 total = total + hook(store.context(m))
-        return total
+        return float(total) if isinstance(total, float) else total
 
     def EvalPotentialEnergy(self, context: Context) -> float:
         """Potential energy [J]."""

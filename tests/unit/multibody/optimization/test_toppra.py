@@ -60,3 +60,18 @@ def test_ranges_are_those_of_linear_programs(seed):
         found, _, most = toppra.range_of_u(rows, 0, len(rows), x)
         u = linprog([-1.0], A_ub=rows[:, :1], b_ub=rows[:, 2] - rows[:, 1] * x, bounds=(None, None), method="highs")
         assert found and most == pytest.approx(-u.fun, abs=1e-9)
+
+
+def test_limits_hold_at_the_last_gridpoint_too():
+    """q'' = q' u + q_ss s'^2 at both ends of each interval, u = s'' in between; Drake leaves the last end out."""
+    path = PiecewisePolynomial.LagrangeInterpolatingPolynomial([0.0, 0.5, 1.0], [[0.0, 0.3, 1.0]])
+    grid = np.linspace(0.0, 1.0, 9)
+    solver = Toppra(path, slider(), grid)
+    solver.AddJointVelocityLimit([-1.0], [1.0])
+    solver.AddJointAccelerationLimit([-1.0], [1.0])
+    times = solver.SolvePathParameterization()
+    x = np.array([times.EvalDerivative(t).item() ** 2 for t in times.get_segment_times()])
+    u = np.diff(x) / (2.0 * np.diff(grid))
+    q_s, q_ss = (np.array([path.EvalDerivative(s, order).item() for s in grid]) for order in (1, 2))
+    for here in (slice(None, -1), slice(1, None)):
+        assert np.abs(q_s[here] * u + q_ss[here] * x[here]).max() <= 1.0 + 1e-7

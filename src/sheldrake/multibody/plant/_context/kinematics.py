@@ -400,7 +400,8 @@ class Kinematics:
     def CalcNonConservativePower(self, context: Context) -> float:
         """Power of the dampers and of the friction of force elements [W]; joints, actuators, contact do not count."""
         self._elements.require_finalized("CalcNonConservativePower")
-        return sum((element._powers(context)[1] for element in self._elements.force_elements), 0.0)
+        power = sum((element._powers(context)[1] for element in self._elements.force_elements), 0.0)
+        return float(power) if isinstance(power, float) else power
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -8,10 +8,12 @@ from sheldrake.multibody.math import SpatialAcceleration, SpatialAcceleration_
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.dynamics import Dynamics
 from sheldrake.multibody.plant._context.kinematics import Kinematics, relative_acceleration
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.tree import Frame, ModelInstanceIndex, RigidBody
-from sheldrake.multibody.tree._kernels import dynamics
+from sheldrake.multibody.tree._kernels import dynamics as kernels
+from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import Context
 
 
@@ -23,14 +25,21 @@ class Accelerations:
         settings: Discrete or continuous.
         contexts: Where they are.
         kinematics: How they move.
+        dynamics: What they take.
         advance: Which forces act.
     """
 
     def __init__(
-        self, elements: Elements, settings: Settings, contexts: Contexts, kinematics: Kinematics, advance: Advance
+        self,
+        elements: Elements,
+        settings: Settings,
+        contexts: Contexts,
+        kinematics: Kinematics,
+        dynamics: Dynamics,
+        advance: Advance,
     ) -> None:
         self._elements, self._settings, self._contexts = elements, settings, contexts
-        self._kinematics, self._advance = kinematics, advance
+        self._kinematics, self._dynamics, self._advance = kinematics, dynamics, advance
 
     def _present(self, context: Context) -> np.ndarray:
         """Of the body origins at the present state, by row, shape (num_bodies, 6)."""
@@ -45,8 +54,8 @@ class Accelerations:
         if view.T is float:
             return view.accelerations_in(work.tree, vdot)
         A = np.zeros_like(work.tree.A)
-        dynamics.accelerations(view.model, work.tree, vdot, A)
-        dynamics.body_accelerations(view.model, work.tree, A)
+        kernels.accelerations(view.model, work.tree, vdot, A)
+        kernels.body_accelerations(view.model, work.tree, A)
         return A
 
     def EvalBodySpatialAccelerationInWorld(self, context: Context, body: RigidBody) -> SpatialAcceleration:
@@ -78,3 +87,19 @@ class Accelerations:
         call = "CalcCenterOfMassTranslationalAccelerationInWorld"
         view, rows, mass, _ = self._kinematics.com_rows(call, context, model_instances)
         return self._kinematics.com_acceleration(view, rows, mass, self._present(context))
+
+    def implicit_residual(self, context: Context, proposed: np.ndarray) -> np.ndarray:
+        """Of proposed derivatives: qdot - N(q) v; the forces that are missing, M(q) vdot + C(q, v) v - tau; the rest.
+
+        Of symbols without dividing by anything, so that it is polynomial in masses and inertias.
+        """
+        view, M = self._contexts.view(context), self._dynamics.CalcMassMatrix(context)
+        velocities = slice(view.nq, view.nq + view.nv)
+        if view.T is not Expression:
+            left = proposed - context._system.EvalTimeDerivatives(context).CopyToVector()
+            left[velocities] = M @ left[velocities]
+            return left
+        flow = self._advance.forces(context)
+        qdot = proposed[: view.nq] - self._dynamics.MapVelocityToQDot(context, view.v)
+        missing = M @ proposed[velocities] - (flow.force + flow.contact_force)
+        return np.concatenate([qdot, missing, proposed[velocities.stop :] - flow.surface_speed])

@@ -15,6 +15,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import MASS_NOT_POSITI
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._kernels.derivatives import DerivativeVectors
 from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
 from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
@@ -150,9 +151,16 @@ class Advance:
             return context._system.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()
         return self.equations.vdot(self.results(context) if sampled else self.present_work(context))
 
+    def forces(self, context: Context) -> DerivativeVectors:
+        """Vectors of the derivatives as they are before accelerations are computed; for symbols."""
+        work, status = self._run(context, solve=False)
+        if status:
+            raise self._failures.explain(status, context)
+        return getattr(work, self.equations.vectors)
+
     # --- in Python
 
-    def _run(self, context: Context) -> tuple[StepWork, int]:
+    def _run(self, context: Context, solve: bool = True) -> tuple[StepWork, int]:
         """Runs the stages of the step or the derivatives with everything that acts from outside: scratch and status.
 
         A view of floats keeps scratch and bound kernels for the next time, as binding takes a hundred times longer.
@@ -163,7 +171,7 @@ class Advance:
         late = context._store.unsettled
         rehearsal: Rehearsal | None = None if late else view.rehearsal
         if rehearsal is None or not rehearsal.serves(prototype, models):
-            rehearsal = self._new_rehearsal(context, prototype, models, vector_inputs(context))
+            rehearsal = self._new_rehearsal(context, prototype, models, vector_inputs(context), solve)
             view.rehearsal = rehearsal if view.native and not late else None
         work = rehearsal.afresh()
         if self._applied.are_given(context):
@@ -184,11 +192,13 @@ class Advance:
         prototype: StepWork,
         models: dict[str, Any],
         inputs: tuple[tuple[np.ndarray, ...], list[int]],
+        solve: bool,
     ) -> Rehearsal:
         view, (u, rows) = self._contexts.view(context), inputs
         work, originals = in_one_piece(view.copy_of(prototype))
         values = dict(work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=view.zeros(len(view.x)))
-        chain = Chain(self.equations.stages(models))
+        stages = self.equations.stages(models)
+        chain = Chain(stages if solve else stages[:-1])
         run = chain.bind(**values) if view.native else partial(chain, **values)
         return Rehearsal(prototype, models, work, originals, rows, run)
 
