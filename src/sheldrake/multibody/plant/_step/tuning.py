@@ -30,8 +30,9 @@ def solver_model_of(
 
     Where pairs of geometries touch at several points, iterations stop at a smaller residual than Drake's: with Drake's,
     a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. A robot that moves needs no more
-    than Drake's, relative to its momentum. With Drake's single points the tolerance is Drake's too, and so are the numbers.
-    Where nothing can touch they are as well, but what rows of joints do linearly is in v*: mostly that is the answer.
+    than Drake's, relative to its momentum. With Drake's single points the tolerance is Drake's too, and so are the
+    numbers. Where nothing can touch they are as well, but what rows of joints do linearly is in v*: mostly that is the
+    answer.
 
     Args:
         tree_model: the tree.
