@@ -191,10 +191,10 @@ def _table(at: int, may: np.ndarray, which: np.ndarray) -> _Cells:
 
 
 def _planes(mesh: PolygonSurfaceMesh) -> np.ndarray:
-    """Normal and offset of the plane of each face: the mean over its corners, shape (faces, 4)."""
+    """Normal of each face, and how far along it the farthest of its corners is, shape (faces, 4)."""
     corners = mesh._sizes
     heights = (mesh._vertices[mesh._flat] * np.repeat(mesh._normals, corners, axis=0)).sum(axis=1)
-    offsets = np.add.reduceat(heights, np.cumsum(corners) - corners) / corners
+    offsets = np.maximum.reduceat(heights, np.cumsum(corners) - corners)
     return np.column_stack([mesh._normals, offsets])
 
 

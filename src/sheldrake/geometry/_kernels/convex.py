@@ -27,6 +27,7 @@ from .support import (
     best_face,
     face_around,
     has_faces,
+    is_faceted,
     normal_of_face,
     shown_face,
     shown_feature,
@@ -101,9 +102,9 @@ def touching_features(model, table, i, j, nhat_ji, depth, s):
         along_j = dot3(out_j, nhat_ji)
     flat_i = along_i >= 1.0 - FLAT
     flat_j = along_j >= 1.0 - FLAT
-    if flat_j and stands_within(model, table, j, i, out_j):
+    if flat_j and stands_within(model, table, j, i, face_j, out_j):
         return cap_contacts(model, table, j, i, out_j)
-    if flat_i and stands_within(model, table, i, j, out_i):
+    if flat_i and stands_within(model, table, i, j, face_i, out_i):
         return cap_contacts(model, table, i, j, out_i)
     emitted = 0
     if flat_j:
@@ -167,8 +168,8 @@ def face_contacts(model, table, ref, inc, sides, corners, out, depth):
 
 
 @kernel(outline=True)
-def stands_within(model, table, ref, inc, out):
-    """Whether `inc` is a cylinder whose whole cap is on the face of `ref`, so that it stands as on a plane."""
+def stands_within(model, table, ref, inc, face, out):
+    """Whether `inc` is a cylinder whose whole cap is on a face of `ref`, so that it stands as on a plane."""
     if model[inc].kind != CYLINDER:
         return False
     axis = column(table.poses[inc].R_WG, Z_AXIS)
@@ -177,7 +178,7 @@ def stands_within(model, table, ref, inc, out):
         return False
     half_length = model[inc].half_length
     centre = add3(table.poses[inc].p_WG, scale3(axis, -half_length if c > 0.0 else half_length))
-    return within_face(model, table, ref, out, centre, model[inc].radius)
+    return within_face(model, table, ref, face, out, centre, model[inc].radius)
 
 
 @kernel(outline=True)
@@ -305,8 +306,10 @@ def emit_candidate(model, table, i, j, nhat_ji, k):
 def edge_contacts(model, table, i, j, nhat_ji, depth):
     """Two points of two edges (cylinder sides, capsules) that overlap side by side, as deep as the shapes; else 0.
 
-    Capsules that touch end to end, or an end on a side, show lines that lie apart.
+    Capsules that touch end to end, or an end on a side, show lines that lie apart; boxes and hulls show faces.
     """
+    if is_faceted(model, i) or is_faceted(model, j):
+        return 0
     if shown_feature(model, table, i, scale3(nhat_ji, -1.0), POLYGON_A) != 2:
         return 0
     if shown_feature(model, table, j, nhat_ji, POLYGON_B) != 2:

@@ -24,7 +24,15 @@ from .model import (
     VERTEX_AND_FACE,
 )
 from .polish import nearby
-from .support import best_face, core_vertex, farthest_vertex, has_faces, is_curved, within_face
+from .support import (
+    best_face,
+    core_vertex,
+    farthest_vertex,
+    has_faces,
+    height_of_face,
+    is_curved,
+    within_face,
+)
 from .table import absolute, several_points
 
 _SAME = 1e-8  # 1 - cosine: a face that looks so well along the direction found is what gave it, if it is as deep
@@ -58,11 +66,10 @@ def meets_alone(model, table, g, v, other, d_W):
 
 
 @kernel(outline=True)
-def vertex_under_face(model, table, g, other, v, n):
+def vertex_under_face(model, table, g, face, other, v, n):
     """(whether vertex v of `other` alone is lowest under a face of g with outward normal n, depth, points on both)."""
     p = core_vertex(model, table, other, v)
-    _number, top = farthest_vertex(model, table, g, n)
-    depth = dot3(n, sub3(top, p))
+    depth = height_of_face(model, table, g, face, n) - dot3(n, p)
     return meets_alone(model, table, other, v, -1, scale3(n, -1.0)), depth, add3(p, scale3(n, depth)), p
 
 
@@ -71,10 +78,10 @@ def face_and_vertex(model, table, g, other, v, out, depth, size):
     """(whether a face of g, seen along `out`, meets vertex v of `other` alone, its normal, depth, points on both)."""
     if not has_faces(model, g):
         return False, out, depth, out, out
-    _face, n = best_face(model, table, g, out)
+    face, n = best_face(model, table, g, out)
     if dot3(n, out) < 1.0 - _SAME:
         return False, out, depth, out, out
-    alone, found, p_g, p = vertex_under_face(model, table, g, other, v, n)
+    alone, found, p_g, p = vertex_under_face(model, table, g, face, other, v, n)
     return alone and absolute(found - depth) <= _AS_DEEP * size, n, found, p_g, p
 
 
@@ -148,16 +155,15 @@ def kind_of_feature(table, corners):
 
 
 @kernel(outline=True)
-def more_under_face(model, table, g, other, n, size):
+def more_under_face(model, table, g, face, other, n, size):
     """(whether the lowest vertex of `other` is over a face of g with outward normal n, depth, points on both).
 
     Of several lowest ones any does, as all are as deep.
     """
     _number, p = farthest_vertex(model, table, other, scale3(n, -1.0))
-    _number, top = farthest_vertex(model, table, g, n)
-    depth = dot3(n, sub3(top, p))
+    depth = height_of_face(model, table, g, face, n) - dot3(n, p)
     p_g = add3(p, scale3(n, depth))
-    return within_face(model, table, g, n, p_g, -_BEYOND * size), depth, p_g, p
+    return within_face(model, table, g, face, n, p_g, -_BEYOND * size), depth, p_g, p
 
 
 @kernel(outline=True)
@@ -165,10 +171,10 @@ def face_and_more(model, table, g, other, out, depth, size):
     """`face_and_vertex` where more than a vertex meets the face."""
     if not has_faces(model, g):
         return False, out, depth, out, out
-    _face, n = best_face(model, table, g, out)
+    face, n = best_face(model, table, g, out)
     if dot3(n, out) < 1.0 - _SAME:
         return False, out, depth, out, out
-    over, found, p_g, p = more_under_face(model, table, g, other, n, size)
+    over, found, p_g, p = more_under_face(model, table, g, face, other, n, size)
     return over and absolute(found - depth) <= _AS_DEEP * size, n, found, p_g, p
 
 

@@ -29,7 +29,7 @@ from .model import (
     Y_AXIS,
     Z_AXIS,
 )
-from .support import best_face, has_faces, lowest_vertex, part_within_face, support, within_face
+from .support import best_face, has_faces, height_of_face, lowest_vertex, part_within_face, support, within_face
 from .table import absolute, column
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
@@ -169,7 +169,7 @@ def face_against(model, table, g, other, d):
     """From a direction d out of g: (whether a face of g touches, its normal, depth, points on g and other)."""
     if not has_faces(model, g):
         return False, d, 0.0, d, d
-    _face, n = best_face(model, table, g, d)
+    face, n = best_face(model, table, g, d)
     if dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
         return False, d, 0.0, d, d
     p, count = show(model, table, other, scale3(n, -1.0), _EXACT, 1.0, 0)
@@ -177,15 +177,15 @@ def face_against(model, table, g, other, d):
         written = count if count < _MOST else _MOST
         for k in range(written):  # to the middle of what the other shape shows, so that ends may stick out
             p = add3(p, scale3(table.edges[EDGE + k].edge, 0.5 / written))
-    depth = dot3(n, sub3(support(model, table, g, n), p))
+    depth = height_of_face(model, table, g, face, n) - dot3(n, p)
     if count == 1:
         edge = table.edges[EDGE].edge
         start = sub3(p, scale3(edge, 0.5))
-        low, high = part_within_face(model, table, g, n, start, edge)
+        low, high = part_within_face(model, table, g, face, n, start, edge)
         p = add3(start, scale3(edge, 0.5 * (low + high)))
         return low <= high, n, depth, add3(p, scale3(n, depth)), p
     p_g = add3(p, scale3(n, depth))
-    return within_face(model, table, g, n, p_g, 0.0), n, depth, p_g, p
+    return within_face(model, table, g, face, n, p_g, 0.0), n, depth, p_g, p
 
 
 @kernel

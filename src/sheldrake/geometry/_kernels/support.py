@@ -109,17 +109,36 @@ def is_curved(model, g):
     return kind == CYLINDER or kind == ELLIPSOID
 
 
+@kernel
+def is_face(model, g, face):
+    """Whether a box or hull has a face of this number."""
+    if model[g].kind == BOX:
+        return face >= 0 and face < 6
+    first = model[g].first_face
+    return model[g].kind == HULL and face >= first and face < first + model[g].num_faces
+
+
 @kernel(outline=True)
 def normal_of_face(model, table, g, face):
     """Outward normal of a face of a box or hull in W; no face's number gives a vector of zeros."""
     R_WG = table.poses[g].R_WG
-    if model[g].kind == BOX and face >= 0 and face < 6:
+    if not is_face(model, g, face):
+        return (0.0, 0.0, 0.0)
+    if model[g].kind == BOX:
         axis = column(R_WG, face // 2)
         return axis if face % 2 == 1 else scale3(axis, -1.0)
-    first = model[g].first_face
-    if model[g].kind == HULL and face >= first and face < first + model[g].num_faces:
-        return rotate(R_WG, model.faces[face].normal)
-    return (0.0, 0.0, 0.0)
+    return rotate(R_WG, model.faces[face].normal)
+
+
+@kernel
+def height_of_face(model, table, g, face, n_W):
+    """How far a face as `best_face` numbers it, with this normal in W, is from the origin of W along it [m]."""
+    height = 0.0
+    if model[g].kind == CYLINDER:
+        height = model[g].half_length
+    elif is_face(model, g, face):
+        height = model.faces[face].offset if model[g].kind == HULL else model[g].half_along[face // 2]
+    return dot3(n_W, table.poses[g].p_WG) + height
 
 
 @kernel(outline=True)
@@ -250,12 +269,12 @@ def side_of_face(table, k, sides, n_W):
 
 
 @kernel(outline=True)
-def within_face(model, table, g, n_W, x, margin):
-    """Whether x is within the face (of a cap: its polygon) of g with normal n_W, a margin away from its edges [m].
+def within_face(model, table, g, face, n_W, x, margin):
+    """Whether x is within a face (of a cap: its polygon) of g with normal n_W, a margin away from its edges [m].
 
     The corners of the face stay in POLYGON_A.
     """
-    return within_polygon(table, shown_feature(model, table, g, n_W, POLYGON_A), n_W, x, margin)
+    return within_polygon(table, shown_face(model, table, g, face, n_W, POLYGON_A), n_W, x, margin)
 
 
 @kernel
@@ -269,14 +288,14 @@ def within_polygon(table, sides, n_W, x, margin):
 
 
 @kernel(outline=True)
-def part_within_face(model, table, g, n_W, x, edge):
-    """(t, u) so that the points from x + t edge to x + u edge lie over the face of g with normal n_W; t > u if none do.
+def part_within_face(model, table, g, face, n_W, x, edge):
+    """(t, u) so that the points from x + t edge to x + u edge lie over a face of g with normal n_W; t > u if none do.
 
     The corners of the face stay in POLYGON_A.
     """
     low = 0.0
     high = 1.0
-    sides = shown_feature(model, table, g, n_W, POLYGON_A)
+    sides = shown_face(model, table, g, face, n_W, POLYGON_A)
     for k in range(sides):
         a, outward = side_of_face(table, k, sides, n_W)
         height = dot3(outward, sub3(x, a))

@@ -45,7 +45,7 @@ from .model import (
     VERTEX_AND_FACE,
 )
 from .polish import nearby, unit
-from .support import best_face, core_vertex, normal_of_face, shown_face, support, within_polygon
+from .support import best_face, core_vertex, is_face, normal_of_face, shown_face, support, within_polygon
 
 _CERTAIN = 1e-9  # relative to the size: depths that differ by so much differ
 _FLAT = 1e299  # [m] faces without area are said to be farther
@@ -354,20 +354,20 @@ def still_meets(model, table, i, j, size, s):
     alone, depth, p_i, p_j = False, 0.0, out, out
     if what == FACE_AND_VERTEX and has_vertex(model, j, who[0]):
         out = normal_of_face(model, table, i, slot.face)
-        alone, depth, p_i, p_j = vertex_under_face(model, table, i, j, who[0], out)
+        alone, depth, p_i, p_j = vertex_under_face(model, table, i, slot.face, j, who[0], out)
     elif what == VERTEX_AND_FACE and has_vertex(model, i, who[0]):
         n = normal_of_face(model, table, j, slot.face)
-        alone, depth, p_j, p_i = vertex_under_face(model, table, j, i, who[0], n)
+        alone, depth, p_j, p_i = vertex_under_face(model, table, j, slot.face, i, who[0], n)
         out = scale3(n, -1.0)
     elif what == TWO_EDGES and has_vertex(model, i, max(who[0], who[1])) and has_vertex(model, j, max(who[2], who[3])):
         a, b = (who[0], who[1]), (who[2], who[3])
         alone, out, depth, p_i, p_j = edge_across_edge(model, table, i, j, a, b, out)
-    elif what == FACE_ON_MORE:
+    elif what == FACE_ON_MORE and is_face(model, i, slot.face):
         out = normal_of_face(model, table, i, slot.face)
-        alone, depth, p_i, p_j = more_under_face(model, table, i, j, out, size)
-    elif what == MORE_ON_FACE:
+        alone, depth, p_i, p_j = more_under_face(model, table, i, slot.face, j, out, size)
+    elif what == MORE_ON_FACE and is_face(model, j, slot.face):
         n = normal_of_face(model, table, j, slot.face)
-        alone, depth, p_j, p_i = more_under_face(model, table, j, i, n, size)
+        alone, depth, p_j, p_i = more_under_face(model, table, j, slot.face, i, n, size)
         out = scale3(n, -1.0)
     elif what == BY_DIRECTION:
         out = rotate(R_WA, unit(add3(tracked.out_A, tracked.turn_A)))

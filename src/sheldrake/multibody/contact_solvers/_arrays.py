@@ -54,6 +54,7 @@ def make_solver_model(
     stiction_tolerance: float = 1e-4,
     near_rigid_threshold: float = 1.0,
     relative_tolerance: float = REST_TOLERANCE,
+    moving_tolerance: float = 0.0,
     to_rest: bool = False,
     ahead: bool = False,
 ) -> SolverModel:
@@ -68,6 +69,7 @@ def make_solver_model(
         stiction_tolerance: slip speed below which friction counts as stiction [m/s].
         near_rigid_threshold: beta of kSap's contacts.
         relative_tolerance: residual at which iterations stop, relative to momentum and impulse.
+        moving_tolerance: the same of one tree with joints that moves, relative to its momentum alone.
         to_rest: solved until what can rest does, instead of as Drake iterates.
         ahead: what rows of one dof do linearly is in v*; so it always is where things come to rest.
 
@@ -89,6 +91,7 @@ def make_solver_model(
     model.near_rigid_rows = 0.1
     model.relative_tolerance = relative_tolerance
     model.absolute_tolerance = 1e-14
+    model.moving_tolerance = moving_tolerance
     model.resolved_turn = RESOLVED_TURN if to_rest else np.inf
     model.max_iterations = MAX_ITERATIONS if to_rest else DRAKE_ITERATIONS
     model.law = APPROXIMATIONS[approximation].law

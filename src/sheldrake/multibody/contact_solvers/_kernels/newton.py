@@ -215,7 +215,6 @@ DECREMENT = 1e-28  # (relative error in the norm of H)^2 that is round-off
 FAR = 1e-4  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
 STALLED = 0.1  # times the last one: an excess above it got no smaller for round-off, if little is left
 STALLED_DECREMENT = 1e-22  # as `DECREMENT`, of steps that gain nothing
-MOVING = 1e-6  # gradient over momentum that is small enough for a robot that moves, as it is for Drake
 CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor
 
 
@@ -313,8 +312,8 @@ def will_do(model, problem, excess, momentum, impulse):
     """
     if excess <= 1.0 or problem.along_branches == 0:
         return excess <= 1.0
-    relative = model.relative_tolerance
-    return excess * relative * relative * max(momentum, impulse) <= MOVING * MOVING * momentum
+    relative, moving = model.relative_tolerance, model.moving_tolerance
+    return excess * relative * relative * max(momentum, impulse) <= moving * moving * momentum
 
 
 @kernel(outline=True)

@@ -65,6 +65,7 @@ class Options(Record):
     near_rigid_rows = number("beta of scalar rows")
     relative_tolerance = number("residual at which iterations stop, over momentum and impulse")
     absolute_tolerance = number("residual at which they stop in any case", "sqrt(J)")
+    moving_tolerance = number("residual at which they stop for one tree with joints that moves, over its momentum")
     resolved_turn = number("angle of a step up to which a body has all of its gyroscopic torque", "rad")
 
 

@@ -29,9 +29,10 @@ def solver_model_of(
     """The solver's constants for a tree and its geometry.
 
     Where pairs of geometries touch at several points, iterations stop at a smaller residual than Drake's: with Drake's,
-    a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. With Drake's single points the
-    tolerance is Drake's too, and so are the numbers. Where nothing can touch they are as well, but what rows of joints
-    do linearly is in v*: mostly that is the answer.
+    a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. A robot that moves needs no more
+    than Drake's, relative to its momentum. With Drake's single points the tolerance is Drake's too, and so are the
+    numbers. Where nothing can touch they are as well, but what rows of joints do linearly is in v*: mostly that is the
+    answer.
 
     Args:
         tree_model: the tree.
@@ -43,6 +44,7 @@ def solver_model_of(
     """
     several = touches_at_several_points(geometry_model)
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
+    options.setdefault("moving_tolerance", _arrays.DRAKE_TOLERANCE if several else 0.0)
     options.setdefault("to_rest", several)
     options.setdefault("ahead", not can_touch(geometry_model, hydro_model))
     tree = tree_model.tree[:, [Tree.first_dof.at, Tree.num_dofs.at]]
