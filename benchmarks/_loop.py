@@ -20,7 +20,7 @@ def forward_dynamics(
     dynamics.body_inertias(model, p, work)
     kinematics.velocity_kinematics(model, p, work, q, v)
     dynamics.bias_term(model, work, 1.0)
-    dynamics.mass_matrix(model, p, work)
+    dynamics.mass_matrix(model, p, work, work.M)
     for k in range(work.M.shape[0]):
         work.L[k] = work.M[k]
     for k in range(len(model.dofs)):

@@ -232,7 +232,7 @@ def test_kernels_take_other_scalars():
     work = m.make_work(t.model, dtype=object)
     kinematics.position_kinematics(t.model, t.p, work, q)
     dynamics.body_inertias(t.model, t.p, work)
-    dynamics.mass_matrix(t.model, t.p, work)
+    dynamics.mass_matrix(t.model, t.p, work, work.M)
     gradient = autodiff.ExtractGradient(work.M.reshape(-1, 1))
     h = 1e-6
     for k in range(t.nq):

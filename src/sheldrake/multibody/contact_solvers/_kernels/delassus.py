@@ -56,6 +56,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
     has_base_of_six,
+    is_chain_of_six,
     velocity_of_any,
     with_drift,
 )
@@ -74,7 +75,7 @@ def few_contacts(model, problem, rows, factor, relative):
     if problem.trees_end - problem.trees_begin > 1 or (n > CHEAP and relative < AT_HAND):
         return -1
     t = problem.trees[problem.trees_begin].order
-    if 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
+    if is_chain_of_six(model, t) or 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
         return -1
     for place in range(problem.rows_begin, problem.rows_end):
         r = rows[place].order

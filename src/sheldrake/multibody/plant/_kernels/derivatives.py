@@ -315,7 +315,7 @@ def plant_derivatives(
     for k in range(nq):
         if not is_finite(xc[k]):  # of what is free, velocities and their derivatives do not depend on it
             return MOTION_NOT_FINITE
-    mass_matrix(tree_model, p, tree)
+    mass_matrix(tree_model, p, tree, tree.M)
     lock_mass_matrix(tree_model, plant_model, p, tree.M)
     for i in range(tree.M.shape[0]):
         tree.L[i] = tree.M[i]

@@ -56,31 +56,28 @@ from sheldrake.multibody.tree._kernels.model import FREE, Body, TreeModel, TreeW
 
 
 @kernel
-def copy_to_both(source, one, other):
-    """Copies all numbers to two arrays, four at a time."""
+def copy(source, to):
+    """Copies all numbers, four at a time."""
     n = source.shape[0]
     i = 0
     while i + 4 <= n:
-        a, b, c, d = source[i], source[i + 1], source[i + 2], source[i + 3]
-        one[i], one[i + 1], one[i + 2], one[i + 3] = a, b, c, d
-        other[i], other[i + 1], other[i + 2], other[i + 3] = a, b, c, d
+        to[i], to[i + 1], to[i + 2], to[i + 3] = source[i], source[i + 1], source[i + 2], source[i + 3]
         i += 4
     while i < n:
-        one[i] = source[i]
-        other[i] = source[i]
+        to[i] = source[i]
         i += 1
 
 
 @kernel
 def momentum_matrix(tree_model, solver_model, plant_model, p, tree, problem, implicit_damping):
     """A of the problem, also where its factor will be."""
-    mass_matrix(tree_model, p, tree)
+    mass_matrix(tree_model, p, tree, problem.A)
     if implicit_damping:
         for k in range(len(tree_model.dofs)):
             dof = tree_model.dofs[k]
-            tree.M[dof.row + dof.depth] += solver_model.dt * p[dof.damping]
-    lock_mass_matrix(tree_model, plant_model, p, tree.M)
-    copy_to_both(tree.M, problem.L, problem.A)
+            problem.A[dof.row + dof.depth] += solver_model.dt * p[dof.damping]
+    lock_mass_matrix(tree_model, plant_model, p, problem.A)
+    copy(problem.A, problem.L)
 
 
 @kernel
@@ -143,7 +140,7 @@ def memory_in_lanes(
         constant=(p, *still),
         reads=(xd, *u, step.applied_force, step.v_next),
         writes=(
-            *(part for name, part in zip(tree._fields, tree) if name not in ("L", "S")), *moving,
+            *(part for name, part in zip(tree._fields, tree) if name not in ("M", "L", "S")), *moving,
             table.X_WG, table.count, problem.A, problem.L, problem.v0, problem.v_star, problem.p_star, count,
             step.v, step.v_next, step.force, step.net_actuation,
         ),

@@ -182,8 +182,8 @@ def reflected_inertia(model: TreeModel, p: Vector, i: int) -> float:
 
 
 @kernel
-def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
-    """Fills `composite` and the packed `M` from `S` and `inertia`; reflected inertias of actuators included.
+def mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Vector) -> None:
+    """Fills `composite` and the packed M from `S` and `inertia`; reflected inertias of actuators included.
 
     I_parent += I_i, tip to base; then M_ij = S_jᵀ I_i S_i for each dof j on the way from i to the base (table 6.2).
     """
@@ -201,11 +201,11 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
             I = add_inertia(I, outboard)
             work[b].composite = I
         if body.kind == FREE:
-            store_free_rows(work.M, model.dofs[dof].row, I)
+            store_free_rows(M, model.dofs[dof].row, I)
         else:
             first, begin, _end = dofs_beyond_base(model, body.tree)
             for k in range(dof, dof + body.num_dofs):
-                store_row(model, work, k, mul_inertia(I, work.dofs[k].S), first, begin)
+                store_row(model, work, M, k, mul_inertia(I, work.dofs[k].S), first, begin)
         parent = body.parent
         if parent == b - 1:
             outboard = I
@@ -213,23 +213,23 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
             work[parent].composite = add_inertia(work[parent].composite, I)
     for i in range(len(model.actuators)):
         driven = model.dofs[model.actuators[i].dof]
-        work.M[driven.row + driven.depth] += reflected_inertia(model, p, i)
+        M[driven.row + driven.depth] += reflected_inertia(model, p, i)
 
 
 @kernel
-def store_row(model, work, k, F, first, begin):
+def store_row(model, work, M, k, F, first, begin):
     """The packed row of dof k, which at unit acceleration needs the spatial force F.
 
     Dofs `first` to `begin` - 1 of its tree are of a free body, whose S are unit vectors.
     """
     if begin > first:
-        write6(work.M, model.dofs[k].row, F)
+        write6(M, model.dofs[k].row, F)
     end = k
     while end >= begin:
         run = max(model.dofs[end].run, begin)
         shift = model.dofs[k].row + model.dofs[run].depth - run
         for j in range(run, end + 1):
-            work.M[shift + j] = dot6(work.dofs[j].S, F)
+            M[shift + j] = dot6(work.dofs[j].S, F)
         end = model.dofs[run].parent
 
 

@@ -28,7 +28,7 @@ from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 @kernel(top=True, short_loops=True)
 def calc_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Matrix) -> None:
     """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `body_inertias`."""
-    dynamics.mass_matrix(model, p, work)
+    dynamics.mass_matrix(model, p, work, work.M)
     dynamics.unpack(model, work.M, M)
 
 
