@@ -25,7 +25,8 @@ from .polish import nearby
 from .support import is_curved, is_faceted, margin_of
 from .tracking import are_nearest, face_that_meets
 
-_CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
+_CLEARANCE = 1e-2  # relative to the smaller shape (witnesses: the size): how far shapes are moved apart
+_WIDER = 10.0  # times the clearance, where GJK still sees an overlap
 _NEAR = 1e-3  # relative to the size: nearer than this, the vector between the cores is too short to tell a direction
 _FEATURED = 1e-2  # relative to the size: of shapes with flat faces nearer than this it is told what would meet
 _CONVERGED = 1e-13  # relative to the size: a distance is known so well, or GJK was stuck
@@ -139,13 +140,18 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
 def refine(model, table, i, j, size, out, depth, p_i, p_j):
     """A better direction out: GJK tells the nearest way once the shapes are moved apart along `out`, by some clearance.
 
-    The error of the direction shrinks by depth / radius of curvature each time; a direction that is no better ends it.
+    The error of the direction shrinks to (depth + clearance) / (radius of curvature + clearance) of it each time, so the
+    clearance suits the smaller shape; a direction that is no better ends it.
     """
+    clearance = _CLEARANCE * min(model[i].bound, model[j].bound)
     for _ in range(_REFINEMENTS):
-        shift = scale3(out, depth + _CLEARANCE * size)
+        shift = scale3(out, depth + clearance)
         _n, v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)
-        if overlap:
-            break
+        if overlap:  # by rounding, as it is relative to the size
+            clearance *= _WIDER
+            if clearance > size:
+                break
+            continue
         d = scale3(v, -1.0 / sqrt(dot3(v, v)))
         w = add_vertex(model, table, i, j, d, SIMPLEX + 12, _NO_SHIFT)
         better = dot3(d, w)
