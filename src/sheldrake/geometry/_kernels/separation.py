@@ -140,8 +140,8 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
 def refine(model, table, i, j, size, out, depth, p_i, p_j):
     """A better direction out: GJK tells the nearest way once the shapes are moved apart along `out`, by some clearance.
 
-    The error of the direction shrinks to (depth + clearance) / (radius of curvature + clearance) of it each time, so the
-    clearance suits the smaller shape; a direction that is no better ends it.
+    Each time (depth + clearance) / (radius of curvature + clearance) of the direction's error is left, so the clearance
+    suits the smaller shape; a direction that is no better ends it.
     """
     clearance = _CLEARANCE * min(model[i].bound, model[j].bound)
     for _ in range(_REFINEMENTS):
