@@ -75,6 +75,20 @@ def test_spheres_and_others(other, height):
     np.testing.assert_allclose(*rows, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("other", ["sphere", "box", "half space"])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_pair_has_the_smaller_id_first(other, swapped):
+    rows = []
+    for lib in LIBRARIES:
+        q, _kept = query(lib, SHAPES["sphere"], SHAPES[other], [0.1, 0.2, 1.5])
+        ids = sorted(q.inspector().GetAllGeometryIds(), key=lambda i: i.get_value())
+        pair = q.ComputeSignedDistancePairClosestPoints(*(ids[::-1] if swapped else ids))
+        assert (pair.id_A, pair.id_B) == tuple(ids)
+        row = [numbers(lib, x) for x in (pair.distance, pair.p_ACa, pair.p_BCb, pair.nhat_BA_W)]
+        rows.append(np.concatenate(row))
+    np.testing.assert_allclose(*rows, rtol=0, atol=1e-9)
+
+
 def hydro(rigid_second):
     def properties(lib, k):
         p = lib.g.ProximityProperties()
