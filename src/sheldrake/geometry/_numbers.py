@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.autodiffutils import AutoDiffXd
+
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike
 
@@ -41,3 +43,12 @@ def values_of(a: np.ndarray) -> np.ndarray:
 def like(a: np.ndarray, dtype: DTypeLike) -> np.ndarray:
     """The array for numbers of a type; integers stay what they are."""
     return a if a.dtype == np.int64 or a.dtype == dtype else a.astype(dtype)
+
+
+def all_duals(a: np.ndarray) -> np.ndarray:
+    """The array, its plain numbers made duals without derivatives where it has any dual."""
+    if a.dtype != object or not any(isinstance(x, AutoDiffXd) for x in a.flat):
+        return a
+    duals = np.empty(a.shape, dtype=object)
+    duals.flat = [x if isinstance(x, AutoDiffXd) else AutoDiffXd(float(x)) for x in a.flat]
+    return duals

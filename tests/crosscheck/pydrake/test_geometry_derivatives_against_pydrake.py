@@ -75,6 +75,33 @@ def test_spheres_and_others(other, height):
     np.testing.assert_allclose(*rows, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("other", ["sphere", "box", "half space"])
+def test_constants_among_derivatives_are_duals(other):
+    """The normal of a plane that stands still, for one."""
+    for lib in LIBRARIES:
+        q, _kept = query(lib, SHAPES["sphere"], SHAPES[other], [0.1, 0.2, 0.4])
+        found = [x for p in q.ComputeSignedDistancePairwiseClosestPoints() for x in (p.p_ACa, p.p_BCb, p.nhat_BA_W)]
+        at = np.array([lib.a.AutoDiffXd(x) for x in (0.3, 0.1, 1.9)])
+        found += [x for p in q.ComputeSignedDistanceToPoint(at) for x in (p.p_GN, p.grad_W)]
+        assert all(isinstance(x, lib.a.AutoDiffXd) for x in np.ravel(found))
+    for pair in query(LIBRARIES[0], SHAPES["sphere"], SHAPES[other], [0.1, 0.2, 0.4])[0].ComputePointPairPenetration():
+        assert all(hasattr(x, "derivatives") for x in (*pair.p_WCa, *pair.p_WCb, *pair.nhat_BA_W, pair.depth))
+
+
+@pytest.mark.parametrize("other", ["sphere", "box", "half space"])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_pair_has_the_smaller_id_first(other, swapped):
+    rows = []
+    for lib in LIBRARIES:
+        q, _kept = query(lib, SHAPES["sphere"], SHAPES[other], [0.1, 0.2, 1.5])
+        ids = sorted(q.inspector().GetAllGeometryIds(), key=lambda i: i.get_value())
+        pair = q.ComputeSignedDistancePairClosestPoints(*(ids[::-1] if swapped else ids))
+        assert (pair.id_A, pair.id_B) == tuple(ids)
+        row = [numbers(lib, x) for x in (pair.distance, pair.p_ACa, pair.p_BCb, pair.nhat_BA_W)]
+        rows.append(np.concatenate(row))
+    np.testing.assert_allclose(*rows, rtol=0, atol=1e-9)
+
+
 def hydro(rigid_second):
     def properties(lib, k):
         p = lib.g.ProximityProperties()

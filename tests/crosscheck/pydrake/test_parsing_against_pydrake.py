@@ -112,6 +112,13 @@ MIMIC = (
     '<parent link="b"/><child link="c"/><mimic joint="j" multiplier="2" offset="0.1"/></joint>'
 )
 
+HINGES = "".join(f'<body><joint name="j{k}"/><geom size="0.1"/></body>' for k in range(4))
+
+MOTORS_AND_SERVOS = (
+    f'<mujoco model="m"><worldbody>{HINGES}</worldbody><actuator><position name="a" joint="j0" kp="2"/>'
+    '<motor name="b" joint="j1"/><position joint="j2"/><motor joint="j3"/></actuator></mujoco>'
+)
+
 SAME = {
     "no inertial": {"text": robot('<link name="a"/>')},
     "inertia breaks the triangle rule": {"text": inertial(1, (1, 1, 10))},
@@ -132,6 +139,7 @@ SAME = {
             + group("h", '<drake:member link="b"/><drake:member link="c"/>')
         )
     },
+    "motors among position servos": {"text": MOTORS_AND_SERVOS, "type": "xml"},
     "floating on a moving frame": {"text": FLOATING_TO_TIP, "type": "dmd.yaml", "packages": {"parsing": str(MODELS)}},
     "group excludes itself": {
         "text": robot(

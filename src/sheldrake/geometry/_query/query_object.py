@@ -197,6 +197,8 @@ class QueryObject(Images):
     ) -> SignedDistancePair:
         """Signed distance and nearest points of one pair, filtered or not.
 
+        In whichever order they are given, A of the result is the one of the smaller id.
+
         Raises:
             RuntimeError: one of them is unknown, has no proximity role, or both are half spaces.
         """
@@ -218,10 +220,8 @@ class QueryObject(Images):
         else:
             table = scene.find_distance(rows[0], rows[1], X_WB)
         row = table.point[0]
-        p_ACa, p_BCb, nhat_BA_W = row[_P_WCA], row[_P_WCB], row[_NHAT]
-        if rows[0] > rows[1]:  # the table's A comes first in the model
-            p_ACa, p_BCb, nhat_BA_W = p_BCb, p_ACa, -nhat_BA_W
-        return SignedDistancePair._of(geometry_id_A, geometry_id_B, p_ACa, p_BCb, -row.item(_DEPTH), nhat_BA_W)
+        A, B = (scene.ids[k] for k in sorted(rows))  # as the table has them
+        return SignedDistancePair._of(A, B, row[_P_WCA], row[_P_WCB], -row.item(_DEPTH), row[_NHAT])
 
     @checked
     def ComputeSignedDistanceToPoint(self, p_WQ: ArrayLike, threshold: float = math.inf) -> list[SignedDistanceToPoint]:

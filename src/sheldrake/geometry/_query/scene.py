@@ -26,6 +26,7 @@ from sheldrake.geometry._kernels.model import (
 )
 from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
 from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.geometry._numbers import all_duals
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
 from sheldrake.geometry._shapes import Mesh
@@ -51,9 +52,9 @@ class FoundPoints(NamedTuple):
 
     @classmethod
     def of(cls, table: ContactTable) -> FoundPoints:
-        """A copy of the rows of a table."""
+        """A copy of the rows of a table; constants beside duals are duals too: they may be asked for derivatives."""
         n = table.count.item(_NUM_CONTACTS)
-        return cls(table.pair[:n].copy(), table.point[:n].copy())
+        return cls(table.pair[:n].copy(), all_duals(table.point[:n].copy()))
 
 
 class QueryScene:

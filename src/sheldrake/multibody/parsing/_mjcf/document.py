@@ -300,7 +300,8 @@ class _MjcfReader:
             if child.tag not in ("motor", "position"):
                 self._reading.pass_over(child)
                 self._reading.warn(child, f"The actuator <{child.tag}> is not supported and is ignored.")
-                continue
+        # Motors first, as in Drake: it is the order of the actuation input.
+        for child in (*element.find_all("motor"), *element.find_all("position")):
             full = self._defaults.apply(child, MAIN_CLASS, self._reading)
             read_actuator(full, self._model, self._armature, self._compiler, self._reading)
 
