@@ -250,3 +250,58 @@ def test_density_of_a_linear_transform(drake):
         found[-1] += [system.get_output_port(0).Eval(context), system.CalcDensity(context)]
     for a, b in zip(*found):
         np.testing.assert_allclose(a, b, rtol=1e-13)
+
+
+def affine_kinds(library):
+    """An affine, a linear discrete and a time-varying system of two states."""
+    one, two, column = np.eye(2), np.zeros((2, 1)), np.ones((2, 1))
+    of_time = [library.PiecewisePolynomial(m) for m in (one, column, column, one, two, column)]
+    return [
+        library.AffineSystem(one, two, np.zeros(2), one, two, np.zeros(2)),
+        library.LinearSystem(one, two, one, two, 0.1),
+        library.TrajectoryAffineSystem(*of_time),
+    ]
+
+
+@pytest.mark.parametrize("kind", range(3))
+def test_random_states_of_affine_systems_are_the_same(drake, kind):
+    from pydrake.common import RandomGenerator as TheirGenerator
+
+    from sheldrake.common import RandomGenerator
+
+    states = []
+    for library, Generator in ((OURS, RandomGenerator), (drake, TheirGenerator)):
+        system = affine_kinds(library)[kind]
+        system.configure_default_state([5.0, 6.0])
+        system.configure_random_state(np.array([[2.0, 0.5], [0.5, 1.0]]))
+        context, generator = system.CreateDefaultContext(), Generator(2)
+        for _ in range(3):
+            system.SetRandomContext(context, generator)
+            x = context.get_discrete_state_vector() if kind == 1 else context.get_continuous_state_vector()
+            states.append(x.CopyToVector())
+    np.testing.assert_allclose(states[:3], states[3:], rtol=1e-12)
+
+
+def test_the_selector_of_a_port_switch_takes_an_index_in_a_value(drake):
+    for library in (OURS, drake):
+        switch = library.PortSwitch(2)
+        ports = [switch.DeclareInputPort(name) for name in "ab"]
+        context = switch.CreateDefaultContext()
+        for i, port in enumerate(ports):
+            port.FixValue(context, [i, i + 0.5])
+        for i, port in enumerate(ports):
+            for index in (port.get_index(), library.Value(port.get_index())):
+                switch.get_port_selector_input_port().FixValue(context, index)
+                assert list(switch.get_output_port().Eval(context)) == [i, i + 0.5]
+
+
+def test_texts_of_contexts_count_parameters_the_same(drake):
+    texts = []
+    for library in (OURS, drake):
+        builder = library.DiagramBuilder()
+        x = library.Variable("x")
+        p = [library.Variable(name) for name in "pqr"]
+        builder.AddSystem(library.SymbolicVectorSystem(state=[x], parameter=p, dynamics=[x * p[0] + p[1] + p[2]]))
+        texts.append(str(builder.Build().CreateDefaultContext()))
+    assert "3 total numeric parameters in 1 groups" in texts[0]
+    assert [text.splitlines()[2:4] for text in texts[:1]] == [text.splitlines()[2:4] for text in texts[1:]]

@@ -198,3 +198,31 @@ def test_a_setting_that_osqp_refuses_is_invalid_input():
         assert np.isnan(result.GetSolution(x)).all()
         found.append(result.get_solution_result().name)
     assert found == ["kInvalidInput"] * 2
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+@pytest.mark.parametrize("solver", ["ScsSolver", "ClarabelSolver"])
+def test_results_of_unbounded_programs_agree(solver, quadratic):
+    answers = []
+    for library in (ours, theirs):
+        program = library.MathematicalProgram()
+        x = program.NewContinuousVariables(2)
+        program.AddLinearCost(x[1])
+        program.AddLinearConstraint(x[0] + x[1] <= 3)
+        if quadratic:
+            program.AddQuadraticCost(x[0] ** 2)
+        result = getattr(library, solver)().Solve(program)
+        answers.append((result.is_success(), result.get_solution_result().name, result.get_optimal_cost()))
+    assert answers[0] == answers[1]
+
+
+@pytest.mark.parametrize("kind", ["Sos", "Sdsos", "Dsos"])
+def test_polynomials_of_even_degree_order_their_variables_the_same(kind):
+    orders = []
+    for library, symbols in ((ours, our_symbols), (theirs, their_symbols)):
+        program = library.MathematicalProgram()
+        x = program.NewIndeterminates(2, "x")
+        new = getattr(program, f"NewEvenDegree{kind}Polynomial")
+        _, odd, even = new(symbols.Variables(x), 4)
+        orders.append([[program.FindDecisionVariableIndex(v) for v in Q.ravel()] for Q in (odd, even)])
+    assert orders[0] == orders[1]

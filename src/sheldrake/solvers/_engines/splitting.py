@@ -204,8 +204,8 @@ _SCS_RESULTS = {
     2: SolutionResult.kSolutionFound,
     -2: SolutionResult.kInfeasibleConstraints,
     -7: SolutionResult.kInfeasibleConstraints,
-    -1: SolutionResult.kDualInfeasible,
-    -6: SolutionResult.kDualInfeasible,
+    -1: SolutionResult.kUnbounded,
+    -6: SolutionResult.kUnbounded,
 }
 _SCS_ORDER = {"zero": 0, "nonnegative": 1, "second_order": 2, "psd": 3, "exponential": 4}
 

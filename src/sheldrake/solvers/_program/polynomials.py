@@ -170,12 +170,12 @@ class ProgramPolynomials:
             raise RuntimeError(f"NewEvenDegreeNonnegativePolynomial: the degree must be even, not {degree}.")
         parts = []
         for basis in (
+            EvenDegreeMonomialBasis(indeterminates, degree // 2),  # Its decision variables come first.
             OddDegreeMonomialBasis(indeterminates, degree // 2),
-            EvenDegreeMonomialBasis(indeterminates, degree // 2),
         ):
             Q = self._variables.NewSymmetricContinuousVariables(len(basis), "S")
             parts.append((self._nonnegative_form(Q, basis, type) if len(basis) else Polynomial(), Q))
-        (odd, Q_odd), (even, Q_even) = parts
+        (even, Q_even), (odd, Q_odd) = parts
         return odd + even, Q_odd, Q_even
 
     def NewEvenDegreeSosPolynomial(

@@ -11,6 +11,7 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._vector import as_vector
 from sheldrake.systems.primitives._kernels import blocks
+from sheldrake.systems.primitives._random_state import add_normal_noise
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -204,12 +205,8 @@ class AffineSystem(LeafSystem):
         self._covariance = np.array(covariance, float)
 
     def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
-        if self._covariance is None or not self.num_states():
-            return
-        values, vectors = np.linalg.eigh(self._covariance)
-        normal = np.random.default_rng(int(generator())).standard_normal(self.num_states())
-        x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
-        x.SetFromVector(x.CopyToVector() + vectors @ (np.sqrt(np.maximum(values, 0.0)) * normal))
+        if self._covariance is not None and self.num_states():
+            add_normal_noise(context, self._covariance, generator)
 
 
 class LinearSystem(AffineSystem):

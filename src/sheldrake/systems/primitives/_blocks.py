@@ -263,7 +263,7 @@ class PortSwitch(LeafSystem):
 
         super().__init__()
         self._n = as_size(vector_size, "PortSwitch()")
-        self.DeclareAbstractInputPort("port_selector", Value[object](InputPortIndex(0)))
+        self.DeclareAbstractInputPort("port_selector", Value[InputPortIndex](InputPortIndex(0)))
         self.DeclareVectorOutputPort("value", self._n, self._calc)
 
     def DeclareInputPort(self, name: str | UseDefaultName, *args: Any) -> InputPort:

@@ -17,6 +17,7 @@ from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector
 from sheldrake.systems.primitives._kernels import paths
+from sheldrake.systems.primitives._random_state import add_normal_noise
 from sheldrake.trajectories import PiecewisePolynomial, PiecewiseQuaternionSlerp
 from sheldrake.trajectories._base import kept
 from sheldrake.trajectories._pieces import as_piecewise_polynomial, is_piecewise
@@ -304,12 +305,8 @@ class TrajectoryAffineSystem(LeafSystem):
         self._covariance = np.array(covariance, float)
 
     def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
-        if self._covariance is None:
-            return
-        values, vectors = np.linalg.eigh(self._covariance)
-        normal = np.random.default_rng(int(generator())).standard_normal(len(values))
-        x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
-        x.SetFromVector(x.CopyToVector() + vectors @ (np.sqrt(np.maximum(values, 0.0)) * normal))
+        if self._covariance is not None:
+            add_normal_noise(context, self._covariance, generator)
 
 
 class TrajectoryLinearSystem(TrajectoryAffineSystem):

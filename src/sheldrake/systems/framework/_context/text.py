@@ -28,7 +28,8 @@ def of_tree(c: Context) -> str:
     if n := c.num_abstract_states():
         lines.append(f"{n} total abstract states")
     if n := c.num_numeric_parameter_groups():
-        lines.append(f"{n} total numeric parameter groups")
+        total = sum(c.get_numeric_parameter(i).size() for i in range(n))
+        lines.append(f"{total} total numeric parameters in {n} groups")
     if n := c.num_abstract_parameters():
         lines.append(f"{n} total abstract parameters")
     node = c._store.layout.nodes[c._node]
