@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.restoration import aside, restore
 from sheldrake.solvers._engines.slsqp import by_slsqp
 from sheldrake.solvers._engines.snopt_options import unknown, words_of
 from sheldrake.solvers._engines.sqp import Sqp, suits
@@ -72,8 +73,11 @@ class InteriorPointSolver(NonlinearSolver):
             found = Sqp(form, start, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
             if found.converged or (found.iterations_spent and settings.iterations <= _MOST_STEPS):
                 return found
+            violates = form.violation(found.y) > settings.feasibility
+            if violates and (other := self._by_least_violation(form, found.y, start, settings)):
+                return other
             # Where steps end that violate constraints, an interior point method mostly ends as well.
-            is_stuck = not found.iterations_spent and form.violation(found.y) > settings.feasibility
+            is_stuck = violates and not found.iterations_spent
             if is_stuck and (other := self._by_slsqp(form, start, settings)):
                 return other
         y, dual, ending = interior_point(form, start, settings.optimality, settings.feasibility, settings.iterations)
@@ -81,6 +85,22 @@ class InteriorPointSolver(NonlinearSolver):
         if is_stuck or ending not in (Ending.STUCK, Ending.INFEASIBLE) or form.num_vars > _LARGEST_DENSE:
             return found
         return self._by_slsqp(form, start, settings) or found
+
+    @staticmethod
+    def _by_least_violation(
+        form: NonlinearForm, stuck: np.ndarray, start: np.ndarray, settings: Settings
+    ) -> Outcome | None:
+        """What is found from a point without violation; that there is none, if two ways end at the same; or None."""
+        least = restore(form, form.clip(stuck), settings.feasibility)
+        if least.is_least:
+            other = restore(form, aside(form, start), settings.feasibility)
+            if least.confirms(other):
+                return Outcome("SQP", least.y, False, False)
+            least = other
+        if not least.is_zero:
+            return None
+        found = Sqp(form, least.y, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
+        return found if found.converged else None
 
     @staticmethod
     def _by_slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome | None:
