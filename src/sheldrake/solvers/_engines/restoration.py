@@ -13,7 +13,7 @@ import numpy as np
 
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 
-_MOST = 40  # steps: most of those that end well need 5 to 30
+_MOST = 60  # steps: most of those that end well need 5 to 40
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-10, 1e6
 _LEFT = 0.1  # part of the squares that nothing within reach may take away at a least
 _FAR = 100.0  # what is within reach of a variable that has no bounds, relative to it or 1
@@ -35,9 +35,9 @@ class Restored(NamedTuple):
         return self.is_least and other.is_least and alike
 
 
-def aside(form: NonlinearForm, start: np.ndarray) -> np.ndarray:
-    """A point not far from `start` that shares no symmetry with it, inside of the bounds."""
-    return form.clip(start + 0.1 * (1.0 + np.abs(start)) * np.sin(1.0 + np.arange(len(start))))
+def aside(form: NonlinearForm, start: np.ndarray, part: float) -> np.ndarray:
+    """A point some part of its size, or of 1, off `start` that shares no symmetry with it, inside of the bounds."""
+    return form.clip(start + part * (1.0 + np.abs(start)) * np.sin(10.0 * part + np.arange(len(start))))
 
 
 def restore(form: NonlinearForm, start: np.ndarray, feasibility: float) -> Restored:

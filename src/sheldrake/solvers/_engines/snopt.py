@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from sheldrake.solvers._engines.sqp import Sqp, suits
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
 _LARGEST_DENSE = 200  # Variables up to which SLSQP, whose matrices are dense, is worth a try.
+_ASIDE = 0.1, 0.3  # where else least violations are looked for, relative to the start
 _MOST_STEPS = 60  # of sequential quadratic programming: where they do not do, another method is a better bet
 
 
@@ -90,13 +92,18 @@ class InteriorPointSolver(NonlinearSolver):
     def _by_least_violation(
         form: NonlinearForm, stuck: np.ndarray, start: np.ndarray, settings: Settings
     ) -> Outcome | None:
-        """What is found from a point without violation; that there is none, if two ways end at the same; or None."""
-        least = restore(form, form.clip(stuck), settings.feasibility)
-        if least.is_least:
-            other = restore(form, aside(form, start), settings.feasibility)
-            if least.confirms(other):
-                return Outcome("SQP", least.y, False, False)
-            least = other
+        """What is found from a point without violation; that there is none, where all sides end at the same; or None.
+
+        Two sides are not enough: of 250 postures that exist, two would have been given up.
+        """
+        sides = itertools.chain([form.clip(stuck)], (aside(form, start, part) for part in _ASIDE))
+        least = first = restore(form, next(sides), settings.feasibility)
+        for side in sides:
+            if not least.confirms(first):
+                break
+            least = restore(form, side, settings.feasibility)
+        if least.confirms(first):
+            return Outcome("SQP", first.y, False, False)
         if not least.is_zero:
             return None
         found = Sqp(form, least.y, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
