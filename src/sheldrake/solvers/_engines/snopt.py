@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +9,15 @@ import numpy as np
 from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
-from sheldrake.solvers._engines.restoration import aside, restore
+from sheldrake.solvers._engines.restoration import Restored, aside, restore
 from sheldrake.solvers._engines.slsqp import by_slsqp
 from sheldrake.solvers._engines.snopt_options import unknown, words_of
 from sheldrake.solvers._engines.sqp import Sqp, suits
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
 _LARGEST_DENSE = 200  # Variables up to which SLSQP, whose matrices are dense, is worth a try.
-_ASIDE = 0.1, 0.3  # where else least violations are looked for, relative to the start
+_ASIDE = 0.1, 0.3, 0.5, 1.0  # where else least violations are looked for, relative to the start
+_ENOUGH = 3  # sides that must find the least of all: of 250 postures that exist, two would be given up with two
 _MOST_STEPS = 60  # of sequential quadratic programming: where they do not do, another method is a better bet
 
 
@@ -92,22 +92,17 @@ class InteriorPointSolver(NonlinearSolver):
     def _by_least_violation(
         form: NonlinearForm, stuck: np.ndarray, start: np.ndarray, settings: Settings
     ) -> Outcome | None:
-        """What is found from a point without violation; that there is none, where all sides end at the same; or None.
-
-        Two sides are not enough: of 250 postures that exist, two would have been given up.
-        """
-        sides = itertools.chain([form.clip(stuck)], (aside(form, start, part) for part in _ASIDE))
-        least = first = restore(form, next(sides), settings.feasibility)
-        for side in sides:
-            if not least.confirms(first):
-                break
-            least = restore(form, side, settings.feasibility)
-        if least.confirms(first):
-            return Outcome("SQP", first.y, False, False)
-        if not least.is_zero:
-            return None
-        found = Sqp(form, least.y, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
-        return found if found.converged else None
+        """What is found from a point without violation; that there is none, where sides agree; or None."""
+        limits = settings._replace(iterations=min(settings.iterations, _MOST_STEPS))
+        leasts: list[Restored] = []
+        for part in (0.0, *_ASIDE):
+            least = restore(form, aside(form, start, part) if part else form.clip(stuck), settings.feasibility)
+            if least.is_zero and (found := Sqp(form, least.y, limits).run()).converged:
+                return found
+            leasts = sorted([*leasts, least], key=lambda least: least.squares)
+            if len(leasts) >= _ENOUGH and leasts[_ENOUGH - 1].confirms(leasts[0]):
+                return Outcome("SQP", leasts[0].y, False, False)
+        return None
 
     @staticmethod
     def _by_slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome | None:
