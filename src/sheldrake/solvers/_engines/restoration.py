@@ -18,7 +18,7 @@ _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-10, 1e6
 _LEFT = 0.1  # part of the squares that nothing within reach may take away at a least
 _FAR = 100.0  # what is within reach of a variable that has no bounds, relative to it or 1
 _CLEARLY = 100.0  # what a violation is that tolerances do not explain, relative to them
-_ALIKE = 0.1  # how much the squares of two leasts differ that are one, relative
+ALIKE = 0.1  # how much the squares of two leasts differ that are one, relative
 
 
 class Restored(NamedTuple):
@@ -31,7 +31,7 @@ class Restored(NamedTuple):
 
     def confirms(self, other: Restored) -> bool:
         """Whether both are leasts of the same violation."""
-        alike = abs(self.squares - other.squares) <= _ALIKE * max(self.squares, other.squares)
+        alike = abs(self.squares - other.squares) <= ALIKE * max(self.squares, other.squares)
         return self.is_least and other.is_least and alike
 
 
@@ -47,9 +47,9 @@ def restore(form: NonlinearForm, start: np.ndarray, feasibility: float) -> Resto
     for _ in range(_MOST):
         squares, g = float(r @ r), J.T @ r
         most = np.abs(r).max(initial=0.0)
-        free = (form.x_lower < form.x_upper) & ~((y <= form.x_lower) & (g > 0.0)) & ~((y >= form.x_upper) & (g < 0.0))
-        reach = np.minimum(form.x_upper - form.x_lower, _FAR * (1.0 + np.abs(y)))
-        is_least = np.abs(g[free]) @ reach[free] <= _LEFT * squares
+        room = np.where(g > 0.0, y - form.x_lower, form.x_upper - y)
+        reach = np.minimum(room, _FAR * (1.0 + np.abs(y)))
+        is_least = np.abs(g) @ reach <= _LEFT * squares
         if most <= 0.5 * feasibility or is_least or not np.isfinite(squares):
             return Restored(y, squares, bool(most <= 0.5 * feasibility), bool(is_least and most > _CLEARLY * feasibility))
         H = J.T @ J
@@ -57,7 +57,7 @@ def restore(form: NonlinearForm, start: np.ndarray, feasibility: float) -> Resto
         if is_slow:
             H = H + curvature
         while True:
-            trial = form.clip(y + _step(H + damping * unit, g, free))
+            trial = form.clip(y + _step(H + damping * unit, g, reach > 0.0))
             r_trial, J_trial = form.excess(trial)
             left = float(r_trial @ r_trial)
             if left < squares:

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
-from sheldrake.solvers._engines.restoration import Restored, aside, restore
+from sheldrake.solvers._engines.restoration import ALIKE, Restored, aside, restore
 from sheldrake.solvers._engines.slsqp import by_slsqp
 from sheldrake.solvers._engines.snopt_options import unknown, words_of
 from sheldrake.solvers._engines.sqp import Sqp, suits
@@ -17,7 +17,7 @@ from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
 _LARGEST_DENSE = 200  # Variables up to which SLSQP, whose matrices are dense, is worth a try.
 _ASIDE = 0.1, 0.3, 0.5, 1.0  # where else least violations are looked for, relative to the start
-_ENOUGH = 3  # sides that must find the least of all: of 250 postures that exist, two would be given up with two
+_ENOUGH = 3  # sides that must agree with where steps ended, itself among them, where none ends lower
 _MOST_STEPS = 60  # of sequential quadratic programming: where they do not do, another method is a better bet
 
 
@@ -99,8 +99,9 @@ class InteriorPointSolver(NonlinearSolver):
             least = restore(form, aside(form, start, part) if part else form.clip(stuck), settings.feasibility)
             if least.is_zero and (found := Sqp(form, least.y, limits).run()).converged:
                 return found
-            leasts = sorted([*leasts, least], key=lambda least: least.squares)
-            if len(leasts) >= _ENOUGH and leasts[_ENOUGH - 1].confirms(leasts[0]):
+            leasts.append(least)
+            is_lowest = leasts[0].squares <= min(other.squares for other in leasts) * (1.0 + ALIKE)
+            if is_lowest and sum(other.confirms(leasts[0]) for other in leasts) >= _ENOUGH:
                 return Outcome("SQP", leasts[0].y, False, False)
         return None
 
