@@ -50,8 +50,9 @@ def restore(form: NonlinearForm, start: np.ndarray, feasibility: float) -> Resto
         room = np.where(g > 0.0, y - form.x_lower, form.x_upper - y)
         reach = np.minimum(room, _FAR * (1.0 + np.abs(y)))
         is_least = np.abs(g) @ reach <= _LEFT * squares
-        if most <= 0.5 * feasibility or is_least or not np.isfinite(squares):
-            return Restored(y, squares, bool(most <= 0.5 * feasibility), bool(is_least and most > _CLEARLY * feasibility))
+        is_zero = most <= 0.5 * feasibility
+        if is_zero or is_least or not np.isfinite(squares):
+            return Restored(y, squares, bool(is_zero), bool(is_least and most > _CLEARLY * feasibility))
         H = J.T @ J
         unit = H.trace() / len(y) * np.eye(len(y))
         if is_slow:
