@@ -6,6 +6,7 @@ import pytest
 from sheldrake.solvers import MathematicalProgram, SnoptSolver, SolutionResult, Solve, SolverOptions
 from sheldrake.solvers._engines.nonlinear import Settings
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.restoration import aside, restore
 from sheldrake.solvers._engines.sqp import Sqp, suits
 
 # W. Hock and K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981): number, cost, constraints with
@@ -146,3 +147,50 @@ def test_a_program_may_solve_another_of_its_size():
 def test_what_is_not_finite_is_no_solution():
     prog, _ = program(lambda z: z[0] + np.nan, lambda z: [z[0] ** 2], [0], [1], -9, 9, [0.5])
     assert not Sqp(NonlinearForm(prog), np.array([0.5]), Settings()).run().converged
+
+
+def far_from(center, least, start):
+    """A program for a point that is at least so far from a center, inside of a box of half width 1."""
+    return program(lambda z: z @ z, lambda z: [np.sum((z - center) ** 2)], [least], [INF], -1, 1, start)
+
+
+def test_what_three_sides_find_to_be_infeasible_ends_without_other_methods():
+    # The corner (-1, -1) is furthest of (1, 1), at a square of 8.
+    prog, x = far_from(np.ones(2), 9.0, [-0.5, -0.4])
+    result = Solve(prog)
+    assert result.get_solution_result() == SolutionResult.kInfeasibleConstraints
+    assert result.get_solver_id().name() == "SQP"
+    np.testing.assert_allclose(result.GetSolution(x), [-1.0, -1.0], atol=1e-6)
+
+
+def test_a_start_without_slope_is_left():
+    # At the center the distance has no slope: only another side shows that there are points far enough.
+    prog, x = far_from(np.zeros(2), 1.5, [0.0, 0.0])
+    result = Solve(prog)
+    assert result.is_success() and np.sum(result.GetSolution(x) ** 2) == pytest.approx(1.5, abs=1e-5)
+
+
+def test_bounds_and_a_line_that_contradict_each_other():
+    prog, x = far_from(np.zeros(3), 0.1, [0.3, 0.2, 0.1])
+    prog.AddLinearConstraint(np.ones((1, 3)), [4.0], [9.0], x)
+    result = Solve(prog)
+    assert result.get_solution_result() == SolutionResult.kInfeasibleConstraints
+    assert result.get_solver_id().name() == "SQP"
+
+
+def test_a_violation_near_the_tolerance_is_not_called_clear():
+    prog, _ = program(lambda z: z[0], lambda z: [z[0] ** 2], [-9], [-1e-5], -9, 9, [3.0])
+    form = NonlinearForm(prog)
+    assert not restore(form, np.array([3.0]), 1e-6).is_least
+    assert restore(form, np.array([3.0]), 1e-8).is_least
+
+
+def test_least_violations_inside_of_bounds_are_the_same_from_all_sides():
+    prog, _ = program(
+        lambda z: 0.0 * z[0], lambda z: [(z[0] - 3) ** 2 + z[1] ** 2, z[0]], [0, -5], [1, 0], -1, 1, [0.5, 0.9]
+    )
+    form = NonlinearForm(prog)
+    found = [restore(form, aside(form, np.array([0.5, 0.9]), part), 1e-6) for part in (0.1, 0.3, 1.0)]
+    assert all(one.confirms(found[0]) and (form.clip(one.y) == one.y).all() for one in found)
+    # At (1, 0), the bound, the disk about (3, 0) is missed by 3, and the half plane by 1: more of squares elsewhere.
+    assert found[0].squares == pytest.approx(10.0, rel=0.1)

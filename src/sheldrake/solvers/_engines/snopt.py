@@ -9,12 +9,15 @@ import numpy as np
 from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.restoration import ALIKE, Restored, aside, restore
 from sheldrake.solvers._engines.slsqp import by_slsqp
 from sheldrake.solvers._engines.snopt_options import unknown, words_of
 from sheldrake.solvers._engines.sqp import Sqp, suits
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
 _LARGEST_DENSE = 200  # Variables up to which SLSQP, whose matrices are dense, is worth a try.
+_ASIDE = 0.1, 0.3, 0.5, 1.0  # where else least violations are looked for, relative to the start
+_ENOUGH = 3  # sides that must agree with where steps ended, itself among them, where none ends lower
 _MOST_STEPS = 60  # of sequential quadratic programming: where they do not do, another method is a better bet
 
 
@@ -72,8 +75,11 @@ class InteriorPointSolver(NonlinearSolver):
             found = Sqp(form, start, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
             if found.converged or (found.iterations_spent and settings.iterations <= _MOST_STEPS):
                 return found
+            violates = form.violation(found.y) > settings.feasibility
+            if violates and (other := self._by_least_violation(form, found.y, start, settings)):
+                return other
             # Where steps end that violate constraints, an interior point method mostly ends as well.
-            is_stuck = not found.iterations_spent and form.violation(found.y) > settings.feasibility
+            is_stuck = violates and not found.iterations_spent
             if is_stuck and (other := self._by_slsqp(form, start, settings)):
                 return other
         y, dual, ending = interior_point(form, start, settings.optimality, settings.feasibility, settings.iterations)
@@ -81,6 +87,23 @@ class InteriorPointSolver(NonlinearSolver):
         if is_stuck or ending not in (Ending.STUCK, Ending.INFEASIBLE) or form.num_vars > _LARGEST_DENSE:
             return found
         return self._by_slsqp(form, start, settings) or found
+
+    @staticmethod
+    def _by_least_violation(
+        form: NonlinearForm, stuck: np.ndarray, start: np.ndarray, settings: Settings
+    ) -> Outcome | None:
+        """What is found from a point without violation; that there is none, where sides agree; or None."""
+        limits = settings._replace(iterations=min(settings.iterations, _MOST_STEPS))
+        leasts: list[Restored] = []
+        for part in (0.0, *_ASIDE):
+            least = restore(form, aside(form, start, part) if part else form.clip(stuck), settings.feasibility)
+            if least.is_zero and (found := Sqp(form, least.y, limits).run()).converged:
+                return found
+            leasts.append(least)
+            is_lowest = leasts[0].squares <= min(other.squares for other in leasts) * (1.0 + ALIKE)
+            if is_lowest and sum(other.confirms(leasts[0]) for other in leasts) >= _ENOUGH:
+                return Outcome("SQP", leasts[0].y, False, False)
+        return None
 
     @staticmethod
     def _by_slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome | None:
