@@ -21,7 +21,7 @@ def build_simulate_drop(time_step):
     plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
     block = plant.AddRigidBody("block", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3))
     plant.RegisterCollisionGeometry(block, RigidTransform(), Box(0.1, 0.2, 0.3), "box", friction)
-    plant.SetDefaultFreeBodyPose(block, RigidTransform([0.0, 0.0, 0.149]))
+    plant.SetDefaultFloatingBaseBodyPose(block, RigidTransform([0.0, 0.0, 0.149]))
     slider = plant.AddRigidBody("slider", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3))
     joint = plant.AddJoint(PrismaticJoint("slide", plant.world_frame(), slider.body_frame(), [0.0, 0.0, 1.0]))
     plant.AddJointActuator("motor", joint)
