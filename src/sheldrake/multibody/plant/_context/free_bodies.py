@@ -175,7 +175,7 @@ class FreeBodies:
             RuntimeError: the body is not free, or the pose is not finite.
         """
         X = X_PB if X_JpJc is None else X_JpJc
-        if not hasattr(X, "GetAsMatrix34") or (X_PB is not None and X_JpJc is not None):
+        if X is None or not hasattr(X, "GetAsMatrix34") or (X_PB is not None and X_JpJc is not None):
             raise incompatible("SetFreeBodyPose", ["(context, body, X_JpJc: RigidTransform)"], (context, body, X), {})
         if X_PB is not None:
             _warn_of_retired("X_PB of SetFreeBodyPose()", "X_JpJc")
