@@ -46,7 +46,7 @@ def resident_kib():
 def test_hundreds_of_plants(monkeypatch):
     monkeypatch.setattr(_complex_step, "PATIENCE", 10**9)  # compiling leaves objects of its own behind
     rounds = [1e-3] * 4 + [0.0]
-    for time_step in rounds * 5:
+    for time_step in rounds * 30:  # calls that are often made are compiled after a while, which stays
         build_simulate_drop(time_step)
     gc.collect()
     objects, growths = len(gc.get_objects()), []
