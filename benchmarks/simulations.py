@@ -795,7 +795,7 @@ def _with_arm(lib: Any, step: float, add: Callable[[Any, Any, Any], None], T: fl
     lib.Parser(plant).AddModelsFromString(robots.arm(), "urdf")
     lib.Parser(plant).AddModelsFromString(robots.table(), "urdf")
     lib.Parser(plant).AddModelsFromString(robots.box("one"), "urdf")
-    plant.SetDefaultFreeBodyPose(plant.GetBodyByName("one"), lib.RigidTransform([0.5, 0.0, 0.03]))
+    plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName("one"), lib.RigidTransform([0.5, 0.0, 0.03]))
     plant.Finalize()
     add(builder, plant, scene_graph)
     if not builder.connection_map() or not any(

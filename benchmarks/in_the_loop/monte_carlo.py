@@ -64,7 +64,6 @@ def program():
         plant.SetFreeBodyPose(mine, body, RigidTransform(R, [0.0, 0.0, 0.3]))
         plant.SetFreeBodySpatialVelocity(mine, body, SpatialVelocity(np.zeros(3), [0.1, 0.0, 0.0]))
         simulator = Simulator(diagram, context)
-        simulator.set_publish_every_time_step(False)
         simulator.AdvanceTo(0.2)
         found.append(plant.GetFreeBodyPose(mine, body).translation())
     plant, diagram = cart()

@@ -23,7 +23,7 @@ def simulator_of(meshcat):
     plant.RegisterVisualGeometry(ball, RigidTransform(), Sphere(0.1), "look", [0.2, 0.4, 0.9, 0.4])
     plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
     plant.Finalize()
-    plant.SetDefaultFreeBodyPose(ball, RigidTransform([0.2, 0.0, 0.15]))
+    plant.SetDefaultFloatingBaseBodyPose(ball, RigidTransform([0.2, 0.0, 0.15]))
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
     params = ContactVisualizerParams(newtons_per_meter=50, radius=0.01)
     ContactVisualizer.AddToBuilder(builder, plant, meshcat, params)

@@ -69,7 +69,6 @@ def drop(
     plant.SetFreeBodyPose(plant_context, body, X_WB)
     plant.SetFreeBodySpatialVelocity(plant_context, body, lib.SpatialVelocity(np.zeros(3), np.zeros(3)))
     simulator = lib.Simulator(diagram, context)
-    simulator.set_publish_every_time_step(False)
     simulator.Initialize()
     return simulator, sink, plant, model
 

@@ -45,6 +45,14 @@ def _warn_deprecated(message: str, *, date: str | None = None, stacklevel: int =
     warnings.warn(text, category=DrakeDeprecationWarning, stacklevel=stacklevel)
 
 
+def _warn_of_retired(call: str, today: str) -> None:
+    """Warn that Drake removes a call in June of 2026, blaming the nearest caller outside of the library."""
+    frame, level = sys._getframe(1), 3  # a call may go through checks and other ways to make it: their number varies
+    while frame.f_back is not None and str(frame.f_globals.get("__name__")).startswith("sheldrake."):
+        frame, level = frame.f_back, level + 1
+    _warn_deprecated(f"{call} is deprecated: use {today}.", date="2026-06-01", stacklevel=level)
+
+
 class ModuleShim:
     """A module whose missing names are asked from a handler, `handler(name)`, and then kept."""
 

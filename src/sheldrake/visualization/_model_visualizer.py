@@ -343,7 +343,7 @@ class ModelVisualizer:
         held = {plant.get_joint(j).child_body().index() for j in plant.GetJointIndices()}
         floating = [i for i in map(BodyIndex, range(1, plant.num_bodies())) if i not in held]
         for body in map(plant.get_body, floating if self._weld_base else ()):
-            plant.WeldFrames(plant.world_frame(), body.body_frame(), plant.GetDefaultFreeBodyPose(body))
+            plant.WeldFrames(plant.world_frame(), body.body_frame(), plant.GetDefaultFloatingBaseBodyPose(body))
         if self._simulate and floating and not self._weld_base:
             add_ground(plant)
         plant.Finalize()
@@ -442,7 +442,7 @@ class ModelVisualizer:
         """Places every model that floats, and whose file does not say where, on the ground."""
         for index in self._plant.GetFloatingBaseBodies():
             body = self._plant.get_body(index)
-            if body.has_quaternion_dofs() and self._plant.GetDefaultFreeBodyPose(body).IsExactlyIdentity():
+            if body.has_quaternion_dofs() and self._plant.GetDefaultFloatingBaseBodyPose(body).IsExactlyIdentity():
                 lowest = self._lowest(self._plant.GetModelInstanceName(body.model_instance()))
                 if lowest is not None:
                     self._sliders.Lift(body, -lowest)

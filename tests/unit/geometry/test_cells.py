@@ -55,7 +55,7 @@ def scene(filtered=()):
             plant.RegisterCollisionGeometry(body, X_BG, solids[(k + 1) % 3], "more", FRICTION)
         p = [0.09 * (k % 4), 0.09 * (k // 4 % 4), 0.06 + 0.09 * (k // 16)]
         X_WB = RigidTransform(RollPitchYaw(*rng.uniform(-1.0, 1.0, 3)), p)
-        plant.SetDefaultFreeBodyPose(body, X_WB)
+        plant.SetDefaultFloatingBaseBodyPose(body, X_WB)
     for a, b in filtered:
         declaration = CollisionFilterDeclaration()
         declaration.ExcludeBetween(GeometrySet(geometry[a]), GeometrySet(geometry[b]))

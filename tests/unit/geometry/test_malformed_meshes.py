@@ -119,6 +119,24 @@ def test_gltf(folder, wrong):
     says(folder / "a.gltf", expected)
 
 
+def test_gltf_whose_accessors_have_no_numbers(folder):
+    document = {key: value for key, value in GLTF.items() if key not in ("buffers", "bufferViews")}
+    document["accessors"] = [{k: v for k, v in row.items() if k != "bufferView"} for row in GLTF["accessors"]]
+    (folder / "a.gltf").write_text(json.dumps(document))
+    says(folder / "a.gltf", "bufferViews is null; expected a list: without it accessors have no numbers")
+
+
+@pytest.mark.parametrize("mode", [0, 1])
+def test_points_and_lines_beside_triangles_are_not_drawn(folder, mode):
+    others, triangles = {"attributes": {"POSITION": 0}, "mode": mode}, GLTF["meshes"][0]["primitives"]
+    (folder / "a.gltf").write_text(json.dumps(GLTF | {"meshes": [{"primitives": [others, *triangles]}]}))
+    mesh = load_mesh(Mesh(str(folder / "a.gltf")))
+    assert len(mesh.faces) == 4 and len(mesh.parts) == 1 and mesh.glb()
+    (folder / "b.gltf").write_text(json.dumps(GLTF | {"meshes": [{"primitives": [others]}]}))
+    with pytest.raises(RuntimeError, match=r"b.gltf': it has no triangles\."):
+        load_mesh(Mesh(str(folder / "b.gltf")))
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

@@ -328,7 +328,7 @@ KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
         "MultibodyPlant": {
             "CalcJacobianSpatialVelocity": {"p_BP": "p_BoBp_B"},
             "SetDefaultFreeBodyPose": {"X_WB": "X_PB"},
-            "SetFreeBodyPose": {"X_WB": "X_PB"},
+            "SetFreeBodyPose": {"X_WB": "X_JpJc"},
             "SetFreeBodySpatialVelocity": {"V_WB": "V_PB"},
             "WeldFrames": _WELD,
         },

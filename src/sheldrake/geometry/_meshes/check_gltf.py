@@ -125,6 +125,8 @@ class _GltfCheck:
             size *= self._choice(where, accessor, "type", _NUMBERS)
             offset = self._whole(where, accessor, "byteOffset", 0, 0)
             if "bufferView" not in accessor:
+                if "bufferViews" not in self._document:
+                    self._fail("bufferViews", None, "a list: without it accessors have no numbers")
                 continue
             view = self._index(where, accessor, "bufferView", "bufferViews")
             stride, place = view.get("byteStride", size), f"bufferViews[{accessor['bufferView']}].byteStride"

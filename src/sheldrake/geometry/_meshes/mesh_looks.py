@@ -178,7 +178,7 @@ def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, fl
 def _load(
     read: Callable[[], bytes], source: MeshSource, files: Any, scale: tuple[float, float, float], call: str
 ) -> LoadedMesh:
-    """A mesh with the files that it names, scaled.
+    """The triangles of a mesh with the files that it names, scaled.
 
     Where it cannot be drawn, what the readers of its triangles say is said: they know the place in the file.
     """
@@ -228,6 +228,9 @@ class _MemoryResolver:
 
 
 def _scaled(scene: Any, source: MeshSource, scale: tuple[float, float, float]) -> Any:
+    scene.delete_geometry(
+        [name for name, part in scene.geometry.items() if not hasattr(part, "faces")]
+    )  # lines, points
     if not scene.geometry:
         raise RuntimeError("it has no triangles.")
     if source.extension() in (".gltf", ".glb"):

@@ -321,7 +321,7 @@ class ModelBuilder:
 
     def _set_default_pose(self, body: BodyDescription) -> None:
         if body.default_pose is not None and not body.is_world:
-            self._plant.SetDefaultFreeBodyPose(self._frames[self._scope, body.name].body(), body.default_pose)
+            self._plant.SetDefaultFloatingBaseBodyPose(self._frames[self._scope, body.name].body(), body.default_pose)
 
 
 _ADDERS: dict[type, Callable] = {

@@ -413,8 +413,8 @@ class MultibodyPlant(LeafSystem):
     SetDefaultFreeBodyPose = Call(_free_bodies.SetDefaultFreeBodyPose)
     GetDefaultFreeBodyPose = Call(_free_bodies.GetDefaultFreeBodyPose)
     GetDefaultFloatingBaseBodyPose = Call(_free_bodies.GetDefaultFloatingBaseBodyPose)
-    HasUniqueFreeBaseBody = Call(_free_bodies.HasUniqueFloatingBaseBody)
-    GetUniqueFreeBaseBodyOrThrow = Call(_free_bodies.GetUniqueFloatingBaseBodyOrThrow)
+    HasUniqueFreeBaseBody = Call(_free_bodies.HasUniqueFreeBaseBody)
+    GetUniqueFreeBaseBodyOrThrow = Call(_free_bodies.GetUniqueFreeBaseBodyOrThrow)
 
     # --- Where things are and how they move
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
-from sheldrake.common.deprecation import _warn_deprecated
+from sheldrake.common.deprecation import _warn_of_retired
 from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialForce_, SpatialInertia, UnitInertia
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._frame import Frame, RigidBodyFrame
@@ -189,7 +189,7 @@ class RigidBody(NamedElement):
 
     def is_floating(self) -> bool:
         """The retired name of `is_floating_base_body`."""
-        _warn_deprecated("Use is_floating_base_body() instead of is_floating().", date="2026-06-01", stacklevel=3)
+        _warn_of_retired("is_floating()", "is_floating_base_body()")
         return self.is_floating_base_body()
 
     def has_quaternion_dofs(self) -> bool:

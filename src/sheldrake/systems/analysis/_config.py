@@ -43,8 +43,8 @@ def ApplySimulatorConfig(config: Any, simulator: Simulator) -> None:
         integrator.set_target_accuracy(config.accuracy)
     simulator.get_mutable_context().SetTime(config.start_time)
     simulator.set_target_realtime_rate(config.target_realtime_rate)
-    simulator.set_publish_every_time_step(config.publish_every_time_step)
-    simulator.set_publish_at_initialization(config.publish_every_time_step)
+    simulator._force_publish_every_step(config.publish_every_time_step)
+    simulator._publish_at_initialization = config.publish_every_time_step
 
 
 def ExtractSimulatorConfig(simulator: Simulator) -> SimulatorConfig:

@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common.deprecation import _warn_of_retired
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.framework._kernels.program import EVERY_STEP, MONITOR, RunWords
 from sheldrake.systems.framework._vector import plain
@@ -58,7 +59,11 @@ class SimulatorSettings:
         return float(self._context._store.S[0] - self._time0) / real if real > 0 else 0.0
 
     def set_publish_every_time_step(self, publish: bool) -> None:
-        """Whether to force a publish after every step."""
+        """Whether to force a publish after every step. Retired: a LeafSystem declares per-step events."""
+        _warn_of_retired("set_publish_every_time_step()", "DeclarePerStepPublishEvent() of a LeafSystem")
+        self._force_publish_every_step(publish)
+
+    def _force_publish_every_step(self, publish: bool) -> None:
         self._publish_every_step = self._run.has_every_step = bool(publish)
         if publish and self._span is not None:
             self._span.enable(EVERY_STEP)
@@ -68,7 +73,8 @@ class SimulatorSettings:
         return self._publish_every_step
 
     def set_publish_at_initialization(self, publish: bool) -> None:
-        """Whether to force a publish in `Initialize`."""
+        """Whether to force a publish in `Initialize`. Retired: a LeafSystem declares initialization events."""
+        _warn_of_retired("set_publish_at_initialization()", "DeclareInitializationPublishEvent() of a LeafSystem")
         self._publish_at_initialization = bool(publish)
 
     def set_monitor(self, monitor: Callable[[Context], EventStatus | None] | None) -> None:

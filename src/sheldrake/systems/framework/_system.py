@@ -357,30 +357,27 @@ class System(ScalarConversion, SystemPorts):
 
     def _energy(self, context: Context, name: str) -> float:
         self.ValidateContext(context)
-        store = context._store
-        total = store.scalar(0.0)
-        for m in _evaluate.leaves_under(store, context._node):
-            hook = getattr(store.systems[m], name, None)
-            if hook is not None:
-                total = total + hook(store.context(m))
+        hook, total = getattr(self, name, None), context._store.scalar(0.0)
+        if hook is not None:
+            total = total + hook(context)
         return float(total) if isinstance(total, float) else total
 
     def EvalPotentialEnergy(self, context: Context) -> float:
-        """Potential energy [J]."""
+        """Potential energy [J]; 0 for a diagram, as in Drake: ask its systems."""
         return self._energy(context, "DoCalcPotentialEnergy")
 
     def EvalKineticEnergy(self, context: Context) -> float:
-        """Kinetic energy [J]."""
+        """Kinetic energy [J]; 0 for a diagram, as in Drake: ask its systems."""
         return self._energy(context, "DoCalcKineticEnergy")
 
     CalcPotentialEnergy, CalcKineticEnergy = EvalPotentialEnergy, EvalKineticEnergy
 
     def CalcConservativePower(self, context: Context) -> float:
-        """Power of conservative forces [W]."""
+        """Power of conservative forces [W]; 0 for a diagram, as in Drake: ask its systems."""
         return self._energy(context, "DoCalcConservativePower")
 
     def CalcNonConservativePower(self, context: Context) -> float:
-        """Power of non-conservative forces [W]."""
+        """Power of non-conservative forces [W]; 0 for a diagram, as in Drake: ask its systems."""
         return self._energy(context, "DoCalcNonConservativePower")
 
     # The rest.

@@ -56,7 +56,7 @@ def test_contacts_and_sliders(T):
     plant.RegisterCollisionGeometry(body, RigidTransform(), Sphere(0.1), "shell", friction)
     plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
     plant.Finalize()
-    plant.SetDefaultFreeBodyPose(body, RigidTransform([0, 0, 0.0999]))
+    plant.SetDefaultFloatingBaseBodyPose(body, RigidTransform([0, 0, 0.0999]))
     params = ContactVisualizerParams(prefix="forces", publish_period=0.01)
     visualizer = ContactVisualizer_[T].AddToBuilder(builder=builder, plant=plant, meshcat=meshcat, params=params)
     assert isinstance(visualizer, ContactVisualizer_[T])

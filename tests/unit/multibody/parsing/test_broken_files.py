@@ -77,7 +77,7 @@ class Scene:
             "collision": plant.num_collision_geometries(),
             "bodies": [plant.get_body(i).name() for i in plant.GetBodyIndices(world_model_instance())],
             "groups": str(self.parser.GetCollisionFilterGroups()),
-            "pose": plant.GetDefaultFreeBodyPose(plant.GetBodyByName("a")).translation().tolist(),
+            "pose": plant.GetDefaultFloatingBaseBodyPose(plant.GetBodyByName("a")).translation().tolist(),
         }  # fmt: skip
 
     def trajectory(self) -> np.ndarray:

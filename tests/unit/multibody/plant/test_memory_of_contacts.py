@@ -28,7 +28,7 @@ def heap(rng, count=5):
         shape = Capsule(0.05, 0.2) if k == 2 else Convex((0.08 * rng.normal(size=(20, 3))).T, "hull")
         plant.RegisterCollisionGeometry(body, RigidTransform(), shape, f"shape{k}", friction)
         X_WB = RigidTransform([*rng.uniform(-0.05, 0.05, 2), 0.25 + 0.12 * k])
-        plant.SetDefaultFreeBodyPose(body, X_WB)
+        plant.SetDefaultFloatingBaseBodyPose(body, X_WB)
     plant.Finalize()
     return builder.Build(), plant
 

@@ -28,7 +28,7 @@ def test_the_iteration_limit_names_time_and_bodies(monkeypatch):
     for i, name in enumerate(("lone", "left", "right")):
         ball = plant.AddRigidBody(name, SpatialInertia.SolidSphereWithMass(1.0, 0.1))
         plant.RegisterCollisionGeometry(ball, RigidTransform(), Sphere(0.1), "ball", CoulombFriction(0.5, 0.5))
-        plant.SetDefaultFreeBodyPose(ball, RigidTransform([0.15 * i if i else -5.0, 0.0, 0.0]))
+        plant.SetDefaultFloatingBaseBodyPose(ball, RigidTransform([0.15 * i if i else -5.0, 0.0, 0.0]))
     plant.Finalize()
     simulator = Simulator(builder.Build())
     simulator.Initialize()

@@ -27,7 +27,7 @@ def build(mass=1.0):
     friction = CoulombFriction(0.7, 0.5)
     plant.RegisterCollisionGeometry(body, RigidTransform(), Box(0.1, 0.2, 0.3), "box", friction)
     plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
-    plant.SetDefaultFreeBodyPose(body, RigidTransform(RollPitchYaw(0.3, 0.2, 0.1), [0.0, 0.0, 0.25]))
+    plant.SetDefaultFloatingBaseBodyPose(body, RigidTransform(RollPitchYaw(0.3, 0.2, 0.1), [0.0, 0.0, 0.25]))
     plant.Finalize()
     noise = builder.AddNamedSystem("noise", RandomSource(RandomDistribution.kGaussian, 1, 0.01))
     signal = builder.AddNamedSystem("signal", Integrator(1))

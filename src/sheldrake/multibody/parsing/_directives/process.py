@@ -195,7 +195,7 @@ class DirectivesProcessor:
             joint = self._plant.AddJoint(QuaternionFloatingJoint(body.name(), parent, body.body_frame()))
             joint.SetDefaultPose(X_PB)
         else:
-            self._plant.SetDefaultFreeBodyPose(body, X_PB)
+            self._plant.SetDefaultFloatingBaseBodyPose(body, X_PB)
 
     def _frame_to_place(self, frame_name: str, instance):
         if frame_name:

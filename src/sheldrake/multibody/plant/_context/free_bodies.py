@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import expect, incompatible, overload, overloaded
-from sheldrake.common.deprecation import _warn_deprecated
+from sheldrake.common.deprecation import _warn_of_retired
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._spatial_vectors import SpatialVector
 from sheldrake.multibody.plant._building.elements import Elements
@@ -135,6 +135,18 @@ class FreeBodies:
             )
         return found[0]
 
+    @checked
+    def HasUniqueFreeBaseBody(self, model_instance: ModelInstanceIndex) -> bool:
+        """The retired name of `HasUniqueFloatingBaseBody`."""
+        _warn_of_retired("HasUniqueFreeBaseBody()", "HasUniqueFloatingBaseBody()")
+        return self.HasUniqueFloatingBaseBody(model_instance)
+
+    @checked
+    def GetUniqueFreeBaseBodyOrThrow(self, model_instance: ModelInstanceIndex) -> RigidBody:
+        """The retired name of `GetUniqueFloatingBaseBodyOrThrow`."""
+        _warn_of_retired("GetUniqueFreeBaseBodyOrThrow()", "GetUniqueFloatingBaseBodyOrThrow()")
+        return self.GetUniqueFloatingBaseBodyOrThrow(model_instance)
+
     def GetFreeBodyPose(self, context: Context, body: RigidBody) -> RigidTransform:
         """Pose of a free body: X_PB in its inboard frame, the world's unless a joint says otherwise."""
         joint = self._joints.get(body) or self._free_joint("GetFreeBodyPose", body)
@@ -146,27 +158,31 @@ class FreeBodies:
         self,
         context: Context,
         body: RigidBody,
-        X_PB: RigidTransform | None = None,
-        *,
         X_JpJc: RigidTransform | None = None,
+        *,
+        X_PB: RigidTransform | None = None,
     ) -> None:
         """Puts a free body at a pose in its inboard frame, the world's unless a joint says otherwise.
+
+        Args:
+            context: Where it is set.
+            body: The body.
+            X_JpJc: Its pose.
+            X_PB: The retired name of `X_JpJc`.
 
         Raises:
             TypeError: the pose is none.
             RuntimeError: the body is not free, or the pose is not finite.
         """
         X = X_PB if X_JpJc is None else X_JpJc
-        if X is None or not hasattr(X, "GetAsMatrix34"):
-            raise incompatible("SetFreeBodyPose", ["(context, body, X_PB: RigidTransform)"], (context, body, X), {})
+        if X is None or not hasattr(X, "GetAsMatrix34") or (X_PB is not None and X_JpJc is not None):
+            raise incompatible("SetFreeBodyPose", ["(context, body, X_JpJc: RigidTransform)"], (context, body, X), {})
+        if X_PB is not None:
+            _warn_of_retired("X_PB of SetFreeBodyPose()", "X_JpJc")
         self._free_joint("SetFreeBodyPose", body).SetPose(context, X)
 
     def _set_velocity_in_old_order(self, body: RigidBody, V_PB: SpatialVelocity, context: Context) -> None:
-        _warn_deprecated(
-            "SetFreeBodySpatialVelocity(): the context comes first today: (context, body, V_JpJc).",
-            date="2026-06-01",
-            stacklevel=7,
-        )
+        _warn_of_retired("SetFreeBodySpatialVelocity(body, V_PB, context)", "(context, body, V_JpJc)")
         self._free_joint("SetFreeBodySpatialVelocity", body).SetSpatialVelocity(context, V_PB)
 
     @overloaded(
@@ -218,7 +234,8 @@ class FreeBodies:
         self._set_default_free_pose("SetDefaultFloatingBaseBodyPose", body, X_WB)
 
     def SetDefaultFreeBodyPose(self, body: RigidBody, X_PB: RigidTransform) -> None:
-        """Sets the pose that a free body has in default contexts; before or after Finalize()."""
+        """The retired name of `SetDefaultFloatingBaseBodyPose`."""
+        _warn_of_retired("SetDefaultFreeBodyPose()", "SetDefaultFloatingBaseBodyPose()")
         self._set_default_free_pose("SetDefaultFreeBodyPose", body, X_PB)
 
     def _set_default_free_pose(self, call: str, body: RigidBody, X: RigidTransform) -> None:
@@ -233,13 +250,17 @@ class FreeBodies:
         step = self._elements.model(call).inboard_of(body) if self._elements.is_finalized() else None
         return step.joint if step is not None and step.joint.num_velocities() == 6 else None
 
-    def GetDefaultFreeBodyPose(self, body: RigidBody) -> RigidTransform:
-        """The pose that a free body has in default contexts."""
-        self._elements.require_mine("GetDefaultFreeBodyPose", body)
-        if (joint := self._made_joint("GetDefaultFreeBodyPose", body)) is not None:
-            return joint.GetDefaultPose()
-        return self.default_poses.get(int(body.index()), RigidTransform())
-
     def GetDefaultFloatingBaseBodyPose(self, body: RigidBody) -> RigidTransform:
         """The pose that a floating base body has in default contexts."""
-        return self.GetDefaultFreeBodyPose(body)
+        return self._default_free_pose("GetDefaultFloatingBaseBodyPose", body)
+
+    def GetDefaultFreeBodyPose(self, body: RigidBody) -> RigidTransform:
+        """The retired name of `GetDefaultFloatingBaseBodyPose`."""
+        _warn_of_retired("GetDefaultFreeBodyPose()", "GetDefaultFloatingBaseBodyPose()")
+        return self._default_free_pose("GetDefaultFreeBodyPose", body)
+
+    def _default_free_pose(self, call: str, body: RigidBody) -> RigidTransform:
+        self._elements.require_mine(call, body)
+        if (joint := self._made_joint(call, body)) is not None:
+            return joint.GetDefaultPose()
+        return self.default_poses.get(int(body.index()), RigidTransform())
