@@ -49,6 +49,6 @@ def all_duals(a: np.ndarray) -> np.ndarray:
     """The array, its plain numbers made duals without derivatives where it has any dual."""
     if a.dtype != object or not any(isinstance(x, AutoDiffXd) for x in a.flat):
         return a
-    duals = np.empty(a.shape, dtype=object)
-    duals.flat = [x if isinstance(x, AutoDiffXd) else AutoDiffXd(float(x)) for x in a.flat]
-    return duals
+    duals = np.empty(a.size, dtype=object)
+    duals[:] = [x if isinstance(x, AutoDiffXd) else AutoDiffXd(float(x)) for x in a.flat]
+    return duals.reshape(a.shape)
