@@ -305,3 +305,21 @@ def test_texts_of_contexts_count_parameters_the_same(drake):
         texts.append(str(builder.Build().CreateDefaultContext()))
     assert "3 total numeric parameters in 1 groups" in texts[0]
     assert [text.splitlines()[2:4] for text in texts[:1]] == [text.splitlines()[2:4] for text in texts[1:]]
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_ends_of_runs_by_nobody_read_the_same(drake, failed):
+    import pydrake.systems.analysis as their_analysis
+
+    from sheldrake.systems import analysis
+
+    texts = []
+    for library, Simulator in ((OURS, analysis.Simulator), (drake, their_analysis.Simulator)):
+        status = library.EventStatus.Failed if failed else library.EventStatus.ReachedTermination
+        simulator = Simulator(library.ConstantVectorSource([1.0]))
+        simulator.set_monitor(lambda context, status=status: status(None, "why"))
+        try:
+            texts.append(simulator.AdvanceTo(1.0).FormatMessage())
+        except RuntimeError as error:
+            texts.append(str(error))
+    assert texts[0] == texts[1]

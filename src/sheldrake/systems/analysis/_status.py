@@ -73,7 +73,7 @@ class SimulatorStatus:
         if self.succeeded():
             return f"Simulator successfully reached the boundary time ({number(self._boundary)})."
         who = (
-            "a system"
+            "System"
             if self._system is None
             else (f"{self._system.GetSystemType()} System '{self._system.GetSystemPathname()}'")
         )

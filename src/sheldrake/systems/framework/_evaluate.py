@@ -114,7 +114,7 @@ def _run(store: Store, found: list, status: EventStatus) -> None:
             status.KeepMoreSevere(checked_status(result))
             if status.severity() is EventStatus.Severity.kFailed:
                 system = status.system()
-                where = system._describe() if system is not None else "a system"
+                where = system._describe() if system is not None else "System"
                 raise RuntimeError(
                     f'{KIND_NAMES[event.kind]} event handler in {where} failed with message: "{status.message()}"'
                 )
