@@ -108,7 +108,7 @@ class IiwaCommandReceiver(LeafSystem):
 
     def _calc_position(self, context: Context, output: BasicVector) -> None:
         message = self._message(context)
-        if message is not None and message.num_joints:
+        if message is not None:
             output.SetFromVector(self._sized("joint_position", message.joint_position))
         elif context.get_discrete_state(1)[0]:
             output.SetFromVector(context.get_discrete_state(0).value())

@@ -89,6 +89,15 @@ def test_status_of_a_driven_arm(tmp_path, mode):
         assert np.abs(mine - its).max() < 1e-9 * max(1.0, np.abs(its).max()), name
 
 
+@pytest.mark.parametrize("package", ["sheldrake", "pydrake"])
+@pytest.mark.parametrize("torques, utime", [(N, 1), (N, 0), (0, 1)])
+def test_a_command_without_positions_is_refused_where_they_are_expected(tmp_path, package, torques, utime):
+    pytest.importorskip("pydrake")
+    command = lcmt_iiwa_command(utime=utime, num_torques=torques, joint_torque=[1.0] * torques)
+    with pytest.raises(RuntimeError):
+        statuses(package, tmp_path, "position_and_torque", command)
+
+
 @pytest.mark.parametrize("limit", [None, 7.0])
 def test_gripper(limit):
     pytest.importorskip("pydrake")
