@@ -256,7 +256,8 @@ class IiwaStatusReceiver(LeafSystem):
             self.DeclareVectorOutputPort(name, num_joints, _reader(f"joint_{name}"))
 
     def _calc_time(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self.get_input_port().Eval(context).utime / 1e6])
+        message = self.get_input_port().Eval(context)
+        output.SetFromVector([message.utime / 1e6 if message.num_joints else 0.0])
 
     get_time_measured_output_port = output_port("time_measured")
     get_position_commanded_output_port = output_port("position_commanded")
