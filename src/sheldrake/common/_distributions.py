@@ -47,6 +47,20 @@ def random_variable(kind: str, i: int) -> Expression:
     return symbolic.Variable(f"random_{kind}_{i}", getattr(Type, f"RANDOM_{kind.upper()}"))
 
 
+def _gaussian(mean: float, stddev: float) -> Expression:
+    """A normally distributed number as an expression; a deviation that is not a number goes on as one."""
+    if stddev <= 0.0:
+        raise RuntimeError(f"ToSymbolic(): the stddev of a Gaussian is {stddev:g}, but it must be positive.")
+    return mean + stddev * random_variable("gaussian", 0)
+
+
+def _uniform(low: float, high: float) -> Expression:
+    """A number from `low` to `high` as an expression."""
+    if low > high:
+        raise RuntimeError(f"ToSymbolic(): the minimum {low:g} of a Uniform is greater than its maximum {high:g}.")
+    return low + (high - low) * random_variable("uniform", 0)
+
+
 class Schema(Options):
     """Settings that may also be those of another one, given as `other`."""
 
@@ -124,7 +138,7 @@ class Gaussian(_Whole, Distribution):
         return self.mean
 
     def ToSymbolic(self) -> Expression:
-        return self.mean + self.stddev * random_variable("gaussian", 0)
+        return _gaussian(self.mean, self.stddev)
 
 
 class Uniform(_Whole, Distribution):
@@ -140,7 +154,7 @@ class Uniform(_Whole, Distribution):
         return (self.min + self.max) / 2.0
 
     def ToSymbolic(self) -> Expression:
-        return self.min + (self.max - self.min) * random_variable("uniform", 0)
+        return _uniform(self.min, self.max)
 
 
 class UniformDiscrete(_Whole, Distribution):
@@ -231,10 +245,7 @@ class _GaussianVector(_Whole, DistributionVector):
 
     def ToSymbolic(self) -> np.ndarray:
         deviations = self._deviations("ToSymbolic")
-        return np.array(
-            [mean + stddev * random_variable("gaussian", 0) for mean, stddev in zip(self.mean.tolist(), deviations)],
-            dtype=object,
-        )
+        return np.array([_gaussian(mean, stddev) for mean, stddev in zip(self.mean.tolist(), deviations)], dtype=object)
 
 
 class _UniformVector(_Whole, DistributionVector):
@@ -262,7 +273,7 @@ class _UniformVector(_Whole, DistributionVector):
     def ToSymbolic(self) -> np.ndarray:
         self._check("ToSymbolic")
         pairs = zip(self.min.tolist(), self.max.tolist())
-        return np.array([low + (high - low) * random_variable("uniform", 0) for low, high in pairs], dtype=object)
+        return np.array([_uniform(low, high) for low, high in pairs], dtype=object)
 
 
 def _family(name: str, base: type, *fields: str, loose: str | None = None) -> TemplateClass:

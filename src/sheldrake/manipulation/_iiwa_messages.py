@@ -108,7 +108,7 @@ class IiwaCommandReceiver(LeafSystem):
 
     def _calc_position(self, context: Context, output: BasicVector) -> None:
         message = self._message(context)
-        if message is not None and message.num_joints:
+        if message is not None:
             output.SetFromVector(self._sized("joint_position", message.joint_position))
         elif context.get_discrete_state(1)[0]:
             output.SetFromVector(context.get_discrete_state(0).value())
@@ -256,7 +256,8 @@ class IiwaStatusReceiver(LeafSystem):
             self.DeclareVectorOutputPort(name, num_joints, _reader(f"joint_{name}"))
 
     def _calc_time(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self.get_input_port().Eval(context).utime / 1e6])
+        message = self.get_input_port().Eval(context)
+        output.SetFromVector([message.utime / 1e6 if message.num_joints else 0.0])
 
     get_time_measured_output_port = output_port("time_measured")
     get_position_commanded_output_port = output_port("position_commanded")

@@ -305,14 +305,19 @@ class SchunkWsgCommandReceiver(LeafSystem):
         self.DeclareVectorOutputPort("position", 1, self._calc_position)
         self.DeclareVectorOutputPort("force_limit", 1, self._calc_force)
 
-    def _calc_position(self, context: Context, output: BasicVector) -> None:
+    def _command(self, context: Context) -> tuple[float, float]:
+        """Distance [m] and force [N] asked for. A message of zeros is what a subscriber gives before the first one."""
         message = self.get_input_port().Eval(context)
+        if message.utime == 0 and message.target_position_mm == 0.0 and message.force == 0.0:
+            return self._initial
         position = message.target_position_mm / 1e3
-        output.SetFromVector([self._initial[0] if message.utime == 0 or np.isnan(position) else position])
+        return 0.0 if np.isnan(position) else position, message.force
+
+    def _calc_position(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([self._command(context)[0]])
 
     def _calc_force(self, context: Context, output: BasicVector) -> None:
-        message = self.get_input_port().Eval(context)
-        output.SetFromVector([self._initial[1] if message.utime == 0 else message.force])
+        output.SetFromVector([self._command(context)[1]])
 
     def get_position_output_port(self) -> OutputPort:
         """The output with the desired distance [m]."""

@@ -30,6 +30,13 @@ _Kind = RobotCollisionType
 _FEW = 64  # configurations that are checked in a tenth of the time that it takes to bind a call or to start threads
 
 
+def _settings(checker: CollisionChecker, params: CollisionCheckerParams | None, kwargs: dict) -> CollisionCheckerParams:
+    """What a checker is made of, given as one or by name."""
+    if params is not None and kwargs:
+        raise TypeError(f"{type(checker).__name__}(): params come with {', '.join(kwargs)}; give one or the other.")
+    return CollisionCheckerParams(**kwargs) if params is None else params
+
+
 class SceneGraphCollisionChecker(CollisionChecker):
     """Checks collisions by the distances of a SceneGraph.
 
@@ -41,11 +48,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     """
 
     def __init__(self, params: CollisionCheckerParams | None = None, **kwargs: Any):
-        if params is not None and kwargs:
-            raise TypeError(
-                f"SceneGraphCollisionChecker(): params come with {', '.join(kwargs)}; give one or the other."
-            )
-        self._set_up(CollisionCheckerParams(**kwargs) if params is None else params, True)
+        self._set_up(_settings(self, params, kwargs), True)
         self._bodies: dict[Any, int] = {}
         self._checks: NativeChecks | None = None
 
@@ -187,12 +190,23 @@ class UnimplementedCollisionChecker(CollisionChecker):
     """A checker that refuses each check; for classes that are given one and do not use it.
 
     Args:
-        params: Model, robot, paddings and step size.
+        params: Model, robot, paddings and step size; or these by name.
         supports_parallel_checking: Whether it says that it supports several threads.
+
+    Raises:
+        TypeError: both or neither of `params` and names are given.
+        RuntimeError: the model or the robot is missing, or the step size is not positive.
     """
 
-    def __init__(self, params: CollisionCheckerParams, supports_parallel_checking: bool):
-        self._set_up(params, bool(supports_parallel_checking))
+    def __init__(
+        self,
+        params: CollisionCheckerParams | None = None,
+        supports_parallel_checking: bool | None = None,
+        **kwargs: Any,
+    ):
+        if supports_parallel_checking is None or (params is None) == ("model" not in kwargs):
+            raise TypeError("UnimplementedCollisionChecker(): give supports_parallel_checking, and params or a model.")
+        self._set_up(_settings(self, params, kwargs), bool(supports_parallel_checking))
 
     def _refuse(self, *args: object) -> NoReturn:
         raise RuntimeError(f"{type(self).__name__} does not implement this check.")

@@ -89,7 +89,7 @@ class ModelVisualizer:
         browser_new: bool = False,
         pyplot: bool = False,
         meshcat: Meshcat | None = None,
-        environment_map: str | os.PathLike = "",
+        environment_map: str | os.PathLike | None = None,
         no_lights: bool = False,
         compliance_type: str = "undefined",
         weld_base: bool = False,
@@ -104,7 +104,7 @@ class ModelVisualizer:
         self._weld_base, self._simulate = weld_base, simulate
         self._playback: Playback | None = None
         self._random = np.random.default_rng()
-        self._environment_map = os.fspath(environment_map)
+        self._environment_map = os.fspath(environment_map or "")
         # What AddModels() was asked for, in order; None once parser() was given away.
         self._added: list[dict[str, Any]] | None = []
         self._diagram: Any = None

@@ -285,3 +285,18 @@ def test_copies_have_paddings_of_their_own():
         other.SetPaddingAllRobotEnvironmentPairs(5.0)
         found.append([type(original.MaxNumDistances()), *(c.CheckConfigCollisionFree(Q) for c in (original, other))])
     assert found[0] == found[1] == [int, True, False]
+
+
+@pytest.mark.parametrize("L", [OURS, THEIRS], ids=["sheldrake", "pydrake"])
+def test_a_checker_that_refuses_is_made_of_names_or_of_params(L):
+    diagram, robot = model(L)
+    given = {"model": diagram, "robot_model_instances": [robot], "edge_step_size": 0.1}
+    Checker = L.planning.UnimplementedCollisionChecker
+    KEEP.append(named := Checker(supports_parallel_checking=True, **given))
+    assert named.SupportsParallelChecking() and named.edge_step_size() == 0.1
+    params = L.planning.CollisionCheckerParams(**{**given, "model": model(L)[0]})
+    KEEP.append(whole := Checker(params, True))
+    assert whole.edge_step_size() == 0.1
+    for wrong in (given, {"supports_parallel_checking": True}):
+        with pytest.raises(TypeError):
+            Checker(**wrong)

@@ -36,6 +36,23 @@ def test_samples_are_the_same_sequence(name, arguments):
     assert str(a.ToSymbolic()) == str(b.ToSymbolic())
 
 
+@pytest.mark.parametrize(
+    "name, arguments",
+    [
+        ("Gaussian", (1.0, 0.0)),
+        ("Gaussian", (1.0, -1.0)),
+        ("Uniform", (3.0, 1.0)),
+        ("GaussianVectorX", ([1.0, 2.0], [1.0, 0.0])),
+        ("UniformVectorX", ([1.0, 2.0], [1.0, 1.0])),
+    ],
+)
+def test_what_is_no_distribution_has_no_expression(name, arguments):
+    for library in (schema, ps):
+        with pytest.raises(RuntimeError):
+            getattr(library, name)(*arguments).ToSymbolic()
+    assert str(schema.Uniform(2.0, 2.0).ToSymbolic()) == str(ps.Uniform(2.0, 2.0).ToSymbolic())
+
+
 def test_random_pose():
     def make(s):
         return s.Transform(

@@ -286,6 +286,13 @@ def test_the_integrator_follows_a_pose(port):
         np.testing.assert_allclose(mine, other, atol=1e-4)
 
 
+def test_a_least_distance_has_a_finite_bound():
+    for L in (OURS, THEIRS):
+        plant, context = arm(L)
+        with pytest.raises(ValueError, match="influence_distance must be finite"):
+            L.ik.MinimumDistanceLowerBoundConstraint(plant=plant, bound=np.inf, plant_context=context)
+
+
 def test_a_planted_fault_is_seen():
     L = OURS
     plant = random_plants.build(L.names, 4, forces=False)

@@ -89,6 +89,47 @@ def test_status_of_a_driven_arm(tmp_path, mode):
         assert np.abs(mine - its).max() < 1e-9 * max(1.0, np.abs(its).max()), name
 
 
+@pytest.mark.parametrize("package", ["sheldrake", "pydrake"])
+@pytest.mark.parametrize("torques, utime", [(N, 1), (N, 0), (0, 1)])
+def test_a_command_without_positions_is_refused_where_they_are_expected(tmp_path, package, torques, utime):
+    pytest.importorskip("pydrake")
+    command = lcmt_iiwa_command(utime=utime, num_torques=torques, joint_torque=[1.0] * torques)
+    with pytest.raises(RuntimeError):
+        statuses(package, tmp_path, "position_and_torque", command)
+
+
+def received(package: str, name: str, message) -> np.ndarray:
+    """All outputs of a receiver of messages after one that came over LCM, which Drake's need."""
+    lib, drake = importlib.import_module(f"{package}.all"), importlib.import_module("drake")
+    lcm, builder = lib.DrakeLcm("memq://"), lib.DiagramBuilder()
+    kind = getattr(drake, type(message).__name__)
+    source = builder.AddSystem(lib.LcmSubscriberSystem.Make("C", kind, lcm, use_cpp_serializer=True))
+    receiver = builder.AddSystem(getattr(lib, name)())
+    builder.Connect(source.get_output_port(), receiver.get_input_port(0))
+    simulator = lib.Simulator(builder.Build())
+    simulator.Initialize()
+    lcm.Publish("C", message.encode())
+    lcm.HandleSubscriptions(0)
+    simulator.AdvanceTo(0.001)
+    context = receiver.GetMyContextFromRoot(simulator.get_context())
+    return np.concatenate([receiver.get_output_port(i).Eval(context) for i in range(receiver.num_output_ports())])
+
+
+@pytest.mark.parametrize("utime", [0, 1])
+@pytest.mark.parametrize("position, force", [(0.0, 0.0), (0.0, 7.0), (30.0, 0.0), (30.0, 7.0), (np.nan, 7.0)])
+def test_only_a_message_of_zeros_is_no_command_for_a_gripper(utime, position, force):
+    pytest.importorskip("pydrake")
+    message = lcmt_schunk_wsg_command(utime=utime, target_position_mm=position, force=force)
+    ours, theirs = (received(p, "SchunkWsgCommandReceiver", message) for p in ("sheldrake", "pydrake"))
+    np.testing.assert_array_equal(ours, theirs)
+
+
+def test_a_status_without_joints_has_no_time():
+    pytest.importorskip("pydrake")
+    ours, theirs = (received(p, "IiwaStatusReceiver", lcmt_iiwa_status(utime=5)) for p in ("sheldrake", "pydrake"))
+    np.testing.assert_array_equal(ours, theirs)
+
+
 @pytest.mark.parametrize("limit", [None, 7.0])
 def test_gripper(limit):
     pytest.importorskip("pydrake")

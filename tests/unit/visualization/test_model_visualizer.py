@@ -39,7 +39,7 @@ def box_of(visualizer):
 
 
 def test_one_pass_draws_the_model_and_leaves_no_button(file):
-    visualizer = ModelVisualizer(visualize_frames=True, triad_length=0.5)
+    visualizer = ModelVisualizer(visualize_frames=True, triad_length=0.5, environment_map=None)
     visualizer.AddModels(file)
     visualizer.Run(position=[0.5], loop_once=True)
     meshcat = visualizer.meshcat()

@@ -105,7 +105,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
 
     def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
         name = type(self).__name__
-        if not math.isfinite(offset):
+        if not math.isfinite(bound + offset):
             raise ValueError(f"{name}: influence_distance must be finite.")
         if offset <= 0.0:
             raise ValueError(
