@@ -113,6 +113,12 @@ MIMIC = (
     '<parent link="b"/><child link="c"/><mimic joint="j" multiplier="2" offset="0.1"/></joint>'
 )
 
+DRIVEN_SCREW = (
+    LINKS + '<drake:joint name="j" type="screw"><parent link="a"/><child link="b"/><limit effort="2"/>'
+    '<drake:screw_thread_pitch value="0.1"/></drake:joint>'
+    '<transmission type="SimpleTransmission"><joint name="j"/><actuator name="motor"/></transmission>'
+)
+
 HINGES = "".join(f'<body><joint name="j{k}"/><geom size="0.1"/></body>' for k in range(4))
 
 MOTORS_AND_SERVOS = (
@@ -131,6 +137,7 @@ SAME = {
     "renamed copies": {"text": robot(LINKS), "times": 3, "rename": True},
     "prefix": {"text": robot(LINKS), "prefix": "left::arm"},
     "mimic": {"text": robot(MIMIC)},
+    "effort limit of a screw": {"text": robot(DRIVEN_SCREW)},
     "mimic, continuous time": {"text": robot(MIMIC), "time_step": 0.0},
     "mimic, solver without constraints": {"text": robot(MIMIC), "tamsi": True},
     "groups exclude each other": {
