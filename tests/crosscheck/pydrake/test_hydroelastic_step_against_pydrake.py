@@ -109,12 +109,26 @@ def test_defaults_make_everything_compliant(libraries):
     assert assert_same(*scenes, steps=20) == 1
 
 
-def test_margins(libraries):
+@pytest.mark.parametrize("approximation", APPROXIMATIONS)
+def test_margins(libraries, approximation):
     bodies = [
         ("Box", (0.2, 0.2, 0.2), {"soft": 0.03, "margin": 0.002}, (0, 0, 0.2, 0, 0, 0.1005), (0, 0, 0, 0, 0, -0.1))
     ]
-    scenes = [Scene(lib, bodies, ("HalfSpace", (), {"rigid": 1.0})) for lib in libraries]
+    ground = ("HalfSpace", (), {"rigid": 1.0})
+    scenes = [Scene(lib, bodies, ground, approximation=approximation) for lib in libraries]
     assert_same(*scenes, steps=30)
+
+
+@pytest.mark.parametrize("approximation", APPROXIMATIONS)
+@pytest.mark.parametrize("tau", [0.0, 0.1])
+def test_a_ball_whose_margin_alone_touches(libraries, approximation, tau):
+    """With kSap, relaxation times slow down what is only within a margin, too."""
+    what = {"soft": 0.03, "margin": 0.004, "tau": tau}
+    bodies = [("Sphere", (0.1,), what, (0.1, 0.2, 0.3, 0, 0, 0.101), (0, 0, 0, 0.1, 0, -0.2))]
+    ground = ("HalfSpace", (), {"rigid": 1.0})
+    scenes = [Scene(lib, bodies, ground, approximation=approximation) for lib in libraries]
+    assert assert_same(*scenes, steps=1) > 0
+    assert_same(*scenes, steps=10)
 
 
 @pytest.mark.parametrize("representation", ["kPolygon", "kTriangle"])

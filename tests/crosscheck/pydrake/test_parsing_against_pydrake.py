@@ -1,5 +1,6 @@
 """Model files: what our parser makes of them equals what Drake's parser makes, on the same plant class."""
 
+import importlib
 import json
 import math
 import os
@@ -112,6 +113,12 @@ MIMIC = (
     '<parent link="b"/><child link="c"/><mimic joint="j" multiplier="2" offset="0.1"/></joint>'
 )
 
+DRIVEN_SCREW = (
+    LINKS + '<drake:joint name="j" type="screw"><parent link="a"/><child link="b"/><limit effort="2"/>'
+    '<drake:screw_thread_pitch value="0.1"/></drake:joint>'
+    '<transmission type="SimpleTransmission"><joint name="j"/><actuator name="motor"/></transmission>'
+)
+
 HINGES = "".join(f'<body><joint name="j{k}"/><geom size="0.1"/></body>' for k in range(4))
 
 MOTORS_AND_SERVOS = (
@@ -130,6 +137,7 @@ SAME = {
     "renamed copies": {"text": robot(LINKS), "times": 3, "rename": True},
     "prefix": {"text": robot(LINKS), "prefix": "left::arm"},
     "mimic": {"text": robot(MIMIC)},
+    "effort limit of a screw": {"text": robot(DRIVEN_SCREW)},
     "mimic, continuous time": {"text": robot(MIMIC), "time_step": 0.0},
     "mimic, solver without constraints": {"text": robot(MIMIC), "tamsi": True},
     "groups exclude each other": {
@@ -232,3 +240,33 @@ def test_the_same_instances_are_returned(tmp_path):
     cases = [{"text": f'<sdf version="1.9">{body}</sdf>', "type": "sdf"} for body in bodies]
     for theirs, ours in compare(cases):
         assert "error" not in theirs and differences(theirs, ours) == []
+
+
+TRANSLATIONS = ("[1, 2, 3]", "!DeterministicVector {value: [1, 2, 3]}", "[!Deterministic {value: 1}, 2, 3]", "[1, 2]")
+ROTATIONS = (
+    "!Rpy {deg: !DeterministicVector {value: [10, 20, 30]}}",
+    "!Rpy {}",
+    "!AngleAxis {angle_deg: !Deterministic {value: 30}, axis: !DeterministicVector {value: [0, 3, 4]}}",
+    "!AngleAxis {angle_deg: 30}",
+    "!AngleAxis {axis: [1, 0, 0]}",
+    "!Identity {deg: [1, 2, 3]}",
+)
+
+
+@pytest.mark.parametrize("rotation", ROTATIONS)
+@pytest.mark.parametrize("translation", TRANSLATIONS)
+def test_numbers_of_directives_that_are_left_out_or_said_to_be_sure(translation, rotation):
+    frame = f"X_PF: {{base_frame: world, translation: {translation}, rotation: {rotation}}}"
+    poses = []
+    for lib in ("pydrake.multibody", "sheldrake.multibody"):
+        plant = importlib.import_module(f"{lib}.plant").MultibodyPlant(0.0)
+        parser = importlib.import_module(f"{lib}.parsing").Parser(plant)
+        try:
+            parser.AddModelsFromString(f"directives:\n- add_frame: {{name: f, {frame}}}\n", "dmd.yaml")
+        except RuntimeError:
+            poses.append("refused")
+            continue
+        plant.Finalize()
+        pose = plant.GetFrameByName("f").CalcPoseInWorld(plant.CreateDefaultContext())
+        poses.append(pose.GetAsMatrix34().round(12).tolist())
+    assert poses[0] == poses[1]

@@ -515,10 +515,11 @@ SLIDING = 10.0  # slip over the stiction tolerance from which on it is sliding
 def closing_speed(contact, dt):
     """The velocity that would close the penetration within dt + tau [m/s] (Castro, Permenter, Han 2022, section V-A).
 
-    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
+    A point that does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step; a face
+    within the margins of hydroelastic bodies is as slow as one that touches.
     """
     if contact.depth < 0.0:
-        return contact.depth / dt
+        return contact.depth / (dt + contact.lag)
     return contact.depth / (dt + contact.relaxation)
 
 

@@ -163,6 +163,7 @@ class ContactLaw(Record):
     relaxation = number("tau", "s")
     friction = number("mu")
     depth = number("-phi0", "m")
+    lag = number("how much longer than a step may pass until what does not touch yet touches", "s")
     fe0 = number("elastic force at q0", "N")
     n0 = number("normal impulse at v0", "N s")
     eps = number("regularisation speed", "m/s")

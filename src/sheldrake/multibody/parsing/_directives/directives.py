@@ -300,6 +300,15 @@ class _YamlReader:
             object.__setattr__(result, name, self._convert(value, kinds[name], name))  # copies have no `_where`
         return result
 
+    def _sure(self, node, tag: str, what: str):
+        """What `!Deterministic {value: ...}`, or its vector, says for sure; any other node as it is."""
+        if node.tag != tag:
+            return node
+        fields = self._pairs(node, what)
+        if set(fields) != {"value"}:
+            self._fail(node, f"{what}: {tag} has the key value, found {tuple(fields) or '(none)'}.")
+        return fields["value"]
+
     def _number(self, node, what: str) -> float:
         text = self._scalar(node, what)
         try:
@@ -311,6 +320,7 @@ class _YamlReader:
         return value
 
     def _vector(self, node, what: str, size: int | None = None) -> np.ndarray:
+        node = self._sure(node, "!DeterministicVector", what)
         if node.tag.startswith("!"):
             self._fail(node, f"{what}: random values ({node.tag}) cannot be used in model directives.")
         items = self._items(node, what)
@@ -334,14 +344,15 @@ class _YamlReader:
     def _rotation(self, node):
         result = Rotation()
         fields = self._pairs(node, "rotation")
-        expected = {"!Rpy": ("deg",), "!AngleAxis": ("angle_deg", "axis")}.get(node.tag, ())
+        known = {"!Rpy": ("deg",), "!AngleAxis": ("angle_deg", "axis")}.get(node.tag, ())
         if node.tag not in ("!Rpy", "!AngleAxis", "!Identity") and not node.tag.endswith(":map"):
             self._fail(node, f"rotation: unknown tag '{node.tag}'; known are !Identity, !Rpy and !AngleAxis.")
-        if set(fields) != set(expected):
-            self._fail(node, f"rotation: expected the keys {expected or '(none)'}, found {tuple(fields) or '(none)'}.")
-        if node.tag == "!Rpy":
-            result.value = Rotation.Rpy(deg=self._vector(fields["deg"], "deg", 3))
-        elif node.tag == "!AngleAxis":
-            angle = self._number(fields["angle_deg"], "angle_deg")
-            result.value = Rotation.AngleAxis(angle_deg=angle, axis=self._vector(fields["axis"], "axis", 3))
+        if not set(fields) <= set(known):
+            self._fail(node, f"rotation: expected the keys {known or '(none)'}, found {tuple(fields)}.")
+        given = {name: self._vector(fields[name], name, 3) for name in ("deg", "axis") if name in fields}
+        if "angle_deg" in fields:
+            angle = self._sure(fields["angle_deg"], "!Deterministic", "angle_deg")
+            given["angle_deg"] = self._number(angle, "angle_deg")
+        if node.tag in ("!Rpy", "!AngleAxis"):
+            result.value = getattr(Rotation, node.tag[1:])(**given)
         return result

@@ -3,6 +3,8 @@
 Into the joints, couplers and actuators of a `ModelDescription`.
 """
 
+import dataclasses
+
 import numpy as np
 
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
@@ -67,6 +69,9 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
         _pass_over_limits(element, name, reading)
     else:
         joint.limits = _read_limits(element, name, reading)
+        if kind == "screw" and np.isfinite(joint.limits.effort):  # as in Drake
+            reading.warn(element.find("limit"), f"Joint '{name}' is a screw: its effort limit is ignored.")
+            joint.limits = dataclasses.replace(joint.limits, effort=np.inf)
     joint.damping = _read_dynamics(element, joint, joint_type, reading)
     if kind == "planar":
         _align_plane(joint)

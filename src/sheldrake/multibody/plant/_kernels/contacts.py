@@ -173,14 +173,18 @@ def sides(tree_model, body_a, body_b):
 
 
 @kernel
-def put_contact(tree_model, tree_work, contact, body_a, body_b, moved, frame, p_WC, material, depth, reach):
-    """Index, Jacobian and material of a contact whose `sides` are `moved`; material as in `material_of_pair`."""
+def put_contact(tree_model, tree_work, contact, body_a, body_b, moved, frame, p_WC, material, gap, reach):
+    """Index, Jacobian and material of a contact whose `sides` are `moved`; material as in `material_of_pair`.
+
+    gap is (depth, lag).
+    """
     tree_a, tree_b, stop = moved
     width = put_side(tree_model, tree_work, contact, 0, body_a, stop, frame, p_WC, -1.0)
     contact.width = put_side(tree_model, tree_work, contact, width, body_b, stop, frame, p_WC, 1.0)
     contact.tree_a, contact.tree_b = tree_a, tree_b
     contact.stiffness, contact.dissipation, contact.relaxation, contact.friction = material
-    contact.depth, contact.reach = depth, reach
+    contact.depth, contact.lag = gap
+    contact.reach = reach
 
 
 @kernel
@@ -209,8 +213,8 @@ def put_contacts(tree_model, geometry_model, p, tree_work, table, contacts, coun
             frame = contact_frame(neg3(n))
         p_WCb = found.p_WCb
         p_WC = add3(p_WCb, scale3(sub3(found.p_WCa, p_WCb), w_A))
-        depth = found.depth
-        put_contact(tree_model, tree_work, contacts[c], body_a, body_b, moved, frame, p_WC, material, depth, reach)
+        gap = (found.depth, 0.0)
+        put_contact(tree_model, tree_work, contacts[c], body_a, body_b, moved, frame, p_WC, material, gap, reach)
 
 
 @kernel(top=True)
@@ -295,8 +299,8 @@ def put_faces(tree_model, geometry_model, p, hydro_model, tree, surfaces, proble
                 return False
             frame = contact_frame(neg3(normal))
             material = (area * g, d, tau, mu)
-            depth, reach = face.pressure / g, 0.0
-            put_contact(tree_model, tree, contacts[c], body_a, body_b, moved, frame, face.p_WC, material, depth, reach)
+            gap, reach = (face.pressure / g, tau), 0.0
+            put_contact(tree_model, tree, contacts[c], body_a, body_b, moved, frame, face.p_WC, material, gap, reach)
             surfaces.contact[f] = c
             c += 1
     problem.num_contacts = c
