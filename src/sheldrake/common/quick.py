@@ -130,6 +130,7 @@ class _Writer:
         words, _ = bound.keep
         slots = list(first_words(self.kernel).values())[self.num_fixed :]
         rows = [[row[0], slot, *row[1:]] for row, slot in zip(self.taken, slots)]
+        self._check(rows)
         recipes = methods.HEAD + methods.PER_TAKEN * len(rows)
         begin = recipes + methods.PER_MADE * len(self.made)
         call = methods.functions()
@@ -139,12 +140,24 @@ class _Writer:
         block = [*head, *itertools.chain(*rows, *self.made), *words.tolist()]
         return methods.make(block, (bound, takes, gives, self.keep))
 
+    def _check(self, rows: list[list[int]]) -> None:
+        """Raises TypeError for what a block has no room for, as its code would read and write beyond it."""
+        from sheldrake.common._native import methods
+
+        fits = len(self.made) <= methods.MOST_MADE
+        fits = fits and all(len(row) == methods.PER_TAKEN for row in rows)
+        if not (fits and all(len(row) == methods.PER_MADE for row in self.made)):
+            raise TypeError(
+                f"{self.kernel}: a short way takes vectors and matrices, at most two objects deep, and makes at most "
+                f"{methods.MOST_MADE} objects, each of at most {(methods.PER_MADE - 2) // 2} slots."
+            )
+
     def _take(self, argument: int, path: tuple[tuple[type, str], ...], leaf: Form) -> None:
         from sheldrake.common._native import builtin, methods
 
         hops = [word for cls, name in path for word in (id(cls), methods.place_of_slot(cls, name))]
         if isinstance(leaf, tuple):
-            shape = [len(leaf), *leaf, 0][:3]
+            shape = [len(leaf), *leaf, *([0] * (2 - len(leaf)))]
             self.given.append(np.zeros(abs(math.prod(leaf))))
         else:
             shape = list(builtin.NUMBER)

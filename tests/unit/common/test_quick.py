@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from sheldrake.common import _angle_axis, _quaternion, quick
+from sheldrake.common._kernels import poses
 from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix, _rigid_transform, _roll_pitch_yaw
@@ -220,3 +221,26 @@ def test_what_is_not_exactly_of_its_type_goes_the_long_way():
         SpatialInertia(1.0, [0.0, 0.0, 0.0], UnitInertia(1.0, 1.0, 3.0))
     with pytest.raises(RuntimeError, match="not positive"):
         SpatialInertia.SolidBoxWithMass(1.0, -0.1, 0.2, 0.3)
+
+
+def test_a_form_that_a_block_has_no_room_for_is_refused():
+    """Each would be read or written beyond the block."""
+
+    class Four:
+        __slots__ = ("a", "b", "c", "d")
+
+    class Holder:
+        __slots__ = ("of",)
+
+    cube = quick._Writer(poses.invert_pose, True, ())
+    cube._take(0, (), (2, 2, 2))
+    wide = quick._Writer(poses.invert_pose, True, ())
+    wide._make(quick.Slots(Four, dict.fromkeys("abcd", float)), True)
+    deep = quick._Writer(poses.invert_pose, True, ())
+    deep._take(0, ((Holder, "of"), (Holder, "of"), (Holder, "of")), float)
+    many = quick._Writer(poses.invert_pose, True, ())
+    for _ in range(9):
+        many._make(float, True)
+    for writer in (cube, wide, deep, many):
+        with pytest.raises(TypeError, match="a short way takes"):
+            writer._check([[row[0], 0, *row[1:]] for row in writer.taken])

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
 SYMBOL = "sheldrake_method"
 HEAD, PER_TAKEN, PER_MADE = 13, 9, 8
-MOST_SLOTS = (PER_MADE - 2) // 2
 MOST_MADE = 8
 AN_ARRAY, A_FLOAT, A_TRUTH = 0, 1, 2
 
