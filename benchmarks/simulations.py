@@ -1235,21 +1235,23 @@ def default_visualization(lib: Any) -> Callable[[], Any]:
     return _with_arm(lib, 1e-3, add)
 
 
+def _camera(lib: Any, builder: Any, scene_graph: Any, *colors: Any) -> Any:
+    """A camera that looks at the arm: depth, and `colors` (`ColorRenderCamera`) too if given."""
+    scene_graph.AddRenderer("r", lib.MakeRenderEngineVtk(lib.RenderEngineVtkParams()))
+    info = lib.CameraInfo(320, 240, np.pi / 4)
+    core = lib.RenderCameraCore("r", info, lib.ClippingRange(0.01, 10.0), lib.RigidTransform())
+    X_WC = lib.RigidTransform(lib.RollPitchYaw(-np.pi / 2, 0, np.pi / 2), [2.0, 0.0, 0.5])
+    depth = lib.DepthRenderCamera(core, lib.DepthRange(0.1, 5.0))
+    sensor = lib.RgbdSensor(scene_graph.world_frame_id(), X_WC, *[color(core) for color in colors], depth)
+    builder.AddSystem(sensor)
+    builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    return sensor
+
+
 @program("camera at 30 Hz, color and depth")
 def camera(lib: Any) -> Callable[[], Any]:
     def add(builder: Any, plant: Any, scene_graph: Any) -> None:
-        scene_graph.AddRenderer("r", lib.MakeRenderEngineVtk(lib.RenderEngineVtkParams()))
-        info = lib.CameraInfo(320, 240, np.pi / 4)
-        core = lib.RenderCameraCore("r", info, lib.ClippingRange(0.01, 10.0), lib.RigidTransform())
-        sensor = builder.AddSystem(
-            lib.RgbdSensor(
-                scene_graph.world_frame_id(),
-                lib.RigidTransform(lib.RollPitchYaw(-np.pi / 2, 0, np.pi / 2), [2.0, 0.0, 0.5]),
-                lib.ColorRenderCamera(core),
-                lib.DepthRenderCamera(core, lib.DepthRange(0.1, 5.0)),
-            )
-        )
-        builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+        sensor = _camera(lib, builder, scene_graph, lib.ColorRenderCamera)
         models = {
             "color": lib.AbstractValue.Make(lib.ImageRgba8U(320, 240)),
             "depth": lib.AbstractValue.Make(lib.ImageDepth32F(320, 240)),
@@ -1266,18 +1268,8 @@ def camera(lib: Any) -> Callable[[], Any]:
 @program("camera to point cloud at 10 Hz")
 def point_cloud(lib: Any) -> Callable[[], Any]:
     def add(builder: Any, plant: Any, scene_graph: Any) -> None:
-        scene_graph.AddRenderer("r", lib.MakeRenderEngineVtk(lib.RenderEngineVtkParams()))
-        info = lib.CameraInfo(320, 240, np.pi / 4)
-        core = lib.RenderCameraCore("r", info, lib.ClippingRange(0.01, 10.0), lib.RigidTransform())
-        sensor = builder.AddSystem(
-            lib.RgbdSensor(
-                scene_graph.world_frame_id(),
-                lib.RigidTransform(lib.RollPitchYaw(-np.pi / 2, 0, np.pi / 2), [2.0, 0.0, 0.5]),
-                lib.DepthRenderCamera(core, lib.DepthRange(0.1, 5.0)),
-            )
-        )
-        cloud = builder.AddSystem(lib.DepthImageToPointCloud(info))
-        builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+        sensor = _camera(lib, builder, scene_graph)
+        cloud = builder.AddSystem(lib.DepthImageToPointCloud(sensor.default_depth_render_camera().core().intrinsics()))
         builder.Connect(sensor.depth_image_32F_output_port(), cloud.depth_image_input_port())
         models = {"cloud": lib.AbstractValue.Make(lib.PointCloud())}
         watch = builder.AddSystem(_publisher(lib, 0.1, models, lambda cloud: cloud.size()))
