@@ -47,17 +47,91 @@ _VALUE = 16  # [bytes] into a float, and into NumPy's
 _IN_ORDER = 0x101  # C contiguous and aligned
 ALL_FLAGS, READ_ONLY = -1, ~0x400
 
-CODE = f"""
+TAKE = f"""
+define internal i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word) {{
+entry:
+  %axes = load i64, ptr %spec
+  %n0_at = getelementptr i64, ptr %spec, i64 1
+  %n0 = load i64, ptr %n0_at
+  %n1_at = getelementptr i64, ptr %spec, i64 2
+  %n1 = load i64, ptr %n1_at
+  %type_at = getelementptr i8, ptr %object, i64 {_TYPE}
+  %type = load i64, ptr %type_at
+  %number = icmp slt i64 %axes, 0
+  br i1 %number, label %is_number, label %is_array
+is_number:
+  %one_type = icmp eq i64 %type, %n0
+  %other_type = icmp eq i64 %type, %n1
+  %number_fits = or i1 %one_type, %other_type
+  br i1 %number_fits, label %take_number, label %no
+take_number:
+  %value_at = getelementptr i8, ptr %object, i64 {_VALUE}
+  %value = load i64, ptr %value_at
+  store i64 %value, ptr %word
+  ret i1 true
+is_array:
+  %array = load i64, ptr %types
+  %type_fits = icmp eq i64 %type, %array
+  br i1 %type_fits, label %is_double, label %no
+is_double:                                ; only an object that is an array has these fields
+  %double_at = getelementptr i64, ptr %types, i64 1
+  %double = load i64, ptr %double_at
+  %dtype_at = getelementptr i8, ptr %object, i64 {_DTYPE}
+  %dtype = load i64, ptr %dtype_at
+  %dtype_fits = icmp eq i64 %dtype, %double
+  %flags_at = getelementptr i8, ptr %object, i64 {_FLAGS}
+  %flags = load i32, ptr %flags_at
+  %order = and i32 %flags, {_IN_ORDER}
+  %order_fits = icmp eq i32 %order, {_IN_ORDER}
+  %its_axes_at = getelementptr i8, ptr %object, i64 {_AXES}
+  %its_axes_32 = load i32, ptr %its_axes_at
+  %its_axes = sext i32 %its_axes_32 to i64
+  %axes_fit = icmp eq i64 %its_axes, %axes
+  %fits_0 = and i1 %dtype_fits, %order_fits
+  %fits_1 = and i1 %fits_0, %axes_fit
+  br i1 %fits_1, label %has_shape, label %no
+has_shape:                                ; there are one or two axes, and behind the lengths stand the strides
+  %shape_at = getelementptr i8, ptr %object, i64 {_SHAPE}
+  %shape = load ptr, ptr %shape_at
+  %length_0 = load i64, ptr %shape
+  %length_1_at = getelementptr i64, ptr %shape, i64 1
+  %length_1 = load i64, ptr %length_1_at
+  %length_0_same = icmp eq i64 %length_0, %n0
+  %any_length = icmp slt i64 %n0, 0
+  %length_0_fits = or i1 %length_0_same, %any_length
+  %length_1_same = icmp eq i64 %length_1, %n1
+  %one_axis = icmp eq i64 %axes, 1
+  %length_1_fits = or i1 %length_1_same, %one_axis
+  %shape_fits = and i1 %length_0_fits, %length_1_fits
+  br i1 %shape_fits, label %take_array, label %no
+take_array:
+  %data_at = getelementptr i8, ptr %object, i64 {_DATA}
+  %data = load i64, ptr %data_at
+  %offset = lshr i64 %data, 3
+  store i64 %offset, ptr %word
+  br i1 %any_length, label %measure, label %taken
+measure:
+  %length_word = getelementptr i64, ptr %word, i64 1
+  store i64 %length_0, ptr %length_word
+  br label %taken
+taken:
+  ret i1 true
+no:
+  ret i1 false
+}}
+"""
+"""Takes a float's bits or an array's address into a word, if the object is as `spec` (number of axes and lengths of the
+two first; for a float -1 and two types) announces it. A first length of -1 is any, and goes into the word behind.
+`types` are numpy.ndarray and the dtype float64."""
+
+CODE = f"""{TAKE}
 define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
 entry:
   %block_at = getelementptr i8, ptr %self, i64 {_DATA}
   %block = load ptr, ptr %block_at
   %make_at = getelementptr i64, ptr %block, i64 2
   %make = load ptr, ptr %make_at
-  %array_at = getelementptr i64, ptr %block, i64 3
-  %array = load i64, ptr %array_at
-  %double_at = getelementptr i64, ptr %block, i64 4
-  %double = load i64, ptr %double_at
+  %types = getelementptr i64, ptr %block, i64 3
   %given_at = getelementptr i64, ptr %block, i64 5
   %given = load i64, ptr %given_at
   %begin_at = getelementptr i64, ptr %block, i64 11
@@ -67,77 +141,21 @@ entry:
   br i1 %as_many, label %arguments, label %misfit
 
 arguments:                                ; each must be a number or an array as it was announced
-  %i = phi i64 [0, %entry], [%i_next, %taken]
+  %i = phi i64 [0, %entry], [%i_next, %one_argument]
   %more = icmp slt i64 %i, %given
-  br i1 %more, label %look_at, label %stages
-look_at:
+  br i1 %more, label %one_argument, label %stages
+one_argument:
   %arg_at = getelementptr ptr, ptr %args, i64 %i
   %arg = load ptr, ptr %arg_at
-  %type_at = getelementptr i8, ptr %arg, i64 {_TYPE}
-  %type = load i64, ptr %type_at
-  %spec_from = mul i64 %i, {PER_ARGUMENT}
-  %spec_start = add i64 %spec_from, {HEAD}
-  %spec = getelementptr i64, ptr %block, i64 %spec_start
-  %slot = load i64, ptr %spec
-  %word_at = getelementptr i64, ptr %words, i64 %slot
-  %wanted_at = getelementptr i64, ptr %spec, i64 1
-  %wanted = load i64, ptr %wanted_at
-  %w0_at = getelementptr i64, ptr %spec, i64 2
-  %w0 = load i64, ptr %w0_at
-  %w1_at = getelementptr i64, ptr %spec, i64 3
-  %w1 = load i64, ptr %w1_at
-  %number = icmp slt i64 %wanted, 0
-  br i1 %number, label %is_number, label %is_array
-is_number:
-  %one_type = icmp eq i64 %type, %w0
-  %other_type = icmp eq i64 %type, %w1
-  %number_fits = or i1 %one_type, %other_type
-  br i1 %number_fits, label %take_number, label %misfit
-take_number:
-  %value_at = getelementptr i8, ptr %arg, i64 {_VALUE}
-  %value = load i64, ptr %value_at
-  store i64 %value, ptr %word_at
-  br label %taken
-is_array:
-  %type_fits = icmp eq i64 %type, %array
-  br i1 %type_fits, label %is_double, label %misfit
-is_double:
-  %dtype_at = getelementptr i8, ptr %arg, i64 {_DTYPE}
-  %dtype = load i64, ptr %dtype_at
-  %dtype_fits = icmp eq i64 %dtype, %double
-  br i1 %dtype_fits, label %has_axes, label %misfit
-has_axes:
-  %flags_at = getelementptr i8, ptr %arg, i64 {_FLAGS}
-  %flags = load i32, ptr %flags_at
-  %order = and i32 %flags, {_IN_ORDER}
-  %order_fits = icmp eq i32 %order, {_IN_ORDER}
-  %axes_at = getelementptr i8, ptr %arg, i64 {_AXES}
-  %axes_32 = load i32, ptr %axes_at
-  %axes = sext i32 %axes_32 to i64
-  %axes_fit = icmp eq i64 %axes, %wanted
-  %so_far = and i1 %order_fits, %axes_fit
-  br i1 %so_far, label %has_shape, label %misfit
-has_shape:                                ; there are one or two axes, and behind the lengths stand the strides
-  %shape_at = getelementptr i8, ptr %arg, i64 {_SHAPE}
-  %shape = load ptr, ptr %shape_at
-  %n0 = load i64, ptr %shape
-  %n1_at = getelementptr i64, ptr %shape, i64 1
-  %n1 = load i64, ptr %n1_at
-  %n0_fits = icmp eq i64 %n0, %w0
-  %n1_same = icmp eq i64 %n1, %w1
-  %one_axis = icmp eq i64 %axes, 1
-  %n1_fits = or i1 %n1_same, %one_axis
-  %shape_fits = and i1 %n0_fits, %n1_fits
-  br i1 %shape_fits, label %take, label %misfit
-take:
-  %data_at = getelementptr i8, ptr %arg, i64 {_DATA}
-  %data = load i64, ptr %data_at
-  %offset = lshr i64 %data, 3
-  store i64 %offset, ptr %word_at
-  br label %taken
-taken:
+  %row_from = mul i64 %i, {PER_ARGUMENT}
+  %row_start_of = add i64 %row_from, {HEAD}
+  %argument = getelementptr i64, ptr %block, i64 %row_start_of
+  %slot = load i64, ptr %argument
+  %word = getelementptr i64, ptr %words, i64 %slot
+  %spec = getelementptr i64, ptr %argument, i64 1
+  %fits = call i1 @take(ptr %arg, ptr %spec, ptr %types, ptr %word)
   %i_next = add i64 %i, 1
-  br label %arguments
+  br i1 %fits, label %arguments, label %misfit
 
 stages:                                   ; what is needed and was not done since the counter changed
   %needs_at = getelementptr i64, ptr %block, i64 6

@@ -40,8 +40,8 @@ HEAD, PER_TAKEN, PER_MADE = 13, 9, 8
 MOST_MADE = 8
 AN_ARRAY, A_FLOAT, A_TRUTH = 0, 1, 2
 
-CODE = f"""
-define internal i1 @take(ptr %given, ptr %row, ptr %block, ptr %word) {{
+CODE = f"""{builtin.TAKE}
+define internal i1 @find_and_take(ptr %given, ptr %row, ptr %block, ptr %word) {{
 entry:
   %type_0_at = getelementptr i64, ptr %row, i64 2
   %type_0 = load i64, ptr %type_0_at
@@ -51,12 +51,6 @@ entry:
   %type_1 = load i64, ptr %type_1_at
   %hop_1_at = getelementptr i64, ptr %row, i64 5
   %hop_1 = load i64, ptr %hop_1_at
-  %axes_at = getelementptr i64, ptr %row, i64 6
-  %axes = load i64, ptr %axes_at
-  %n0_at = getelementptr i64, ptr %row, i64 7
-  %n0 = load i64, ptr %n0_at
-  %n1_at = getelementptr i64, ptr %row, i64 8
-  %n1 = load i64, ptr %n1_at
   %plain = icmp eq i64 %type_0, 0
   br i1 %plain, label %found, label %outer
 outer:
@@ -84,68 +78,10 @@ into_inner:
   br i1 %empty_1, label %no, label %found
 found:
   %object = phi ptr [%given, %entry], [%held_0, %deeper], [%held_1, %into_inner]
-  %type_at = getelementptr i8, ptr %object, i64 {builtin._TYPE}
-  %type = load i64, ptr %type_at
-  %number = icmp slt i64 %axes, 0
-  br i1 %number, label %is_number, label %is_array
-is_number:
-  %one_type = icmp eq i64 %type, %n0
-  %other_type = icmp eq i64 %type, %n1
-  %number_fits = or i1 %one_type, %other_type
-  br i1 %number_fits, label %take_number, label %no
-take_number:
-  %value_at = getelementptr i8, ptr %object, i64 {builtin._VALUE}
-  %value = load i64, ptr %value_at
-  store i64 %value, ptr %word
-  ret i1 true
-is_array:
-  %array_at = getelementptr i64, ptr %block, i64 1
-  %array = load i64, ptr %array_at
-  %type_fits = icmp eq i64 %type, %array
-  br i1 %type_fits, label %is_double, label %no
-is_double:
-  %double_at = getelementptr i64, ptr %block, i64 2
-  %double = load i64, ptr %double_at
-  %dtype_at = getelementptr i8, ptr %object, i64 {builtin._DTYPE}
-  %dtype = load i64, ptr %dtype_at
-  %dtype_fits = icmp eq i64 %dtype, %double
-  %flags_at = getelementptr i8, ptr %object, i64 {builtin._FLAGS}
-  %flags = load i32, ptr %flags_at
-  %order = and i32 %flags, {builtin._IN_ORDER}
-  %order_fits = icmp eq i32 %order, {builtin._IN_ORDER}
-  %its_axes_at = getelementptr i8, ptr %object, i64 {builtin._AXES}
-  %its_axes_32 = load i32, ptr %its_axes_at
-  %its_axes = sext i32 %its_axes_32 to i64
-  %axes_fit = icmp eq i64 %its_axes, %axes
-  %fits_0 = and i1 %dtype_fits, %order_fits
-  %fits_1 = and i1 %fits_0, %axes_fit
-  br i1 %fits_1, label %has_shape, label %no
-has_shape:                                ; there are one or two axes, and behind the lengths stand the strides
-  %shape_at = getelementptr i8, ptr %object, i64 {builtin._SHAPE}
-  %shape = load ptr, ptr %shape_at
-  %length_0 = load i64, ptr %shape
-  %length_1_at = getelementptr i64, ptr %shape, i64 1
-  %length_1 = load i64, ptr %length_1_at
-  %length_0_same = icmp eq i64 %length_0, %n0
-  %any_length = icmp slt i64 %n0, 0
-  %length_0_fits = or i1 %length_0_same, %any_length
-  %length_1_same = icmp eq i64 %length_1, %n1
-  %one_axis = icmp eq i64 %axes, 1
-  %length_1_fits = or i1 %length_1_same, %one_axis
-  %shape_fits = and i1 %length_0_fits, %length_1_fits
-  br i1 %shape_fits, label %take_array, label %no
-take_array:
-  %data_at = getelementptr i8, ptr %object, i64 {builtin._DATA}
-  %data = load i64, ptr %data_at
-  %offset = lshr i64 %data, 3
-  store i64 %offset, ptr %word
-  br i1 %any_length, label %measure, label %taken
-measure:
-  %length_word = getelementptr i64, ptr %word, i64 1
-  store i64 %length_0, ptr %length_word
-  br label %taken
-taken:
-  ret i1 true
+  %spec = getelementptr i64, ptr %row, i64 6
+  %types = getelementptr i64, ptr %block, i64 1
+  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word)
+  ret i1 %fits
 no:
   ret i1 false
 }}
@@ -255,7 +191,7 @@ one:
   %word = getelementptr i64, ptr %words, i64 %slot
   %arg_at = getelementptr ptr, ptr %args, i64 %which
   %arg = load ptr, ptr %arg_at
-  %fits = call i1 @take(ptr %arg, ptr %row, ptr %block, ptr %word)
+  %fits = call i1 @find_and_take(ptr %arg, ptr %row, ptr %block, ptr %word)
   %i_next = add i64 %i, 1
   br i1 %fits, label %arguments, label %misfit
 run:
