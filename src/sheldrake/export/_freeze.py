@@ -21,7 +21,7 @@ from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels.integrate import IntegratorNumbers
-from sheldrake.systems.framework._kernels.program import NUM_SPECIAL, Log, RunWords, SideWords
+from sheldrake.systems.framework._kernels.program import NUM_SPECIAL, Log, RunWords, SideWords, Turn
 from sheldrake.systems.primitives._log_files import log_title
 
 if TYPE_CHECKING:
@@ -226,6 +226,7 @@ class Freezer:
             | {q for *_, r in self.outputs if r >= 0 for q in layout.pull_list(r)}
         )
         words, at = self._row_words()
+        turns = [[turn for turn in of_kind if turn[0] not in drawn] for of_kind in layout.turns]
         ends = [np.cumsum([0, *map(len, lists)]).astype(np.int64) for lists in (acts, pres)]
         flat = [np.array([r for rows in lists for r in rows], np.int64) for lists in (acts, pres)]
         changed = program._replace(
@@ -235,6 +236,8 @@ class Freezer:
             calls_begin=ends[0],
             prerequisites=flat[1],
             prerequisites_begin=ends[1],
+            turn=np.array([turn for of_kind in turns for turn in of_kind], np.int64).reshape(-1, Turn.SIZE),
+            turns_begin=np.cumsum([0, *map(len, turns)]).astype(np.int64),
         )
         self.image.add_words(words, known_as=words.words)
         return changed

@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 
 _PATIENCE = 0.3  # [s] in which each chain of rows is called again, about
 _LARGEST = 3e7  # numbers in kept slabs, at most
-_SPECIAL = ("abstract state", "witnesses before a step", "witnesses after a step", "monitor", "publish of every step")
+_SPECIAL = (
+    "abstract state",
+    "abstract state that is discarded",
+    "witnesses before a step",
+    "witnesses after a step",
+    "monitor",
+    "publish of every step",
+)
 """Rows of the simulator, in their order; see `loop`."""
 
 

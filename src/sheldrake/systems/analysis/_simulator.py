@@ -207,25 +207,27 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         if not abs(t) < self._horizon:
             self._check_time(t, "Initialize")
         initializes = not params.suppress_initialization_events
-        updates = self._update_at_start(store) if initializes and store.layout.updates_at_start else None
-        self._span.begin(initializes)
-        self._finish_step(self._publish_at_initialization)
+        if initializes and store.layout.updates_at_start:
+            self._update_at_start(store)
+        if not store.i[_TERMINATE]:
+            self._span.begin(initializes)
+            self._finish_step(self._publish_at_initialization)
         self._ready, self._last_time = True, store.S.item(0)
-        if updates is not None and updates.severity() is EventStatus.Severity.kReachedTermination:
-            note_status(updates, self._span.outcome, store)
         return self._status(t, _program.TERMINATED if store.i[_TERMINATE] else _program.DONE)
 
-    def _update_at_start(self, store: Store) -> EventStatus:
-        """Makes the updates of initialization; how they went."""
-        status = EventStatus.Succeeded()
-        for kind, apply in (
-            (RunWords.unrestricteds, _evaluate.apply_unrestricted),
-            (RunWords.discretes, _evaluate.apply_discrete),
-        ):
-            result, any_ = apply(store, 0, _evaluate.initialization)
-            self._run.word[kind] += any_
-            status.KeepMoreSevere(result)
-        return status
+    def _update_at_start(self, store: Store) -> None:
+        """Makes the updates of initialization.
+
+        Raises:
+            RuntimeError: one failed.
+        """
+        self._span.update_at_start()
+        if store.i[_STATUS]:
+            self._raise()
+        if store.unsettled:
+            store.settle()
+            if not self._span.is_current():
+                self._make_span()
 
     def _last_instant(self, store: Store) -> float:
         """Time [s] from which numbers lie so far apart that steps or periods are lost between them."""
@@ -257,7 +259,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         store = self._context._store
         me = weakref.ref(self)  # the span must not own its simulator
         commits, watches = store.layout.num_abstract > 0, bool(store.layout.witness_nodes)
-        special = [store.commit_abstract if commits else None]
+        special: list[Any] = [store.commit_abstract, store.discard_abstract] if commits else [None, None]
         special += [_method(me, name) if watches else None for name in _OF_WITNESSES]
         special += [_method(me, name) for name in _SPECIAL]
         self._span = Span(store, self._run, self._integrator._numbers, special, self._native)
@@ -285,9 +287,11 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         self._check_time(float(self._context._store.S[0]), "AdvanceTo")  # a callback may have set it
         self._integrator._make_step(self._span)
 
-    def _every_step(self) -> None:
-        self._system.ForcedPublish(self._context)
-        self._run.publishes += 1
+    def _every_step(self) -> EventStatus:
+        status = _evaluate.publish(self._context._store, 0, _evaluate.forced)
+        if status.severity() is not EventStatus.Severity.kDidNothing:
+            self._run.publishes += 1
+        return status
 
     def _finish_step(self, publish: bool) -> None:
         """What follows the publishes outside the event loop: a forced one, if wanted, and the monitor.
@@ -300,14 +304,14 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             store.enter()
             try:
                 if publish and not store.i[_STATUS]:
-                    self._every_step()
+                    note_status(self._every_step(), self._span.outcome, store)
                 if self._monitor is not None and not store.i[_STATUS]:
                     result = self._monitor(self._context)
-                    if result is not None and note_status(checked_status(result), self._span.outcome, store):
-                        store.side.status = -1
+                    if result is not None:
+                        note_status(checked_status(result), self._span.outcome, store)
             finally:
                 store.leave()
-        if store.i[_STATUS]:
+        if store.i[_STATUS] or self._span.outcome.failed():
             self._raise()
 
     def AdvanceTo(self, boundary_time: float, interruptible: bool = True) -> SimulatorStatus:
@@ -413,7 +417,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
                     self._call_visitors(False)
                 if self._interrupt is not None:
                     self._interrupt()
-                if code == _program.ERROR:
+                if code == _program.ERROR or (code == _program.TERMINATED and span.outcome.failed()):
                     self._raise()
                 elif code == _program.ROOM:
                     logs.grow(store)
@@ -465,8 +469,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
 
     def _raise(self) -> None:
         span = self._span
-        failed = span.outcome.status
-        if span.outcome.error is None and failed is not None and failed.severity() is EventStatus.Severity.kFailed:
+        if span.outcome.error is None and span.outcome.failed():
             span.store.side.status = 0
             status = self._status(0.0, None)
             raise RuntimeError(status.FormatMessage())
@@ -495,14 +498,13 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         store, span = self._context._store, self._span
         store.i[_TERMINATE] = 0
         logs.grow(store)
+        steps = int(self._run.steps)
         span.handle_pending()
         if store.i[_STATUS]:
             self._raise()
-        terminated = store.i[_TERMINATE] != 0
-        if not terminated:
+        if self._run.steps > steps:  # else an update has ended it
             self._finish_step(self._publish_every_step)
-            terminated = store.i[_TERMINATE] != 0
-        return self._status(store.S.item(0), _program.TERMINATED if terminated else _program.DONE)
+        return self._status(store.S.item(0), _program.TERMINATED if store.i[_TERMINATE] else _program.DONE)
 
 
 def first_tick(offset: float, period: float, t: float) -> int:

@@ -43,6 +43,10 @@ class Outcome:
         self.kind = ""
         self.status: EventStatus | None = None
 
+    def failed(self) -> bool:
+        """Whether an event reported failure."""
+        return self.status is not None and self.status.severity() is EventStatus.Severity.kFailed
+
 
 class Span:
     """The event loop on one store.
@@ -68,7 +72,7 @@ class Span:
         self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
         called = self.layout.called
         guard = [self._guard_row(r) if r in called else None for r in range(len(self.layout.rows))]
-        guard += [f and _guard(f, self.outcome, store, None, "") for f in special]
+        guard += [f and _guard(f, self.outcome, store, None, "", True) for f in special]
         self.native = native and store.native
         self.python = [f if f is None or self._is_native(r) else FirstCalls(f, self, r) for r, f in enumerate(guard)]
         self.first_calls = {r: f for r, f in enumerate(self.python) if isinstance(f, FirstCalls)}
@@ -97,9 +101,8 @@ class Span:
         if row.node not in self._held:
             ports = [system._input_port(i) for i in range(system.num_input_ports())]
             self._held[row.node] = store.context(row.node), ports
-        return self._waiting(
-            row, _guard(python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
-        )
+        call, goes_on = python_rows.bound(store, r), row.kind == PUBLISH
+        return self._waiting(row, _guard(call, self.outcome, store, system, KIND_NAMES[row.kind], goes_on))
 
     def _waiting(self, row: Row, run: Any) -> Any:
         """An update after which memory may move before time goes on."""
@@ -138,9 +141,12 @@ class Span:
         if self.native:
             self.table[r] = self.address_of(self.python[r])
 
-    def set_row(self, r: int, function: Any) -> None:
-        """Gives a row that belongs to no leaf its Python function; before the first advance."""
-        self.python[r] = self._waiting(self.layout.rows[r], _guard(function, self.outcome, self.store, None, ""))
+    def set_rows(self, functions: dict[int, Any]) -> None:
+        """Gives rows that belong to no leaf their Python functions; before the first advance."""
+        for r, function in functions.items():
+            row = self.layout.rows[r]
+            guarded = _guard(function, self.outcome, self.store, None, "", row.kind == PUBLISH)
+            self.python[r] = self._waiting(row, guarded)
         if self.native:
             self._bind()
 
@@ -219,6 +225,15 @@ class Span:
         bound = self._on_memory(_loop.advance)
         bound.set("T", T)
         return self._run(bound)
+
+    def update_at_start(self) -> None:
+        """Makes the updates of initialization; an error stays in the status."""
+        if not self.native or not self._has_inputs():
+            self.interpreted(_loop.update_at_start)
+        else:
+            self._run_alone(self._on_memory(_loop.update_at_start))
+        if self.store.i[_TERMINATE] == _MOVE:
+            self.store.i[_TERMINATE] = 0
 
     def begin(self, initializes: bool) -> None:
         """Sets the clocks and publishes what is due at the beginning; `initializes`: at initialization too."""
@@ -320,7 +335,7 @@ class Span:
         status, r = int(store.side.status), int(store.side.row)
         store.side.status = 0
         error, system, kind = outcome.error, outcome.system, outcome.kind
-        outcome.error = None
+        outcome.error = outcome.status = None
         if error is None:
             error, system, kind = failure(store, self.numbers, status, r)
         if system is not None:
@@ -345,13 +360,21 @@ def _plain(t: Any) -> float:
     return float(t) if isinstance(t, np.floating) else t
 
 
-def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str) -> Callable[..., Any]:
-    """A call that never raises: an error stops the span and waits to be raised by the simulator."""
+def _guard(
+    function: Any, outcome: Outcome, store: Store, system: Any, kind: str, goes_on: bool = False
+) -> Callable[..., Any]:
+    """A call that never raises: an error stops the span and waits to be raised by the simulator.
+
+    Where it `goes_on`, as publishes do, a status of failure ends the step when all else of its end is done.
+    """
 
     def run() -> int:
         try:
             result = function()
-            return 0 if result is None else note_status(checked_status(result), outcome, store)
+            if result is None:
+                return 0
+            failed = note_status(checked_status(result), outcome, store)
+            return 0 if goes_on else failed
         except BaseException as e:
             outcome.error, outcome.system, outcome.kind = e, system, kind
             return FAILED
@@ -360,15 +383,14 @@ def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str
 
 
 def note_status(status: EventStatus, outcome: Outcome, store: Store) -> int:
-    """Keeps the worst status of the events of a span; gives the row's status."""
+    """Keeps the worst status of the events of a span, and ends it; gives the row's status."""
     severity = status.severity()
     if severity is EventStatus.Severity.kDidNothing:
         store.side.idle += 1
         return 0
-    if severity is EventStatus.Severity.kReachedTermination:
-        store.side.terminate = 1
-    elif severity is not EventStatus.Severity.kFailed:
+    if severity is EventStatus.Severity.kSucceeded:
         return 0
+    store.side.terminate = 1
     if outcome.status is None:
         outcome.status = EventStatus.Succeeded()
     outcome.status.KeepMoreSevere(status)

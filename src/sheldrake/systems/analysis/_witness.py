@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
+from sheldrake.systems.framework._declarations import PUBLISH
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
 from sheldrake.systems.framework._kernels import loop as _loop
@@ -32,8 +34,8 @@ class WitnessWatch:
         self._seen: tuple[int, ...] | None = None  # when the last values were computed, and these
         self._w1: list[float] = []
         self.triggered: list[WitnessFunction] = []
-        for kind, row in self._store.layout.witness_rows.items():
-            span.set_row(row, (lambda k: lambda: self._fire(k))(kind))
+        rows = self._store.layout.witness_rows
+        span.set_rows({row: functools.partial(self._fire, n, kind) for (n, kind), row in rows.items()})
 
     def _context(self, witness: WitnessFunction) -> Context:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
@@ -68,7 +70,9 @@ class WitnessWatch:
         if not self.triggered:
             return
         window = self._window()
-        if window is not None and not self._isolate(window):
+        if window is None:
+            del self.triggered[1:]  # as in Drake: the others are not looked at
+        elif not self._isolate(window):
             return
         self._store.side.witnessed = 1
 
@@ -87,14 +91,15 @@ class WitnessWatch:
     def _isolate(self, window: float) -> bool:
         """Halves the step until it is short; False, with the state at its middle, if nothing triggers there."""
         a, b = self._t0, self._store.S[0]
-        while b - a > window:
+        while True:
             c = (a + b) / 2
             self._integrate_to(c)
             self.triggered = self._which()
             if not self.triggered:
                 return False
             b = c
-        return True
+            if not b - a > window:
+                return True
 
     def _integrate_to(self, t: float) -> None:
         store = self._store
@@ -103,15 +108,19 @@ class WitnessWatch:
         _program.changed(store.side, _program.CONTINUOUS)
         self._span.inside(_loop.integrate_to, t)
 
-    def _fire(self, kind: int) -> EventStatus | None:
-        """Runs the events of one kind of what triggered."""
-        store, status = self._store, EventStatus.DidNothing()
+    def _fire(self, n: int, kind: int) -> EventStatus:
+        """Runs the events of one kind of what triggered in a system."""
+        store, status, context = self._store, EventStatus.DidNothing(), self._store.context(n)
         for witness in self.triggered:
             event = witness._event
-            if event is None or event._kind != ("unrestricted", "discrete", "publish")[kind]:
+            if event is None or event._kind != _KINDS[kind] or self._context(witness) is not context:
                 continue
-            context = self._context(witness)
-            target = () if kind == 2 else (python_rows.event_argument(store, kind, context),)
+            target = () if kind == PUBLISH else (python_rows.event_argument(store, kind, context),)
             result = event._call(witness._system, context, *target)
             status.KeepMoreSevere(EventStatus.Succeeded() if result is None else checked_status(result))
+            if kind != PUBLISH and status.severity() is EventStatus.Severity.kFailed:
+                break
         return status
+
+
+_KINDS = ("unrestricted", "discrete", "publish")

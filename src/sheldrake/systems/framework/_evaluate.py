@@ -10,7 +10,6 @@ import numpy as np
 
 from sheldrake.systems.framework._declarations import (
     DISCRETE,
-    KIND_NAMES,
     PUBLISH,
     UNRESTRICTED,
     EventDeclaration,
@@ -102,22 +101,21 @@ def events(store: Store, n: int, kind: int, select: Select) -> Iterator[tuple[in
                 yield m, event, row
 
 
-def _run(store: Store, found: list, status: EventStatus) -> None:
-    for _, event, r in found:
+def _run(store: Store, found: list, kind: int) -> EventStatus:
+    """Runs events, updates until one of them fails; the worst of what they returned."""
+    status = EventStatus.DidNothing()
+    for _, _, r in found:
         if r == NO_ROW:
             continue
+        result = None
         if r < 0:
             logs.append(store, -1 - r)
-            continue
-        result = run_stages(store, r)
-        if result is not None:
-            status.KeepMoreSevere(checked_status(result))
-            if status.severity() is EventStatus.Severity.kFailed:
-                system = status.system()
-                where = system._describe() if system is not None else "System"
-                raise RuntimeError(
-                    f'{KIND_NAMES[event.kind]} event handler in {where} failed with message: "{status.message()}"'
-                )
+        else:
+            result = run_stages(store, r)
+        status.KeepMoreSevere(EventStatus.Succeeded() if result is None else checked_status(result))
+        if kind != PUBLISH and status.severity() is EventStatus.Severity.kFailed:
+            break
+    return status
 
 
 def _copy_to_next(store: Store, n: int, names: tuple[str, ...]) -> None:
@@ -127,25 +125,38 @@ def _copy_to_next(store: Store, n: int, names: tuple[str, ...]) -> None:
         store.S[a + plus : b + plus] = store.S[a:b]
 
 
-def discrete_update(store: Store, n: int, select: Select) -> tuple[DiscreteValues, EventStatus, bool]:
-    """x+ of node `n` after its selected discrete updates (a view), how they went, and whether there were any."""
-    status = EventStatus.Succeeded()
+def _require_success(status: EventStatus, call: str) -> None:
+    if status.severity() is EventStatus.Severity.kFailed:
+        system = status.system()
+        where = f" in {system.GetSystemType()} system '{system.GetSystemPathname()}'" if system is not None else ""
+        raise RuntimeError(f'{call}(): An event handler{where} failed with message: "{status.message()}".')
+
+
+def discrete_update(store: Store, n: int, select: Select, call: str) -> tuple[DiscreteValues, bool]:
+    """x+ of node `n` after its selected discrete updates (a view), and whether there were any.
+
+    Raises:
+        RuntimeError: one reported failure; it says which `call` this was.
+    """
     with computing(store):
         _copy_to_next(store, n, ("xd",))
         found = list(events(store, n, DISCRETE, select))
-        _run(store, found, status)
-    return store.context(n)._discrete_view(store.layout.plus), status, bool(found)
+        _require_success(_run(store, found, DISCRETE), call)
+    return store.context(n)._discrete_view(store.layout.plus), bool(found)
 
 
-def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, EventStatus, bool]:
-    """The whole next state of node `n` after its selected unrestricted updates (views), and how they went."""
-    status = EventStatus.Succeeded()
+def unrestricted_update(store: Store, n: int, select: Select, call: str) -> tuple[State, bool]:
+    """The whole next state of node `n` after its selected unrestricted updates (views), and whether there were any.
+
+    Raises:
+        RuntimeError: one reported failure; it says which `call` this was.
+    """
     with computing(store):
         _copy_to_next(store, n, ("xc", "xd"))
         store.pending.clear()
         found = list(events(store, n, UNRESTRICTED, select))
         try:
-            _run(store, found, status)
+            _require_success(_run(store, found, UNRESTRICTED), call)
             abstract = []
             for m in leaves_under(store, n):
                 first, last = store.layout.places[m].abstract
@@ -154,32 +165,37 @@ def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, Ev
             pending, store.pending = store.pending, {}
     state = store.context(n)._state_view(store.layout.plus, abstract)
     state._pending = pending
-    return state, status, bool(found)
+    return state, bool(found)
 
 
-def publish(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
-    """Runs the selected publishes of node `n`."""
-    status = EventStatus.Succeeded()
+def publish(store: Store, n: int, select: Select) -> EventStatus:
+    """Runs the selected publishes of node `n`, all of them, and gives the worst of what they returned."""
     with computing(store):
-        found = list(events(store, n, PUBLISH, select))
-        _run(store, found, status)
-    return status, bool(found)
+        return _run(store, list(events(store, n, PUBLISH, select)), PUBLISH)
 
 
-def apply_discrete(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
-    """Runs the selected discrete updates of node `n` and makes x+ the state."""
-    _, status, any_ = discrete_update(store, n, select)
+def publish_or_raise(store: Store, n: int, select: Select, call: str) -> None:
+    """Runs the selected publishes of node `n`.
+
+    Raises:
+        RuntimeError: one reported failure; it says which `call` this was.
+    """
+    _require_success(publish(store, n, select), call)
+
+
+def apply_discrete(store: Store, n: int, select: Select, call: str) -> None:
+    """Runs the selected discrete updates of node `n` and makes x+ the state; errors as there."""
+    _, any_ = discrete_update(store, n, select, call)
     if any_:
         a, b = store.layout.places[n].xd
         plus = store.layout.plus
         store.S[a:b] = store.S[a + plus : b + plus]
         store.touch(1, ("x", n))
-    return status, any_
 
 
-def apply_unrestricted(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
-    """Runs the selected unrestricted updates of node `n` and makes what they give the state."""
-    state, status, any_ = unrestricted_update(store, n, select)
+def apply_unrestricted(store: Store, n: int, select: Select, call: str) -> None:
+    """Runs the selected unrestricted updates of node `n` and makes what they give the state; errors as there."""
+    state, any_ = unrestricted_update(store, n, select, call)
     if any_:
         plus = store.layout.plus
         for a, b in (store.layout.places[n].xd, store.layout.places[n].xc):
@@ -187,7 +203,6 @@ def apply_unrestricted(store: Store, n: int, select: Select) -> tuple[EventStatu
         store.pending = state._pending
         store.commit_abstract()
         store.touch(1, ("x", n))
-    return status, any_
 
 
 def forced(event: EventDeclaration) -> bool:

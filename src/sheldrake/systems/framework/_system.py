@@ -202,33 +202,35 @@ class System(ScalarConversion, SystemPorts):
     def CalcForcedDiscreteVariableUpdate(self, context: Context, discrete_state: DiscreteValues) -> None:
         """What the forced discrete updates would make of the discrete state, into `discrete_state`."""
         self.ValidateContext(context)
-        discrete_state.SetFrom(_evaluate.discrete_update(context._store, context._node, _evaluate.forced)[0])
+        store, n, call = context._store, context._node, "CalcForcedDiscreteVariableUpdate"
+        discrete_state.SetFrom(_evaluate.discrete_update(store, n, _evaluate.forced, call)[0])
 
     def CalcForcedUnrestrictedUpdate(self, context: Context, state: State) -> None:
         """What the forced unrestricted updates would make of the state, into `state`."""
         self.ValidateContext(context)
-        state.SetFrom(_evaluate.unrestricted_update(context._store, context._node, _evaluate.forced)[0])
+        store, n, call = context._store, context._node, "CalcForcedUnrestrictedUpdate"
+        state.SetFrom(_evaluate.unrestricted_update(store, n, _evaluate.forced, call)[0])
 
     def ForcedPublish(self, context: Context) -> None:
         """Runs all forced publishes."""
         self.ValidateContext(context)
-        _evaluate.publish(context._store, context._node, _evaluate.forced)
+        _evaluate.publish_or_raise(context._store, context._node, _evaluate.forced, "ForcedPublish")
 
     def ExecuteInitializationEvents(self, context: Context) -> None:
         """Runs all initialization events and changes the state as they say."""
-        self._execute(context, _evaluate.initialization, True)
+        self._execute(context, _evaluate.initialization, True, "ExecuteInitializationEvents")
 
     def ExecuteForcedEvents(self, context: Context, publish: bool = True) -> None:
         """Runs all forced events and changes the state as they say."""
-        self._execute(context, _evaluate.forced, publish)
+        self._execute(context, _evaluate.forced, publish, "ExecuteForcedEvents")
 
-    def _execute(self, context: Context, select: Callable[[EventDeclaration], bool], publish: bool) -> None:
+    def _execute(self, context: Context, select: Callable[[EventDeclaration], bool], publish: bool, call: str) -> None:
         self.ValidateContext(context)
         store, n = context._store, context._node
-        _evaluate.apply_unrestricted(store, n, select)
-        _evaluate.apply_discrete(store, n, select)
+        _evaluate.apply_unrestricted(store, n, select, call)
+        _evaluate.apply_discrete(store, n, select, call)
         if publish:
-            _evaluate.publish(store, n, select)
+            _evaluate.publish_or_raise(store, n, select, call)
 
     # Periodic updates.
 
@@ -276,7 +278,8 @@ class System(ScalarConversion, SystemPorts):
                     f"(period, offset) {sorted(times)}."
                 )
             )
-        found = _evaluate.discrete_update(store, context._node, lambda e: e.trigger == "periodic")[0].Clone()
+        periodic, call = lambda e: e.trigger == "periodic", "EvalUniquePeriodicDiscreteUpdate"
+        found = _evaluate.discrete_update(store, context._node, periodic, call)[0].Clone()
         store.cache[key] = store.i[2], found
         return found.Clone()
 

@@ -42,6 +42,10 @@ _FIRST_ROOM = 256
 LOG = "log"
 """Handler of an event that appends the leaf's only input to its log."""
 
+_CLOCK_OF = {"per_step": _program.PER_STEP, "initialization": _program.AT_START}
+_RANK_OF = {_program.AT_START: 0, _program.PER_STEP: 1}
+"""In a system, what these trigger comes before what clocks do."""
+
 
 @dataclasses.dataclass(slots=True)
 class Row:
@@ -276,6 +280,8 @@ class Layout(Memory):
             prerequisites_begin=_pointers(prerequisites),
             calls=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
             calls_begin=_pointers([rows for _, _, rows, _ in self.group_list]),
+            turn=_ints(_flat(self.turns)).reshape(-1, 3),
+            turns_begin=_pointers(self.turns),
             segment=_ints(_flat(segments)).reshape(-1, 2),
             segments_begin=_pointers(segments),
             group=_ints([(kind, clock) for kind, clock, _, _ in self.group_list]).reshape(-1, 2),
@@ -285,38 +291,56 @@ class Layout(Memory):
         )
 
     def _make_groups(self) -> None:
-        """What happens together: one group per kind and clock, in the order of the leaves; derivatives come last."""
+        """What happens together: one group per kind and clock, in the order of the leaves; derivatives come last.
+
+        `turns` has the rows of each kind in the order in which they are called when several groups are due.
+        """
         clocks: dict[tuple[float, float], int] = {}
         groups: dict[tuple[int, int], tuple[list[int], set[int]]] = {}
-        special = {"per_step": _program.PER_STEP, "initialization": _program.AT_START}
+        turns: list[list[tuple[int, tuple[int, int]]]] = [[], [], []]
         for clock in (_program.AT_START, _program.PER_STEP):
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 groups[kind, clock] = ([], set())
+        self.witness_rows: dict[tuple[int, int], int] = {}
         for n in self.leaves:
-            for event, row in zip(self.systems[n]._all_events(), self.places[n].events):
-                if event.trigger == "forced":
-                    continue
-                if event.trigger == "periodic":
-                    clock = clocks.setdefault((event.offset, event.period), len(clocks))
-                else:
-                    clock = special[event.trigger]
-                rows, nodes = groups.setdefault((event.kind, clock), ([], set()))
-                if row != NO_ROW:
-                    rows.extend(self.stages(row))
+            for kind, clock, rows in self._acts_of(n, clocks):
+                own, nodes = groups.setdefault((kind, clock), ([], set()))
+                own.extend(rows)
                 nodes.add(n)
-        self.witness_nodes = [n for n in self.leaves if self.systems[n]._has_witnesses()]
-        self.witness_rows: dict[int, int] = {}
+                turns[kind] += [(r, (kind, clock)) for r in rows]
+        self.witness_nodes = sorted({n for n, _ in self.witness_rows})
         self.clocks = list(clocks)
         self.shortest_period = min((period for _, period in clocks), default=np.inf)  # [s]
         self.group_list = [(kind, clock, rows, nodes) for (kind, clock), (rows, nodes) in groups.items() if nodes]
-        if self.witness_nodes:
-            for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
-                row = self._add(Row(-1, kind, None, (0, 0)))
-                self.witness_rows[kind] = row
-                self.group_list.append((kind, _program.AT_WITNESS, [row], set(self.witness_nodes)))
         self.updates_at_start = any(k != PUBLISH and c == _program.AT_START for k, c, *_ in self.group_list)
+        number = {(kind, clock): g for g, (kind, clock, *_) in enumerate(self.group_list)}
+        self.turns = [[(r, number[group], self._reads_slab(r)) for r, group in rows] for rows in turns]
         derivatives = [r for p in self.places if p.derivatives >= 0 for r in self.stages(p.derivatives)]
         self.group_list.append((DERIVATIVES, -9, derivatives, set()))
+
+    def _acts_of(self, n: int, clocks: dict[tuple[float, float], int]) -> list[tuple[int, int, list[int]]]:
+        """Kind, clock and rows of all events of a leaf but the forced ones, in the order in which they happen.
+
+        Args:
+            n: Its node.
+            clocks: Numbers of clocks by offset and period, to which new ones are added.
+        """
+        found = []
+        for event, row in zip(self.systems[n]._all_events(), self.places[n].events):
+            clock = _CLOCK_OF.get(event.trigger, 0)
+            if event.trigger == "periodic":
+                clock = clocks.setdefault((event.offset, event.period), len(clocks))
+            if event.trigger != "forced":
+                found.append((event.kind, clock, self.stages(row) if row != NO_ROW else []))
+        found.sort(key=lambda act: _RANK_OF.get(act[1], len(_RANK_OF)))
+        if self.systems[n]._has_witnesses():
+            for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
+                row = self.witness_rows[n, kind] = self._add(Row(-1, kind, None, (0, 0)))
+                found.append((kind, _program.AT_WITNESS, [row]))
+        return found
+
+    def _reads_slab(self, r: int) -> bool:
+        return r < 0 or self.rows[r].native
 
     def _segments(self, nodes: set[int], kind: int) -> list[tuple[int, int]]:
         if kind not in (DISCRETE, UNRESTRICTED):

@@ -575,6 +575,10 @@ class Store:
             self.serials["xa", n] += 1
         self.pending.clear()
 
+    def discard_abstract(self) -> None:
+        """Forgets what unrestricted updates wrote to abstract states."""
+        self.pending.clear()
+
     def output_value(self, r: int) -> AbstractValue:
         """The value that abstract output row `r` fills."""
         value = self.values.get(r)

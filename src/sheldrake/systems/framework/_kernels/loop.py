@@ -13,6 +13,8 @@ from sheldrake.systems.framework._kernels.program import (
     AT_WITNESS,
     BREAK,
     COMMIT,
+    CONTINUOUS,
+    DISCARD,
     DISCRETE,
     DONE,
     ERROR,
@@ -29,8 +31,8 @@ from sheldrake.systems.framework._kernels.program import (
     Program,
     Run,
     Side,
+    act,
     changed,
-    fire,
     inner,
     refresh,
     special,
@@ -59,25 +61,51 @@ def due(program, side, g, kind):
     return program.groups[g].kind == kind and side.word[program.triggers + g] != 0
 
 
+@inner
+def refresh_due(program, S, side, rows, kind):
+    """Brings up to date what the triggered groups of a kind read; how many rows they call."""
+    n = 0
+    for g in range(program.num_groups):
+        if due(program, side, g, kind) and side.status == 0:
+            refresh(program, S, side, rows, g)
+            n += num_calls(program, g)
+    return n
+
+
+@inner
+def fire_due(program, S, side, L, rows, kind):
+    """Calls what the triggered groups of a kind do, in Drake's order: system by system, whatever has triggered it.
+
+    In a system: what happens at initialization, in every step, by clocks, by witness functions; each as declared.
+    """
+    known = side.word[CONTINUOUS]
+    for j in range(program.turns_begin[kind], program.turns_begin[kind + 1]):
+        turn = program.turns[j]
+        if side.word[program.triggers + turn.group] != 0:
+            if turn.reads_slab != 0 and side.word[CONTINUOUS] != known:  # Python has written something meanwhile
+                refresh_due(program, S, side, rows, kind)
+                known = side.word[CONTINUOUS]
+            if side.status == 0:
+                act(program, S, side, L, rows, turn.row)
+            if side.status != 0:
+                return
+
+
 @stage
 def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, kind: int) -> None:
     """All triggered updates of one kind: everybody reads x-, everybody writes x+, one commit."""
-    n = 0
-    for g in range(program.num_groups):
-        if due(program, side, g, kind):
-            refresh(program, S, side, rows, g)
-            copy_state(program, S, g, 0, program.plus)
-            n += num_calls(program, g)
+    n = refresh_due(program, S, side, rows, kind)
     if n == 0 or side.status != 0:
         return
-    side.idle = 0
     for g in range(program.num_groups):
         if due(program, side, g, kind):
-            fire(program, S, side, L, rows, g)
-            if side.status != 0:
-                return  # nothing committed: the context keeps the last good state
-    if side.idle == n:
-        return  # nobody had anything to do
+            copy_state(program, S, g, 0, program.plus)
+    side.idle = 0
+    fire_due(program, S, side, L, rows, kind)
+    if side.status != 0 or side.idle == n:  # one failed, or nobody had anything to do: x- stays
+        if kind == UNRESTRICTED and run.has_commit != 0:
+            special(program, S, side, rows, DISCARD)
+        return
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             copy_state(program, S, g, program.plus, 0)
@@ -93,16 +121,15 @@ def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: I
 @stage
 def publish(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
     """All triggered publishes."""
-    n = 0
+    n = refresh_due(program, S, side, rows, PUBLISH)
     side.idle = 0
+    if n > 0 and side.status == 0:
+        fire_due(program, S, side, L, rows, PUBLISH)
+    if side.status != 0:
+        return
     for g in range(program.num_groups):
-        if due(program, side, g, PUBLISH):
-            refresh(program, S, side, rows, g)
-            fire(program, S, side, L, rows, g)
-            if side.status != 0:
-                return
+        if program.groups[g].kind == PUBLISH:
             side.word[program.triggers + g] = 0
-            n += num_calls(program, g)
     if n > side.idle:
         run.publishes += 1
 
@@ -189,14 +216,33 @@ def leap(program, side, t):
             side.word[program.ticks + c] = k + 1 if clock.offset + k * clock.period == t else k
 
 
+@inner
+def trigger_nothing(program, side):
+    """Nothing is triggered."""
+    for g in range(program.num_groups):
+        side.word[program.triggers + g] = 0
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def update_at_start(program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
+    """The updates of initialization. If they end the run, and it goes on nevertheless, clocks tick after its time."""
+    program = program_model
+    trigger_nothing(program, side)
+    trigger(program, side, AT_START)
+    update(program, run, S, side, L, rows, UNRESTRICTED)
+    if side.status == 0:
+        update(program, run, S, side, L, rows, DISCRETE)
+    set_clocks(program, side, S[0])
+    trigger_nothing(program, side)
+
+
 @kernel(top=True, strict=True, short_loops=True)
 def begin(
     program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, initializes: int
 ) -> None:
     """Sets the clocks and publishes what is due at the beginning, what happens at initialization too if wanted."""
     program = program_model
-    for g in range(program.num_groups):
-        side.word[program.triggers + g] = 0
+    trigger_nothing(program, side)
     set_clocks(program, side, S[0])
     trigger(program, side, PER_STEP)
     if initializes != 0:

@@ -25,8 +25,8 @@ DONE, ERROR, ROOM, BREAK, TERMINATED = range(5)
 # Groups that belong to no clock.
 PER_STEP, AT_WITNESS, AT_START = -1, -2, -3
 # Rows after the program's own.
-COMMIT, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP, PYTHON_STEP = range(6)
-NUM_SPECIAL = 6
+COMMIT, DISCARD, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP, PYTHON_STEP = range(7)
+NUM_SPECIAL = 7
 
 
 class Segment(Record):
@@ -48,6 +48,14 @@ class Clock(Record):
 
     offset = number("first tick", "s")
     period = number("between ticks", "s")
+
+
+class Turn(Record):
+    """A row of a group, in its turn among all rows of the kind: systems in order, and what one system does in order."""
+
+    row = integer("that is called; -1 - n is log n")
+    group = integer("that calls it")
+    reads_slab = integer("1: a kernel or a log, which finds in the slab what it reads; Python asks for it")
 
 
 class Log(Record):
@@ -87,6 +95,8 @@ class Program(NamedTuple):
     prerequisites_begin: IntVector  # where those of each group begin
     calls: IntVector  # rows that a group calls; -1 - n is log n
     calls_begin: IntVector  # where those of each group begin
+    turn: Annotated[IntMatrix, Items("turns", Turn)]
+    turns_begin: IntVector  # where those of each kind begin
     segment: Annotated[IntMatrix, Items("segments", Segment)]
     segments_begin: IntVector  # where those of each group begin
     group: Annotated[IntMatrix, Items("groups", Group)]
@@ -177,23 +187,28 @@ def refresh(program, S, side, rows, g):
 
 
 @inner
+def act(program, S, side, L, rows, r):
+    """Calls row r, or appends time and value to a log."""
+    if r >= 0:
+        if side.word[program.stamps + r] != side.word[CONTINUOUS]:  # else see `lanes`
+            call(program, S, side, rows, r)
+    else:
+        s = -1 - r
+        log = program.logs[s]
+        b = program.samples + 3 * s  # start, capacity, count
+        o = side.word[b] + side.word[b + 2] * (log.length + 1)
+        L[o] = S[0]
+        for i in range(log.length):
+            L[o + 1 + i] = S[log.start + i]
+        side.word[b + 2] += 1
+
+
+@inner
 def fire(program, S, side, L, rows, g):
-    """Calls what group `g` does: updates into x+, derivatives, publishes, logs."""
+    """Calls what group `g` does: derivatives, or updates when no other group acts."""
     if side.status != 0:
         return
     for j in range(program.calls_begin[g], program.calls_begin[g + 1]):
-        r = program.calls[j]
-        if r >= 0:
-            if side.word[program.stamps + r] != side.word[CONTINUOUS]:  # else see `lanes`
-                call(program, S, side, rows, r)
-            if side.status != 0:
-                return
-        else:  # a log: append time and value to its record
-            s = -1 - r
-            log = program.logs[s]
-            b = program.samples + 3 * s  # start, capacity, count
-            o = side.word[b] + side.word[b + 2] * (log.length + 1)
-            L[o] = S[0]
-            for i in range(log.length):
-                L[o + 1 + i] = S[log.start + i]
-            side.word[b + 2] += 1
+        act(program, S, side, L, rows, program.calls[j])
+        if side.status != 0:
+            return

@@ -11,7 +11,14 @@ from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, prefetch
 from sheldrake.systems.framework._kernels.lanes import LANES, Lanes, bring_constants, run_row
-from sheldrake.systems.framework._kernels.loop import clear_updates, publish, set_clocks, trigger, update
+from sheldrake.systems.framework._kernels.loop import (
+    clear_updates,
+    publish,
+    set_clocks,
+    trigger,
+    trigger_nothing,
+    update,
+)
 from sheldrake.systems.framework._kernels.program import (
     AT_START,
     BREAK,
@@ -327,8 +334,7 @@ def begin_world(program_model: Program, run: Run, S: Vector, side: Side, L: Vect
     """Initialization events, clocks, and what is published at the beginning; DONE or ERROR."""
     program = program_model
     t = S[0]
-    for g in range(program.num_groups):
-        side.word[program.triggers + g] = 0
+    trigger_nothing(program, side)
     side.terminate = 0
     side.witnessed = 0
     trigger(program, side, AT_START)
