@@ -141,6 +141,8 @@ CALLS = {
     "unit inertia turned": lambda t: t["G"].ReExpress(t["R"]),
     "rotational inertia turned": lambda t: t["M"].CalcRotationalInertia().ReExpress(t["R"]),
     "six by six": lambda t: t["M"].CopyToFullMatrix6(),
+    "six by six of none": lambda t: SpatialInertia.NaN().CopyToFullMatrix6(),
+    "no inertia": lambda t: SpatialInertia.Zero(),
     "of a body": lambda t: [t["M"].IsPhysicallyValid(), SpatialInertia.NaN().IsPhysicallyValid()],
     "of none": lambda t: [M.IsNaN() for M in (t["M"], SpatialInertia.NaN(), SpatialInertia.Zero())],
     "without mass": lambda t: [M.IsZero() for M in (t["M"], SpatialInertia.NaN(), SpatialInertia.Zero())],

@@ -161,7 +161,8 @@ class SpatialInertia(ScalarBase):
         """No mass at all."""
         T = cls._T
         if T is float:
-            return cls._make(0.0, *_ZEROS)
+            made = _nothing()
+            return cls._make(0.0, *_ZEROS) if made is None else made
         return cls._make(T(0.0), as_array(T, np.zeros(3), (3,)), as_array(T, np.zeros((3, 3)), (3, 3)))
 
     @classmethod
@@ -361,7 +362,7 @@ class SpatialInertia(ScalarBase):
             return made
         T, mass = self._T, self._mass
         x, y, z = (self._p * mass).tolist()
-        zero = T(0.0)
+        zero = T(0.0) * mass
         C = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]], dtype=self._p.dtype)
         return np.block([[self._G._I * mass, C], [-C, identity(T, 3) * mass]])
 
@@ -467,6 +468,7 @@ _about_centre = short_way(
 _box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=_INERTIA)
 _sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=_INERTIA)
 _turn = short_way(globals(), "_turn", spatial.turn_inertia, _INERTIA, ROTATION, gives=_INERTIA)
+_nothing = short_way(globals(), "_nothing", spatial.no_inertia, gives=_INERTIA)
 _matrix = short_way(globals(), "_matrix", spatial.matrix_of_inertia, _INERTIA, gives=(6, 6), frozen=False)
 _is_none = short_way(globals(), "_is_none", spatial.is_inertia_none, _INERTIA, gives=bool)
 _is_zero = short_way(globals(), "_is_zero", spatial.is_inertia_zero, _INERTIA, gives=bool)

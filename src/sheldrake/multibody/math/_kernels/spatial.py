@@ -234,19 +234,26 @@ def inertia_of_sphere(mass: float, radius: float, mass_out: Vector, p_out: Vecto
     return 0
 
 
-@kernel(top=True)
+@kernel(top=True, strict=True)
 def matrix_of_inertia(mass: float, p: Vector, G: Vector, matrix: Vector) -> None:
-    """The matrix that maps accelerations to forces, shape (6, 6), row by row."""
-    x, y, z = p[0] * mass, p[1] * mass, p[2] * mass
-    C = (0.0, -z, y, z, 0.0, -x, -y, x, 0.0)
+    """The matrix that maps accelerations to forces, shape (6, 6), row by row; all none where the mass is none."""
+    x, y, z, zero = p[0] * mass, p[1] * mass, p[2] * mass, 0.0 * mass
     for i in range(3):
         for j in range(3):
             matrix[6 * i + j] = G[3 * i + j] * mass
-            matrix[6 * i + 3 + j] = 0.0
-            matrix[6 * (3 + i) + j] = 0.0
-            matrix[6 * (3 + i) + 3 + j] = mass if i == j else 0.0
-    matrix[4], matrix[5], matrix[9], matrix[11], matrix[15], matrix[16] = C[1], C[2], C[3], C[5], C[6], C[7]
+            matrix[6 * (3 + i) + 3 + j] = mass if i == j else zero
+        matrix[6 * i + 3 + i] = zero
+        matrix[6 * (3 + i) + i] = zero
+    matrix[4], matrix[5], matrix[9], matrix[11], matrix[15], matrix[16] = -z, y, z, -x, -y, x
     matrix[19], matrix[20], matrix[24], matrix[26], matrix[30], matrix[31] = z, -y, -z, x, y, -x
+
+
+@kernel(top=True)
+def no_inertia(mass_out: Vector, p_out: Vector, G_out: Vector) -> None:
+    """That of nothing."""
+    mass_out[0] = 0.0
+    write3(p_out, 0, (0.0, 0.0, 0.0))
+    write9(G_out, 0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @kernel(top=True, strict=True)
