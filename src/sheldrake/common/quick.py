@@ -68,6 +68,21 @@ def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, giv
     return not_yet
 
 
+_asked: dict[Kernel, int] = {}
+
+
+def worth_making(kernel: Kernel) -> bool:
+    """Whether a kernel is at hand, or was asked for so often that compiling it pays; each question counts."""
+    if not jit_enabled():
+        return False
+    from sheldrake.common._native import store
+
+    if store.is_ready(kernel):
+        return True
+    _asked[kernel] = _asked.get(kernel, 0) + 1
+    return _asked[kernel] > FEW and store.can_compile()
+
+
 def query(kernel: Kernel, *fixed: np.ndarray, takes: tuple[Form, ...], gives: Form, frozen: bool = True) -> Any:
     """A short way on arrays of one object, which come first among the kernel's parameters; None where there is none.
 

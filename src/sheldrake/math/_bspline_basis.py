@@ -133,7 +133,7 @@ class BsplineBasis(ScalarBase):
         """Index i of the knots with knots[i] <= parameter_value < knots[i + 1]; the last interval includes its end."""
         u = _number(as_scalar(self._T, parameter_value))
         find = bisect_right if u < _number(self.final_parameter_value()) else bisect_left
-        return find([_number(knot) for knot in self._knots], u) - 1
+        return find(self._knots if self._T is float else [_number(knot) for knot in self._knots], u) - 1
 
     @typing_overload
     def ComputeActiveBasisFunctionIndices(self, parameter_value: Scalar) -> list[int]: ...
@@ -208,16 +208,36 @@ class BsplineBasis(ScalarBase):
         """Value of basis function `i`."""
         u = as_scalar(self._T, parameter_value)
         self._check_parameter("EvaluateBasisFunctionI", u)
-        points = [self._T(float(j == i)) for j in range(self.num_basis_functions())]
-        return self._de_boor(points, u)
+        first, values = self._active_values(u)
+        return values[i - first] if first <= i < first + len(values) else self._T(0.0)
 
     def EvaluateLinearInControlPoints(self, parameter_value: Scalar) -> np.ndarray:
         """Values of all basis functions: the weights of the control points, shape (num_basis_functions,)."""
+        u = as_scalar(self._T, parameter_value)
+        self._check_parameter("EvaluateLinearInControlPoints", u)
+        return self._weights(u)
+
+    def _weights(self, u: Scalar) -> np.ndarray:
         n = self.num_basis_functions()
-        return np.array(
-            [self.EvaluateBasisFunctionI(i, parameter_value) for i in range(n)],
-            dtype=np.float64 if self._T is float else object,
-        )
+        weights = np.zeros(n) if self._T is float else any_array(self._T, np.zeros(n))
+        first, values = self._active_values(u)
+        weights[first : first + len(values)] = values
+        return weights
+
+    def _active_values(self, u: Scalar) -> tuple[int, list]:
+        """The first basis function that is not zero at u, and the values of those that are not (Cox 1972)."""
+        ell, t = self.FindContainingInterval(u), self._knots
+        values: list[Any] = [self._T(1.0)]
+        for degree in range(1, self._order):
+            carried: Any = self._T(0.0)
+            raised = []
+            for r, value in enumerate(values):
+                right, left = t[ell + r + 1], t[ell + r + 1 - degree]
+                share = value / (right - left)
+                raised.append(carried + (right - u) * share)
+                carried = (u - left) * share
+            values = [*raised, carried]
+        return ell - self._order + 1, values
 
     def __copy__(self) -> BsplineBasis:
         return self._plain_class()(self)

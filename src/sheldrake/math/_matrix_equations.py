@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._blas import one_thread
+from sheldrake.common.calls import Calls
+from sheldrake.math._kernels import riccati
 from sheldrake.math._matrices import float_matrix
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from sheldrake.common.calls import Query
 
 
 __all__ = [
@@ -51,6 +56,11 @@ def _check_cost(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.nd
         raise RuntimeError(f"{call}(): R must be positive definite")
 
 
+def _sizes_fit(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray) -> bool:
+    n, m = B.shape
+    return A.shape == Q.shape == (n, n) and R.shape == (m, m)
+
+
 def require_stable(call: str, closed: np.ndarray, *, discrete: bool) -> None:
     """Refuses what a Riccati solver gives where no feedback stabilizes: a closed loop that grows.
 
@@ -61,6 +71,45 @@ def require_stable(call: str, closed: np.ndarray, *, discrete: bool) -> None:
     growth = np.abs(modes) - 1.0 if discrete else modes.real
     if growth.max(initial=-1.0) > _GROWTH * max(1.0, np.abs(closed).max(initial=0.0)):
         raise RuntimeError(f"{call} fails. The system is not stabilizable.")
+
+
+def small_regulator(
+    A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None, *, discrete: bool
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """S and K of the regulator of a small process, or None where a kernel does not clearly solve its Riccati equation.
+
+    What it gives solves the equation to `_RESIDUAL`, with R positive definite and a closed loop that decays; sizes must
+    fit. Everything else, and every error, is for others.
+    """
+    n, m = B.shape
+    if not 0 < n <= _SMALL or not 0 < m <= n:
+        return None
+    ask = _regulators.get((n, m, discrete))
+    if ask is None:
+        ask = _new_regulator(n, m, discrete)
+    given = (A, B, Q, R, np.zeros((n, m)) if N is None else N)
+    found = ask(*[np.ascontiguousarray(matrix) for matrix in given])
+    if isinstance(found, int):
+        return None
+    return found[:n].copy(), found[n:].copy()
+
+
+_regulators: dict[tuple[int, int, bool], Query] = {}
+_MOST_SIZES = 64
+
+
+def _new_regulator(n: int, m: int, discrete: bool) -> Query:
+    """A query for S and K of processes of n states and m inputs; kept once the kernel is there."""
+    kernel = riccati.discrete_regulator if discrete else riccati.continuous_regulator
+    if not quick.worth_making(kernel):
+        return lambda *_: riccati.UNSOLVED
+    if len(_regulators) >= _MOST_SIZES:
+        _regulators.clear()
+    shapes, found = ((n, n), (n, m), (n, n), (m, m), (n, m)), np.zeros((n + m, n))
+    arguments = *[np.zeros(shape) for shape in shapes], riccati.make_room(n, m), found
+    ask = Calls(np.zeros(1, np.int64)).query(kernel, *arguments, given=("A", "B", "Q", "R", "N"), answer=found)
+    _regulators[n, m, discrete] = ask
+    return ask
 
 
 def stabilizing_solution(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, discrete: bool) -> np.ndarray:
@@ -147,6 +196,8 @@ def ContinuousAlgebraicRiccatiEquation(A: ArrayLike, B: ArrayLike, Q: ArrayLike,
     """
     call = "ContinuousAlgebraicRiccatiEquation"
     A, B, Q, R = (float_matrix(call, **{name: M}) for name, M in (("A", A), ("B", B), ("Q", Q), ("R", R)))
+    if _sizes_fit(A, B, Q, R) and (made := small_regulator(A, B, Q, R, None, discrete=False)) is not None:
+        return made[0]
     _check_cost(call, A, B, Q, R)
     S = _solve(call, lambda: stabilizing_solution(A, B, Q, R, discrete=False))
     require_stable(call, A - B @ np.linalg.solve(R, B.T @ S), discrete=False)
@@ -170,6 +221,9 @@ def DiscreteAlgebraicRiccatiEquation(
     """
     call = "DiscreteAlgebraicRiccatiEquation"
     A, B, Q, R = (float_matrix(call, **{name: M}) for name, M in (("A", A), ("B", B), ("Q", Q), ("R", R)))
+    if N is None and _sizes_fit(A, B, Q, R) and np.linalg.eigvalsh(Q).min(initial=np.inf) >= 0.0:
+        if (made := small_regulator(A, B, Q, R, None, discrete=True)) is not None:
+            return made[0]
     _check_cost(call, A, B, Q, R)
     N = np.zeros(B.shape) if N is None else float_matrix(call, N=N)
     _check_shape(call, "N", N, B.shape)

@@ -353,16 +353,24 @@ class RigidTransform(ScalarBase):
 
     def IsExactlyIdentity(self) -> bool:
         """Whether rotation and position are exactly those of the identity."""
+        if (same := _are_equal(self, _NOWHERE_ELSE)) is not None:
+            return same
         return self.IsExactlyEqualTo(self.Identity())
 
     def IsNearlyIdentity(self, translation_tolerance: float) -> bool:
         """Whether the rotation is the identity to 128 eps and the position zero to `translation_tolerance` [m]."""
         T = self._T
+        if T is float and type(translation_tolerance) is float:
+            x, y, z = self._p.tolist()
+            moved = max(abs(x), abs(y), abs(z)) if x == x and y == y and z == z else math.nan
+            return moved <= translation_tolerance and self._R.IsNearlyIdentity()
         tolerance = self._argument("IsNearlyIdentity", scalar(float), translation_tolerance=translation_tolerance)
         return all_of((at_most(largest_magnitude(self._p, T), tolerance, T), self._R.IsNearlyIdentity()))
 
     def IsExactlyEqualTo(self, other: Any) -> bool:
         """Whether all numbers are equal to those of `other`."""
+        if (same := _are_equal(self, other)) is not None:
+            return same
         other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
         return all_equal(self.GetAsMatrix34(), other.GetAsMatrix34(), self._T)
 
@@ -374,6 +382,8 @@ class RigidTransform(ScalarBase):
 
     def GetMaximumAbsoluteDifference(self, other: Any) -> float:
         """Largest difference between the numbers of two poses [1 or m]."""
+        if (found := _difference(self, other)) is not None:
+            return found
         other = self._argument("GetMaximumAbsoluteDifference", instance_of(self._plain_class()), other=other)
         if self._T is float:
             turned, moved = (self._R._M - other._R._M).ravel().tolist(), (self._p - other._p).tolist()
@@ -414,8 +424,11 @@ _compose = short_way(globals(), "_compose", poses.compose_poses, POSE, POSE, giv
 _inverse = short_way(globals(), "_inverse", poses.invert_pose, POSE, gives=POSE)
 _between = short_way(globals(), "_between", poses.invert_and_compose_poses, POSE, POSE, gives=POSE)
 _are_near = short_way(globals(), "_are_near", poses.are_poses_near, POSE, POSE, float, gives=bool)
+_are_equal = short_way(globals(), "_are_equal", poses.are_poses_equal, POSE, POSE, gives=bool)
+_difference = short_way(globals(), "_difference", poses.difference_of_poses, POSE, POSE, gives=float)
 _matrix4 = short_way(globals(), "_matrix4", poses.pose_matrix, POSE, gives=(4, 4), frozen=False)
 _matrix34 = short_way(globals(), "_matrix34", poses.pose_matrix, POSE, gives=(3, 4), frozen=False)
 _of_matrix = short_way(globals(), "_of_matrix", poses.pose_of_matrix, (4, 4), gives=POSE)
 
 RigidTransform_ = ScalarTemplate("RigidTransform_", RigidTransform, scope="sheldrake.math", value_type=True)
+_NOWHERE_ELSE = RigidTransform()

@@ -313,6 +313,8 @@ class RotationMatrix(ScalarBase):
 
     def InvertAndCompose(self, other: RotationMatrix) -> RotationMatrix:
         """R_BC of this R_AB and another R_AC."""
+        if (made := _between(self, other)) is not None:
+            return made
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         return self._make(self._M.T.dot(other._M))
 
@@ -357,6 +359,8 @@ class RotationMatrix(ScalarBase):
 
     def IsValid(self) -> bool:
         """Whether the matrix is orthonormal to Drake's tolerance (128 eps) and right-handed."""
+        if _is_valid(self):
+            return True
         T, M = self._T, self._M
         orthonormal = at_most(largest_magnitude(M.dot(M.T) - identity(T, 3), T), TOLERANCE, T)
         (a, b, c), (d, e, f), (g, h, i) = M.tolist()
@@ -365,19 +369,27 @@ class RotationMatrix(ScalarBase):
 
     def IsExactlyIdentity(self) -> bool:
         """Whether all numbers are those of the unit matrix."""
+        if (same := _are_equal(self, _UNTURNED)) is not None:
+            return same
         return all_equal(self._M, identity(self._T, 3), self._T)
 
     def IsNearlyIdentity(self, tolerance: float = TOLERANCE) -> bool:
         """Whether no number is further than `tolerance` from the unit matrix."""
+        if (near := _are_near(self, _UNTURNED, tolerance)) is not None:
+            return near
         return at_most(largest_magnitude(self._M - identity(self._T, 3), self._T), tolerance, self._T)
 
     def IsExactlyEqualTo(self, other: RotationMatrix) -> bool:
         """Whether all numbers are equal to those of `other`."""
+        if (same := _are_equal(self, other)) is not None:
+            return same
         other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
         return all_equal(self._M, other._M, self._T)
 
     def IsNearlyEqualTo(self, other: RotationMatrix, tolerance: float) -> bool:
         """Whether no number is further than `tolerance` from that of `other`."""
+        if (near := _are_near(self, other, tolerance)) is not None:
+            return near
         other = self._argument("IsNearlyEqualTo", instance_of(self._plain_class()), other=other)
         return at_most(largest_magnitude(self._M - other._M, self._T), tolerance, self._T)
 
@@ -424,6 +436,10 @@ PLAIN_MATRICES: dict[type, Callable[[Any], np.ndarray]] = {
 ROTATION = Slots(RotationMatrix, {"_M": (3, 3)})
 _compose = short_way(globals(), "_compose", poses.compose_rotations, ROTATION, ROTATION, gives=ROTATION)
 _inverse = short_way(globals(), "_inverse", poses.invert_rotation, ROTATION, gives=ROTATION)
+_between = short_way(globals(), "_between", poses.invert_and_compose_rotations, ROTATION, ROTATION, gives=ROTATION)
+_are_near = short_way(globals(), "_are_near", poses.are_rotations_near, ROTATION, ROTATION, float, gives=bool)
+_are_equal = short_way(globals(), "_are_equal", poses.are_rotations_equal, ROTATION, ROTATION, gives=bool)
+_is_valid = short_way(globals(), "_is_valid", poses.is_rotation_valid, ROTATION, gives=bool)
 _about_axis = short_way(globals(), "_about_axis", poses.rotation_about_axis, float, float, gives=ROTATION)
 _quaternion = short_way(globals(), "_quaternion", poses.quaternion_of_matrix, ROTATION, gives=QUATERNION)
 _angle_axis = short_way(globals(), "_angle_axis", poses.angle_axis_of_rotation, ROTATION, gives=ANGLE_AXIS)
@@ -432,3 +448,4 @@ _of_any = short_way(globals(), "_of_any", poses.rotation_of_any_quaternion, QUAT
 _about = short_way(globals(), "_about", poses.rotation_of_angle_axis, ANGLE_AXIS, gives=(3, 3))
 
 RotationMatrix_ = ScalarTemplate("RotationMatrix_", RotationMatrix, scope="sheldrake.math", value_type=True)
+_UNTURNED = RotationMatrix()

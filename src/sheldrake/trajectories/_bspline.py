@@ -159,6 +159,10 @@ class BsplineTrajectory(Trajectory):
     def EvaluateLinearInControlPoints(self, parameter_value: Scalar, derivative_order: int = 0) -> np.ndarray:
         """Returns weights w such that the value, or a derivative, is the sum of w[i] times control point i."""
         n = self.num_control_points()
+        if derivative_order == 0:
+            return self._require()._weights(
+                self._inside(self._scalar("EvaluateLinearInControlPoints", parameter_value))
+            )
         units = [self._zeros(n, 1) for _ in range(n)]
         for i, unit in enumerate(units):
             unit[i, 0] = unit[i, 0] + 1.0

@@ -21,7 +21,7 @@ from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix, RotationMatrix_
 from sheldrake.math._rigid_transform import POSE
 from sheldrake.polynomial._polynomial import differentiate
-from sheldrake.trajectories._base import holds
+from sheldrake.trajectories._base import holds, query
 from sheldrake.trajectories._kernels import values
 from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
@@ -186,6 +186,10 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
 
     def angular_velocity(self, time: Scalar) -> np.ndarray:
         """Returns the angular velocity [rad/s] at a time [s], in the frame the orientation is measured in."""
+        if self._T is float:
+            ask = self._soon(1, self._make_query)
+            if ask is not None and type(made := ask(time)) is np.ndarray:
+                return made[:, 0]
         self._require_segment()
         return self._velocity_of(self.get_segment_index(self._clamped(self._scalar("angular_velocity", time))))
 
@@ -219,9 +223,12 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     _MAKES_ARRAYS = _HAS_QUERIES = True
 
     def _make_query(self, what: Any) -> Any:
-        """Values and orientations; angular velocities are soon looked up."""
-        if self._T is not float or len(self._q) < 2 or what not in (0, "orientation"):
+        """Values, orientations and angular velocities."""
+        if self._T is not float or len(self._q) < 2 or what not in (0, 1, "orientation"):
             return None
+        if what == 1:
+            rates = np.concatenate([self._velocity_of(i) for i in range(self.get_number_of_segments())])
+            return query(values.polynomials, np.array(self._breaks), rates.reshape(-1, 1), 0.0, out=np.zeros((3, 1)))
         kernel, gives = (values.orientation, QUATERNION) if what else (values.slerp, (4, 1))
         arrays = np.array(self._breaks), np.array(self._q)
         return quick.query(kernel, *arrays, takes=(float,), gives=gives, frozen=False)

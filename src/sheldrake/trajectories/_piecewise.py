@@ -56,7 +56,8 @@ class PiecewiseTrajectory(Trajectory):
     @checked
     def duration(self, segment_index: int) -> float:
         """Returns how long a segment lasts [s]."""
-        return self.end_time(segment_index) - self.start_time(segment_index)
+        i = self._segment(segment_index)
+        return self._breaks[i + 1] - self._breaks[i]
 
     def get_segment_index(self, t: Scalar) -> int:
         """Returns the segment at time t [s]; the first or the last for a time outside."""
@@ -78,6 +79,8 @@ class PiecewiseTrajectory(Trajectory):
 
     def is_time_in_range(self, t: Scalar) -> bool:
         """Tells whether t [s] is between the first and the last break."""
+        if type(t) is float and self._T is float and len(self._breaks) > 1:
+            return bool(self._breaks[0] <= t <= self._breaks[-1])
         time = self._scalar("is_time_in_range", t)
         inside = all_of([time >= self.start_time(), time <= self.end_time()])
         return inside if is_symbolic(self._T) else bool(inside)

@@ -198,6 +198,60 @@ def test_jacobians_and_bias_accelerations(seed):
 
 
 @seeds
+def test_accelerations_of_frames_and_centres_of_mass(seed):
+    p = Pair(seed)
+    a, b, e = p.frames()
+
+    def frames(L, m):
+        return [m.get_frame(L.FrameIndex(i)) for i in (a, b, e)]
+
+    def in_world(L, m, c):
+        return frames(L, m)[0].CalcSpatialAccelerationInWorld(c).get_coeffs()
+
+    def in_a_frame(L, m, c):
+        B, A, E = frames(L, m)
+        return B.CalcSpatialAcceleration(c, A, E).get_coeffs()
+
+    def of_body(L, m, c):
+        body = frames(L, m)[0].body()
+        if int(body.index()) == 0:  # its centre of mass is NaN
+            body = m.get_body(L.BodyIndex(1))
+        return [
+            *body.EvalSpatialAccelerationInWorld(c).get_coeffs(),
+            *body.CalcCenterOfMassTranslationalVelocityInWorld(c),
+            *body.CalcCenterOfMassTranslationalAccelerationInWorld(c),
+        ]
+
+    def of_instance(L, m, c):
+        instances = [L.ModelInstanceIndex(2)]
+        return [
+            *m.CalcCenterOfMassPositionInWorld(c, instances),
+            *m.CalcCenterOfMassTranslationalVelocityInWorld(c, instances),
+            *m.CalcCenterOfMassTranslationalAccelerationInWorld(c, instances),
+            *m.CalcCenterOfMassTranslationalAccelerationInWorld(c),
+            *m.CalcSpatialMomentumInWorldAboutPoint(c, instances, [0.1, 0.2, 0.3]).get_coeffs(),
+        ]
+
+    def jacobian(L, m, c):
+        _, A, E = frames(L, m)
+        kV, instances = L.JacobianWrtVariable.kV, [L.ModelInstanceIndex(2)]
+        return m.CalcJacobianCenterOfMassTranslationalVelocity(c, instances, kV, A, E)
+
+    def of_a_point(L, m, c):
+        B, A, E = frames(L, m)
+        return m.CalcPointsVelocities(c, B, np.array([0.1, 0.2, 0.3]), A, E)
+
+    queries = [in_world, in_a_frame, of_body, of_instance, of_a_point]
+    for query in [*queries, *([] if jacobian_refused(p, b) else [jacobian]), *queries]:  # again, after the others
+        p.check(query, 1e-9)  # accelerations of these plants are up to 1e3
+
+
+def jacobian_refused(p, b):
+    """Drake has the Jacobian of a centre of mass in the world only."""
+    return not p.d.get_frame(p.D.FrameIndex(b)).is_world_frame()
+
+
+@seeds
 def test_mass_momentum_and_energy(seed):
     p = Pair(seed)
     about = p.rng.normal(size=3)

@@ -779,3 +779,32 @@ def test_many_values_know_of_what_was_appended():
         trajectory.vector_values(np.array([0.5, 1.5]))
     trajectory.AppendFirstOrderSegment(2.0, [[5.0]])
     np.testing.assert_array_equal(trajectory.vector_values(np.array([0.5, 1.5])), [[0.5, 3.0]])
+
+
+def test_angular_velocities_asked_often_are_those_of_the_segments():
+    rotations = [rpy(0.0, 0.0, 0.0), rpy(0.3, 0.2, 0.5), rpy(0.3, 0.2, 0.5), rpy(-0.3, 1.2, 0.5)]
+    s = PiecewiseQuaternionSlerp([0.0, 1.0, 1.5, 3.0], rotations)
+    times = [-1.0, 0.0, 0.3, 1.0, 1.2, 1.5, 2.9, 3.0, 4.0]
+    segments = [0, 0, 0, 1, 1, 2, 2, 2, 2]
+    for _ in range(6):  # a function is made on the way
+        for t, segment in zip(times, segments):
+            np.testing.assert_array_equal(s.angular_velocity(t), s._velocity_of(segment))
+            assert s.angular_velocity(t).shape == (3,)
+    s.Append(4.0, rotations[0])
+    np.testing.assert_array_equal(s.angular_velocity(3.5), s._velocity_of(3))
+
+
+@pytest.mark.parametrize("kind", [KnotVectorType.kUniform, KnotVectorType.kClampedUniform])
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_values_of_basis_functions_are_curves_of_units(order, kind):
+    basis = BsplineBasis(order, 7, kind, 0.0, 2.0)
+    for u in (0.0, 0.3, 0.5, 1.0, 1.99, 2.0):
+        units = [basis.EvaluateCurve(list(unit.reshape(7, 1, 1)), u).item() for unit in np.eye(7)]
+        weights = basis.EvaluateLinearInControlPoints(u)
+        np.testing.assert_allclose(weights, units, rtol=0, atol=1e-15)
+        assert [basis.EvaluateBasisFunctionI(i, u) for i in range(7)] == weights.tolist()
+        curve = BsplineTrajectory(basis, [np.array([[x]]) for x in np.arange(7.0) ** 2])
+        np.testing.assert_allclose(curve.EvaluateLinearInControlPoints(u), units, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(curve.value(u), curve.EvaluateLinearInControlPoints(u) @ np.arange(7.0) ** 2)
+    with pytest.raises(RuntimeError, match="not within"):
+        basis.EvaluateLinearInControlPoints(2.1)

@@ -14,6 +14,7 @@ NOT_UNIT = 1
 _TOLERANCE = 1e-5  # as in `common/_turning.py`
 _MISTAKE = 0.1  # as in `math/_rotation_matrix.py`
 _EPSILON = 2.220446049250313e-16
+_SURE = 100.0 * _EPSILON  # of the 128 that a rotation may be off, rounding in another order left out
 _PI = 3.141592653589793
 
 
@@ -93,6 +94,72 @@ def are_poses_near(R_AB: Vector, p_AB: Vector, R_AC: Vector, p_AC: Vector, toler
     for i in range(3):
         near = near if abs(p_AB[i] - p_AC[i]) <= tolerance else 0.0
     answer[0] = near
+
+
+@kernel(top=True, strict=True)
+def are_poses_equal(R_AB: Vector, p_AB: Vector, R_AC: Vector, p_AC: Vector, answer: Vector) -> None:
+    """Whether all numbers of two poses are equal."""
+    same = 1.0
+    for i in range(9):
+        same = same if R_AB[i] == R_AC[i] else 0.0
+    for i in range(3):
+        same = same if p_AB[i] == p_AC[i] else 0.0
+    answer[0] = same
+
+
+@kernel(top=True, strict=True)
+def difference_of_poses(R_AB: Vector, p_AB: Vector, R_AC: Vector, p_AC: Vector, answer: Vector) -> int:
+    """The largest difference between numbers of two poses; none where a difference is none."""
+    largest = 0.0
+    for i in range(9):
+        difference = abs(R_AB[i] - R_AC[i])
+        if not difference >= 0.0:
+            return NOT_UNIT
+        largest = max(largest, difference)
+    for i in range(3):
+        difference = abs(p_AB[i] - p_AC[i])
+        if not difference >= 0.0:
+            return NOT_UNIT
+        largest = max(largest, difference)
+    answer[0] = largest
+    return 0
+
+
+@kernel(top=True, strict=True)
+def are_rotations_near(R_AB: Vector, R_AC: Vector, tolerance: float, answer: Vector) -> None:
+    """Whether no number of two rotations differs by more than the tolerance."""
+    near = 1.0
+    for i in range(9):
+        near = near if abs(R_AB[i] - R_AC[i]) <= tolerance else 0.0
+    answer[0] = near
+
+
+@kernel(top=True, strict=True)
+def are_rotations_equal(R_AB: Vector, R_AC: Vector, answer: Vector) -> None:
+    """Whether all numbers of two rotations are equal."""
+    same = 1.0
+    for i in range(9):
+        same = same if R_AB[i] == R_AC[i] else 0.0
+    answer[0] = same
+
+
+@kernel(top=True, strict=True)
+def invert_and_compose_rotations(R_AB: Vector, R_AC: Vector, R_BC: Vector) -> None:
+    """R_BC of R_AB and R_AC."""
+    write9(R_BC, 0, product(transpose(read9(R_AB, 0)), read9(R_AC, 0)))
+
+
+@kernel(top=True, strict=True)
+def is_rotation_valid(R: Vector, answer: Vector) -> int:
+    """One where nine numbers are clearly a rotation matrix; of others nothing is said."""
+    a, b, c, d, e, f, g, h, i = read9(R, 0)
+    worst = max(abs(a * a + b * b + c * c - 1.0), abs(d * d + e * e + f * f - 1.0))
+    worst = max(worst, max(abs(g * g + h * h + i * i - 1.0), abs(a * d + b * e + c * f)))
+    worst = max(worst, max(abs(a * g + b * h + c * i), abs(d * g + e * h + f * i)))
+    if not (worst < _SURE and a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.5):
+        return NOT_UNIT
+    answer[0] = 1.0
+    return 0
 
 
 @kernel(top=True)

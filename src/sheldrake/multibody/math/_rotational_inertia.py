@@ -24,6 +24,7 @@ from sheldrake.common._scalars import (
 )
 from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RotationMatrix, RotationMatrix_
+from sheldrake.math._rotation_matrix import ROTATION
 from sheldrake.multibody.math._kernels import spatial
 from sheldrake.multibody.math._spatial_vectors import cross
 
@@ -235,6 +236,8 @@ class RotationalInertia(ScalarBase):
         Args:
             R_AE: RotationMatrix of E in A.
         """
+        if (made := _turn(self, R_AE)) is not None:
+            return made
         return self._make(self._turned(self._rotation(R_AE)))
 
     def _rotation(self, R_AE: RotationMatrix) -> RotationMatrix:
@@ -373,4 +376,7 @@ _diagonal = short_way(globals(), "_diagonal", spatial.inertia_of_moments, *[floa
 _full = short_way(globals(), "_full", spatial.inertia_of_numbers, *[float] * 6, gives=(3, 3))
 
 ROTATIONAL_INERTIA = Slots(RotationalInertia, {"_I": (3, 3)})
+_turn = short_way(
+    globals(), "_turn", spatial.turn_rotational_inertia, ROTATIONAL_INERTIA, ROTATION, gives=ROTATIONAL_INERTIA
+)
 RotationalInertia_ = ScalarTemplate("RotationalInertia_", RotationalInertia, scope="sheldrake.multibody.math")

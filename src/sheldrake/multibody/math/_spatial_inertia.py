@@ -51,6 +51,10 @@ if TYPE_CHECKING:
     from sheldrake.multibody.math._unit_inertia import UnitInertia
 
 _new = object.__new__
+_ZEROS, _NANS = ((np.full(3, x), np.full((3, 3), x)) for x in (0.0, math.nan))
+"""Centre of mass and unit inertia; arrays in slots are read-only, and may be shared."""
+for _array in (*_ZEROS, *_NANS):
+    _array.setflags(write=False)
 
 
 class SpatialInertia(ScalarBase):
@@ -156,6 +160,9 @@ class SpatialInertia(ScalarBase):
     def Zero(cls) -> SpatialInertia:
         """No mass at all."""
         T = cls._T
+        if T is float:
+            made = _nothing()
+            return cls._make(0.0, *_ZEROS) if made is None else made
         return cls._make(T(0.0), as_array(T, np.zeros(3), (3,)), as_array(T, np.zeros((3, 3)), (3, 3)))
 
     @classmethod
@@ -163,6 +170,8 @@ class SpatialInertia(ScalarBase):
         """All numbers NaN."""
         T = cls._T
         nan = math.nan
+        if T is float:
+            return cls._make(nan, *_NANS)
         return cls._make(T(nan), as_array(T, [nan] * 3, (3,)), as_array(T, np.full((3, 3), nan), (3, 3)))
 
     # --- named shapes ---
@@ -183,7 +192,7 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def _about_center(cls, mass: Scalar, G: UnitInertia) -> Self:
-        return cls._make(mass, as_array(cls._T, np.zeros(3), (3,)), G._I)
+        return cls._make(mass, _ZEROS[0] if cls._T is float else as_array(cls._T, np.zeros(3), (3,)), G._I)
 
     @classmethod
     def _direction(cls, call: str, unit_vector: Scalars) -> np.ndarray:
@@ -349,22 +358,30 @@ class SpatialInertia(ScalarBase):
 
     def CopyToFullMatrix6(self) -> np.ndarray:
         """The matrix that maps a spatial acceleration to a spatial force, angular part first, shape (6, 6)."""
+        if (made := _matrix(self)) is not None:
+            return made
         T, mass = self._T, self._mass
         x, y, z = (self._p * mass).tolist()
-        zero = T(0.0)
+        zero = T(0.0) * mass
         C = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]], dtype=self._p.dtype)
         return np.block([[self._G._I * mass, C], [-C, identity(T, 3) * mass]])
 
     def IsPhysicallyValid(self) -> bool:
         """Whether a body can have this inertia."""
+        if self._T is float and _plausible(self._mass, self._p, self._G) is not None:
+            return True
         return as_condition(not self._fault(), self._T)
 
     def IsNaN(self) -> bool:
         """Whether any number is NaN."""
+        if (none := _is_none(self)) is not None:
+            return none
         return any_nan(np.array([self._mass, *self._p, *self._G._I.flat]), self._T)
 
     def IsZero(self) -> bool:
         """Whether there is no mass and no inertia."""
+        if (zero := _is_zero(self)) is not None:
+            return zero
         return all_equal(np.array([self._mass, *self._G._I.flat]), np.zeros(10), self._T)
 
     def SetNaN(self) -> None:
@@ -451,6 +468,10 @@ _about_centre = short_way(
 _box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=_INERTIA)
 _sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=_INERTIA)
 _turn = short_way(globals(), "_turn", spatial.turn_inertia, _INERTIA, ROTATION, gives=_INERTIA)
+_nothing = short_way(globals(), "_nothing", spatial.no_inertia, gives=_INERTIA)
+_matrix = short_way(globals(), "_matrix", spatial.matrix_of_inertia, _INERTIA, gives=(6, 6), frozen=False)
+_is_none = short_way(globals(), "_is_none", spatial.is_inertia_none, _INERTIA, gives=bool)
+_is_zero = short_way(globals(), "_is_zero", spatial.is_inertia_zero, _INERTIA, gives=bool)
 _shift = short_way(globals(), "_shift", spatial.shift_inertia, _INERTIA, (3,), gives=_INERTIA)
 
 SpatialInertia_ = ScalarTemplate("SpatialInertia_", SpatialInertia, scope="sheldrake.multibody.math", value_type=True)

@@ -11,6 +11,7 @@ from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalar_math import sqrt
 from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, vector
 from sheldrake.common.quick import Slots, short_way
+from sheldrake.math._rotation_matrix import ROTATION
 from sheldrake.multibody.math._kernels import spatial
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
 
@@ -212,6 +213,8 @@ class UnitInertia(RotationalInertia):
 
     def ReExpress(self, R_AE: RotationMatrix) -> UnitInertia:
         """G_BP_A, expressed in frame A instead of E."""
+        if (made := _turn(self, R_AE)) is not None:
+            return made
         return self._make(self._turned(self._rotation(R_AE)))
 
     def ShiftFromCenterOfMass(self, p_BcmQ_E: Scalars) -> UnitInertia:  # type: ignore[override]
@@ -226,6 +229,7 @@ class UnitInertia(RotationalInertia):
 
 
 UNIT_INERTIA = Slots(UnitInertia, {"_I": (3, 3)})
+_turn = short_way(globals(), "_turn", spatial.turn_rotational_inertia, UNIT_INERTIA, ROTATION, gives=UNIT_INERTIA)
 _box = short_way(globals(), "_box", spatial.unit_inertia_of_box, float, float, float, gives=UNIT_INERTIA)
 
 UnitInertia_ = ScalarTemplate("UnitInertia_", UnitInertia, scope="sheldrake.multibody.math")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,12 +13,9 @@ from sheldrake.multibody.tree._index import FrameIndex
 
 if TYPE_CHECKING:
     from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
-    from sheldrake.multibody.math._spatial_vectors import SpatialVector
     from sheldrake.multibody.tree._index import ModelInstanceIndex
     from sheldrake.multibody.tree._rigid_body import RigidBody
     from sheldrake.systems.framework import Context
-
-    _Spatial = TypeVar("_Spatial", bound=SpatialVector)
 
 
 class Frame(NamedElement):
@@ -119,20 +116,15 @@ class Frame(NamedElement):
 
     def CalcSpatialVelocity(self, context: Context, frame_M: Frame, frame_E: Frame) -> SpatialVelocity:
         """V_MF expressed in E, a SpatialVelocity."""
-        owner = self._finalized("CalcSpatialVelocity")
-        V_WF = owner.kinematics.velocity_of_frame(context, self)
-        if frame_M.is_world_frame():
-            return _express(context, V_WF, frame_E)
-        V_WM = owner.kinematics.velocity_of_frame(context, frame_M)
-        p_MoFo_W = self.CalcPoseInWorld(context).translation() - frame_M.CalcPoseInWorld(context).translation()
-        return _express(context, V_WF - V_WM.Shift(p_MoFo_W), frame_E)
+        kinematics = self._finalized("CalcSpatialVelocity").kinematics
+        M, E = expect("CalcSpatialVelocity", frame_M, Frame), expect("CalcSpatialVelocity", frame_E, Frame)
+        return kinematics.relative_velocity(context, self, M, E)
 
     def CalcRelativeSpatialVelocityInWorld(self, context: Context, other_frame: Frame) -> SpatialVelocity:
         """V_WF - V_WB of another frame B, expressed in W."""
-        owner = self._finalized("CalcRelativeSpatialVelocityInWorld")
-        return owner.kinematics.velocity_of_frame(context, self) - owner.kinematics.velocity_of_frame(
-            context, other_frame
-        )
+        kinematics = self._finalized("CalcRelativeSpatialVelocityInWorld").kinematics
+        other = expect("CalcRelativeSpatialVelocityInWorld", other_frame, Frame)
+        return kinematics.velocity_of_frame(context, self) - kinematics.velocity_of_frame(context, other)
 
     def CalcRelativeSpatialVelocity(
         self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
@@ -144,20 +136,21 @@ class Frame(NamedElement):
 
     def CalcSpatialAccelerationInWorld(self, context: Context) -> SpatialAcceleration:
         """A_WF expressed in W, a SpatialAcceleration."""
-        return self._finalized("CalcSpatialAccelerationInWorld").accelerations.of_frame(context, self)
+        return self._finalized("CalcSpatialAccelerationInWorld").accelerations.of_point(context, ORIGIN, self)
 
     def CalcSpatialAcceleration(
         self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
         """A_MF expressed in E, a SpatialAcceleration."""
-        owner = self._finalized("CalcSpatialAcceleration")
-        A_MF_W = owner.accelerations.of_frame_in(context, self, measured_in_frame)
-        return _express(context, A_MF_W, expressed_in_frame)
+        call, owner = "CalcSpatialAcceleration", self._finalized("CalcSpatialAcceleration")
+        M, E = expect(call, measured_in_frame, Frame), expect(call, expressed_in_frame, Frame)
+        return owner.accelerations.of_point(context, ORIGIN, self, M, E)
 
     def CalcRelativeSpatialAccelerationInWorld(self, context: Context, other_frame: Frame) -> SpatialAcceleration:
         """A_WF - A_WB of another frame B, expressed in W."""
-        owner = self._finalized("CalcRelativeSpatialAccelerationInWorld")
-        return owner.accelerations.of_frame(context, self) - owner.accelerations.of_frame(context, other_frame)
+        self._finalized("CalcRelativeSpatialAccelerationInWorld")
+        other = expect("CalcRelativeSpatialAccelerationInWorld", other_frame, Frame)
+        return self.CalcSpatialAccelerationInWorld(context) - other.CalcSpatialAccelerationInWorld(context)
 
     def CalcRelativeSpatialAcceleration(
         self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
@@ -168,11 +161,9 @@ class Frame(NamedElement):
         ) - other_frame.CalcSpatialAcceleration(context, measured_in_frame, expressed_in_frame)
 
 
-def _express(context: Context, spatial_W: _Spatial, frame_E: Frame) -> _Spatial:
-    """A spatial vector given in W, expressed in E."""
-    if frame_E.is_world_frame():
-        return spatial_W
-    return spatial_W.Rotate(frame_E.CalcRotationMatrixInWorld(context).inverse())
+ORIGIN = np.zeros(3)
+"""The point of a frame that most motions are of."""
+ORIGIN.flags.writeable = False
 
 
 class RigidBodyFrame(Frame):

@@ -96,6 +96,12 @@ class FrameMotions(Protocol):
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
 
+    def relative_velocity(self, context: Context, frame_B: Frame, frame_A: Frame, frame_E: Frame) -> SpatialVelocity:
+        """V_AB, expressed in E."""
+
+    def velocity_of_point(self, context: Context, frame: Frame, p_FQ: np.ndarray) -> np.ndarray:
+        """v_WQ of a point of a frame."""
+
     def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> Any:
         """X_AB."""
 
@@ -103,11 +109,15 @@ class FrameMotions(Protocol):
 class FrameAccelerations(Protocol):
     """How frames accelerate."""
 
-    def of_frame(self, context: Context, frame: Frame) -> SpatialAcceleration:
-        """A_WF."""
-
-    def of_frame_in(self, context: Context, frame: Frame, measured_in: Frame) -> SpatialAcceleration:
-        """A_MF, expressed in W."""
+    def of_point(
+        self,
+        context: Context,
+        point: np.ndarray,
+        frame_B: Frame,
+        frame_A: Frame | None = None,
+        frame_E: Frame | None = None,
+    ) -> SpatialAcceleration:
+        """Of a point of frame B, measured in A, expressed in E; both are the world's when left out."""
 
 
 class Owner(Protocol):

@@ -79,7 +79,7 @@ class RigidBody(NamedElement):
 
     def CalcCenterOfMassInBodyFrame(self, context: Context) -> np.ndarray:
         """p_BoBcm_B [m] as the context has it, shape (3,)."""
-        return np.array(self._finalized("CalcCenterOfMassInBodyFrame").contexts.numbers(context, self._group)[1:4])
+        return np.array(self._com(context))
 
     def CalcSpatialInertiaInBodyFrame(self, context: Context) -> SpatialInertia:
         """M_BBo_B as the context has it."""
@@ -138,17 +138,17 @@ class RigidBody(NamedElement):
 
     def CalcCenterOfMassTranslationalVelocityInWorld(self, context: Context) -> np.ndarray:
         """v_WBcm, expressed in W [m/s], shape (3,)."""
-        V_WB, p_BoBcm_W = self.EvalSpatialVelocityInWorld(context), self._com_W(context)
-        return V_WB.Shift(p_BoBcm_W).translational().copy()
+        owner, com = self._finalized("CalcCenterOfMassTranslationalVelocityInWorld"), self._com(context)
+        return owner.kinematics.velocity_of_point(context, self._frame, com)
 
     def CalcCenterOfMassTranslationalAccelerationInWorld(self, context: Context) -> np.ndarray:
         """a_WBcm, expressed in W [m/s²], shape (3,)."""
-        A_WB, w_WB = self.EvalSpatialAccelerationInWorld(context), self.EvalSpatialVelocityInWorld(context).rotational()
-        return A_WB.Shift(self._com_W(context), w_WB).translational().copy()
+        owner, com = self._finalized("CalcCenterOfMassTranslationalAccelerationInWorld"), self._com(context)
+        return owner.accelerations.of_point(context, com, self._frame).translational().copy()
 
-    def _com_W(self, context: Context) -> np.ndarray:
-        """p_BoBcm expressed in W."""
-        return self.EvalPoseInWorld(context).rotation() @ self.CalcCenterOfMassInBodyFrame(context)
+    def _com(self, context: Context) -> np.ndarray:
+        """p_BoBcm_B as the context has it, to be read only."""
+        return self._finalized("CalcCenterOfMassInBodyFrame").contexts.numbers(context, self._group)[1:4]
 
     # --- forces
 

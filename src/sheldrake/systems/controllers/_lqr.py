@@ -13,7 +13,7 @@ import numpy as np
 from sheldrake.common._kinds import anything, called, instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.common._scalars import any_array
-from sheldrake.math._matrix_equations import require_stable, stabilizing_solution
+from sheldrake.math._matrix_equations import require_stable, small_regulator, stabilizing_solution
 from sheldrake.systems.framework import Context, InputPortSelection, OutputPortSelection, System
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
@@ -59,6 +59,16 @@ def _check(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray
     if N.shape != (n, m):
         raise RuntimeError(f"{call}(): N must be {n} x {m}, it is {N.shape}.")
     return N
+
+
+def _quick(
+    A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None, *, discrete: bool
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """K and S by a kernel, or None: then what comes behind it finds them, or what is wrong."""
+    n, m = B.shape
+    fits = A.shape == Q.shape == (n, n) and R.shape == (m, m) and (N is None or N.shape == (n, m))
+    made = small_regulator(A, B, Q, R, N, discrete=discrete) if fits else None
+    return None if made is None else made[::-1]
 
 
 def _riccati(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, discrete: bool) -> np.ndarray:
@@ -162,8 +172,11 @@ def LinearQuadraticRegulator(
         RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
     """
     call = "LinearQuadraticRegulator"
+    constrained = F is not None and np.size(F)
+    if not constrained and (made := _quick(A, B, Q, R, N, discrete=False)) is not None:
+        return made
     N = _check(call, A, B, Q, R, N)
-    if F is not None and np.size(F):
+    if constrained:
         from scipy.linalg import null_space
 
         basis = null_space(np.atleast_2d(np.array(F, dtype=float)))
@@ -188,7 +201,10 @@ def DiscreteTimeLinearQuadraticRegulator(
     """
     call = "DiscreteTimeLinearQuadraticRegulator"
     A, B, Q, R = (matrix(x) for x in (A, B, Q, R))
-    N = _check(call, A, B, Q, R, None if N is None else matrix(N))
+    N = None if N is None else matrix(N)
+    if (made := _quick(A, B, Q, R, N, discrete=True)) is not None:
+        return made
+    N = _check(call, A, B, Q, R, N)
     R_inverse = np.linalg.inv(R)
     A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
     S = _riccati(call, A1, B, Q1, R, discrete=True)

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from free_bodies import FreeBodies, box_inertia
 
 from sheldrake import geometry as g
+from sheldrake.multibody.plant import PointPairContactInfo
+from sheldrake.multibody.plant._kernels.contact_report import PointContact
 from sheldrake.multibody.plant._step.results import (
     accelerations,
     contact_room,
+    contacts_in,
     generalized_contact_forces,
-    step_contacts,
 )
+from sheldrake.multibody.tree import BodyIndex
+
+
+def step_contacts(scene):
+    """Contacts of the last step, geometries and bodies by row."""
+    return contacts_in(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt), range(9), range(9))
+
 
 CUBE = (g.Box(0.1, 0.1, 0.1), 2.0, [0.01, 0.0, 0.0], box_inertia(2.0, [0.1, 0.1, 0.1]))
 
 
 def test_nothing_before_the_first_step():
     scene = FreeBodies([CUBE])
-    assert len(step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt)).depth) == 0
+    assert len(step_contacts(scene).pair) == 0
     np.testing.assert_array_equal(generalized_contact_forces(scene.work, scene.dt), np.zeros(6))
     np.testing.assert_array_equal(accelerations(scene.work, scene.dt), np.zeros(6))
 
@@ -31,10 +42,10 @@ def test_forces_and_momentum_balance():
         scene.q[0] = [0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.0]
         scene.q[0, :4] /= np.linalg.norm(scene.q[0, :4])
         scene.q[0, 6] = 0.0795
-        contacts = step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt))
-        while len(contacts.depth) == 0:
+        contacts = step_contacts(scene)
+        while len(contacts.pair) == 0:
             scene.step()
-            contacts = step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt))
+            contacts = step_contacts(scene)
         force_on_cube = -contacts.f_Bc_W if contacts.pair[0, 2] == 1 else contacts.f_Bc_W
         tau = generalized_contact_forces(scene.work, scene.dt)
         np.testing.assert_allclose(tau[3:], force_on_cube.sum(axis=0), rtol=1e-12, atol=1e-12)
@@ -56,8 +67,23 @@ def test_speeds_are_those_of_the_contact_point():
     scene.q[0, 6] = 0.0499
     scene.v[0, 3:] = [0.3, 0.4, 0.0]
     scene.step()
-    contacts = step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt))
+    contacts = step_contacts(scene)
     v = scene.work.step.v_next  # of the solution, at the positions of the step's start
     speed = v[3:6] + np.cross(v[:3], contacts.p_WC - np.array(scene.work.tree[1].p_WB))
-    np.testing.assert_allclose(contacts.slip_speed, np.hypot(speed[:, 0], speed[:, 1]), rtol=1e-12)
-    np.testing.assert_allclose(contacts.separation_speed, speed[:, 2], atol=1e-13)
+    slip, separation = contacts.how[:, PointContact.slip_speed], contacts.how[:, PointContact.separation_speed]
+    np.testing.assert_allclose(slip, np.hypot(speed[:, 0], speed[:, 1]), rtol=1e-12)
+    np.testing.assert_allclose(separation, speed[:, 2], atol=1e-13)
+
+
+def test_a_contact_made_by_hand_says_what_it_was_given():
+    pair = g.PenetrationAsPointPair()
+    pair.p_WCa, pair.depth = np.array([1.0, 2.0, 3.0]), 0.5
+    info = PointPairContactInfo(BodyIndex(3), BodyIndex(5), [4.0, 5.0, 6.0], np.array([7.0, 8.0, 9.0]), -0.1, 0.2, pair)
+    for one in (info, copy.copy(info), copy.deepcopy(info)):
+        assert (one.bodyA_index(), one.bodyB_index()) == (BodyIndex(3), BodyIndex(5))
+        assert one.contact_force().tolist() == [4.0, 5.0, 6.0]
+        assert one.contact_point().tolist() == [7.0, 8.0, 9.0]
+        assert (one.separation_speed(), one.slip_speed()) == (-0.1, 0.2)
+        assert one.point_pair() is pair
+    info.contact_force()[0] = 1.0
+    assert info.contact_force()[0] == 4.0

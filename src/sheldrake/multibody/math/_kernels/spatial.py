@@ -232,3 +232,53 @@ def inertia_of_sphere(mass: float, radius: float, mass_out: Vector, p_out: Vecto
     write3(p_out, 0, (0.0, 0.0, 0.0))
     write9(G_out, 0, (moment, 0.0, 0.0, 0.0, moment, 0.0, 0.0, 0.0, moment))
     return 0
+
+
+@kernel(top=True, strict=True)
+def matrix_of_inertia(mass: float, p: Vector, G: Vector, matrix: Vector) -> None:
+    """The matrix that maps accelerations to forces, shape (6, 6), row by row; all none where the mass is none."""
+    x, y, z, zero = p[0] * mass, p[1] * mass, p[2] * mass, 0.0 * mass
+    for i in range(3):
+        for j in range(3):
+            matrix[6 * i + j] = G[3 * i + j] * mass
+            matrix[6 * (3 + i) + 3 + j] = mass if i == j else zero
+        matrix[6 * i + 3 + i] = zero
+        matrix[6 * (3 + i) + i] = zero
+    matrix[4], matrix[5], matrix[9], matrix[11], matrix[15], matrix[16] = -z, y, z, -x, -y, x
+    matrix[19], matrix[20], matrix[24], matrix[26], matrix[30], matrix[31] = z, -y, -z, x, y, -x
+
+
+@kernel(top=True)
+def no_inertia(mass_out: Vector, p_out: Vector, G_out: Vector) -> None:
+    """That of nothing."""
+    mass_out[0] = 0.0
+    write3(p_out, 0, (0.0, 0.0, 0.0))
+    write9(G_out, 0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+@kernel(top=True, strict=True)
+def is_inertia_none(mass: float, p: Vector, G: Vector, answer: Vector) -> None:
+    """Whether a number is NaN."""
+    none = 1.0 if mass != mass else 0.0
+    for i in range(3):
+        none = 1.0 if p[i] != p[i] else none
+    for i in range(9):
+        none = 1.0 if G[i] != G[i] else none
+    answer[0] = none
+
+
+@kernel(top=True, strict=True)
+def is_inertia_zero(mass: float, p: Vector, G: Vector, answer: Vector) -> None:
+    """Whether there is neither mass nor inertia."""
+    zero = 1.0 if mass == 0.0 else 0.0
+    for i in range(9):
+        zero = zero if G[i] == 0.0 else 0.0
+    answer[0] = zero
+
+
+@kernel(top=True, strict=True)
+def turn_rotational_inertia(I: Vector, R: Vector, out: Vector) -> None:
+    """A rotational inertia in another frame, exactly symmetric: each product is rounded once."""
+    M = read9(R, 0)
+    J = product(product(M, read9(I, 0)), transpose(M))
+    write9(out, 0, (J[0], J[3], J[6], J[3], J[4], J[7], J[6], J[7], J[8]))

@@ -137,14 +137,9 @@ class FrozenModel:
         return sorted((joint for joint in self.joints if joint.num_positions()), key=lambda joint: joint._q_start)
 
     @cached_property
-    def mass_at(self) -> np.ndarray:
-        """Where in p the mass of the body of each row is."""
-        return np.array([self.start_of(body) for body in self.row_bodies], np.int64)
-
-    @cached_property
-    def mass_of_bodies_at(self) -> np.ndarray:
-        """The same without the world."""
-        return self.mass_at[1:]
+    def rows_of_instances(self) -> dict[tuple[int, ...] | None, np.ndarray]:
+        """Rows of the bodies of model instances, by their numbers, and of all but the world; filled when asked for."""
+        return {}
 
     @cached_property
     def damping_at(self) -> np.ndarray:

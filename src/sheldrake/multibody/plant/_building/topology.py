@@ -16,9 +16,28 @@ class Topology:
 
     def __init__(self, elements: Elements) -> None:
         self._elements = elements
+        self._kept: list[list[RigidBody]] | None = None  # once nothing changes any more
+        self._group_of: dict[int, list[RigidBody]] = {}
 
     def welded_groups(self) -> list[list[RigidBody]]:
         """Bodies that are welded together, group by group, the world's first."""
+        if not self._elements.is_finalized():
+            return self._groups()
+        if self._kept is None:
+            self._kept = self._groups()
+        return self._kept
+
+    def _group(self, call: str, body: RigidBody) -> list[RigidBody]:
+        self._elements.require_mine(call, body)
+        groups, number = self.welded_groups(), int(body.index())
+        if not self._group_of:
+            of = {int(member.index()): group for group in groups for member in group}
+            if groups is not self._kept:
+                return of[number]
+            self._group_of = of
+        return self._group_of[number]
+
+    def _groups(self) -> list[list[RigidBody]]:
         leader = {int(b.index()): int(b.index()) for b in self._elements.bodies}
 
         def find(i: int) -> int:
@@ -37,13 +56,11 @@ class Topology:
 
     def GetBodiesWeldedTo(self, body: RigidBody) -> list[RigidBody]:
         """The bodies that move with a body because of welds, itself included."""
-        self._elements.require_mine("GetBodiesWeldedTo", body)
-        return next(list(g) for g in self.welded_groups() if body in g)
+        return list(self._group("GetBodiesWeldedTo", body))
 
     def IsAnchored(self, body: RigidBody) -> bool:
         """Whether a body is the world or welded to it."""
-        self._elements.require_mine("IsAnchored", body)
-        return body in self.welded_groups()[0]
+        return self._group("IsAnchored", body)[0] is self._elements.world
 
     @checked
     def GetBodiesKinematicallyAffectedBy(self, joint_indexes: list[JointIndex]) -> list[BodyIndex]:

@@ -246,5 +246,9 @@ class Contexts:
     def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
         """A SpatialInertia, of the context's scalar, of the ten parameters of a body."""
         T = context._system._scalar
+        if T is float:
+            mass, x, y, z, xx, yy, zz, xy, xz, yz = numbers.tolist()
+            G = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            return SpatialInertia._make(mass, np.array([x, y, z]), G)
         mass, c, G = numbers[0], np.array(numbers[1:4]), UnitInertia_[T](*numbers[4:10])
         return SpatialInertia_[T](mass, c, G, skip_validity_check=True)

@@ -14,11 +14,10 @@ from sheldrake.common.calls import Query
 from sheldrake.multibody.math import SpatialAcceleration, SpatialAcceleration_
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._context.contexts import Contexts
-from sheldrake.multibody.plant._context.kinematics import Kinematics, Motion, points, relative_acceleration
+from sheldrake.multibody.plant._context.kinematics import Kinematics, cross, fitting, points
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels import jacobians
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
@@ -118,14 +117,14 @@ class Dynamics:
         view = self._contexts.view(context)
         if type(found := view.ask_qdot(v)) is int:
             found = view.ask_qdot(vector("MapVelocityToQDot", "v", v, view.nv))
-        return _mapped("MapVelocityToQDot", found)
+        return fitting("MapVelocityToQDot", found)
 
     def MapQDotToVelocity(self, context: Context, qdot: ArrayLike) -> np.ndarray:
         """v = N⁺(q) qdot, shape (nv,)."""
         view = self._contexts.view(context)
         if type(found := view.ask_velocity_of_qdot(qdot)) is int:
             found = view.ask_velocity_of_qdot(vector("MapQDotToVelocity", "qdot", qdot, view.nq))
-        return _mapped("MapQDotToVelocity", found)
+        return fitting("MapQDotToVelocity", found)
 
     def qdot_to_velocity(self, context: Context) -> np.ndarray:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
@@ -134,18 +133,12 @@ class Dynamics:
     @checked
     def MakeVelocityToQDotMap(self, context: Context) -> csc_matrix:
         """N(q), a scipy.sparse.csc_matrix, shape (nq, nv)."""
-        from scipy.sparse import csc_matrix
-
-        view = self._contexts.view(context)
-        columns = [self.MapVelocityToQDot(context, unit) for unit in np.eye(view.nv)]
-        return csc_matrix(np.array(columns).T.reshape(view.nq, view.nv))
+        return _sparse(self._contexts.view(context).ask_velocity_map())
 
     @checked
     def MakeQDotToVelocityMap(self, context: Context) -> csc_matrix:
         """N⁺(q), a scipy.sparse.csc_matrix, shape (nv, nq)."""
-        from scipy.sparse import csc_matrix
-
-        return csc_matrix(self.qdot_to_velocity(context))
+        return _sparse(np.ascontiguousarray(self.qdot_to_velocity(context).T))
 
     def IsVelocityEqualToQDot(self) -> bool:
         """Whether qdot = v for all joints."""
@@ -171,21 +164,12 @@ class Dynamics:
         B, A, E = (self._kinematics.place(view, frame) for frame in frames)
         return view.jacobian(frames, (*A, *B, *E))
 
-    def _jacobian(self, context: Context, frame_B: Frame, frame_A: Frame, p_WQ: np.ndarray) -> np.ndarray:
-        """Spatial velocity Jacobian of a point of B, measured in A, expressed in W, shape (6, nv)."""
-        view = self._contexts.view(context)
-        ends, J = jacobians.Frames(view.integers("ends", 6)), view.buffer("J", 6, view.nv)
-        ends.body_A, ends.body_B = (view.frozen.row_of(frame.body()) for frame in (frame_A, frame_B))
-        arguments = view.model, view.work, ends, view.buffer("point", 3), J
-        ask = view.query(jacobians.calc_relative_jacobian, *arguments, given=("point",), needs=view.POSES, answer=J)
-        return ask(np.ascontiguousarray(p_WQ))
-
     def _express(
         self, context: Context, call: str, J: np.ndarray, with_respect_to: JacobianWrtVariable, frame_E: Frame
     ) -> np.ndarray:
         """A Jacobian in W, blocks of three rows, turned to E and to the wanted variable."""
         if not frame_E.is_world_frame():
-            R_EW = self._kinematics.motion(context, frame_E).R.T
+            R_EW = self._kinematics.rotation_in_world(context, frame_E).T
             J = np.concatenate([R_EW @ J[r : r + 3] for r in range(0, len(J), 3)])
         return self._by_variable(context, call, J, with_respect_to)
 
@@ -279,19 +263,12 @@ class Dynamics:
         """  # fmt: skip
         call = "CalcJacobianCenterOfMassTranslationalVelocity"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
-        if instances is None and frame_A is frame_E is self._elements.world.body_frame():  # nearly always
-            view = self._contexts.view(context)
-            if view.T is float and (mass := self._kinematics.CalcTotalMass(context)) > 0.0:
-                return self._by_variable(context, call, view.ask_momentum_jacobian() / mass, wrt)
-        view, rows, mass, _ = self._kinematics.com_rows(call, context, instances)
-        mask, J = view.integers("mask", view.nb), view.buffer("J_com", 3, view.nv)
-        mask[:] = 0
-        mask[rows] = 1
-        arguments, needs = (view.model, view.work, mask, J), view.POSES | view.INERTIAS
-        J = view.query(jacobians.calc_momentum_jacobian, *arguments, given=(), needs=needs, answer=J)() / mass
+        view = self._kinematics.choose(call, context, instances)
+        J = self._kinematics.of_centre(call, view.ask_jacobian_of_centre())
         if not frame_A.is_world_frame():
+            world = self._elements.world.body_frame()
             p_WScm = self._kinematics.CalcCenterOfMassPositionInWorld(context, instances)
-            J = J - self._jacobian(context, frame_A, self._elements.world.body_frame(), p_WScm)[3:]
+            J = J + self._frame_jacobian(context, call, world, p_WScm, frame_A, world)[3:]
         return self._express(context, call, J, wrt, frame_E)
 
     # --- bias accelerations
@@ -327,7 +304,7 @@ class Dynamics:
         """The part of A_ABp_E that does not depend on vdot; arguments as in CalcJacobianSpatialVelocity()."""
         call = "CalcBiasSpatialAcceleration"
         ask = self._bias_query(context, call, with_respect_to, (frame_B, frame_A, frame_E))
-        A = _mapped(call, ask(vector(call, "p_BoBp_B", p_BoBp_B, 3)))
+        A = fitting(call, ask(vector(call, "p_BoBp_B", p_BoBp_B, 3)))
         return self._contexts.view(context).of(SpatialAcceleration_)._make(A)
 
     @checked
@@ -344,7 +321,7 @@ class Dynamics:
         call = "CalcBiasTranslationalAcceleration"
         ask = self._bias_query(context, call, with_respect_to, (frame_B, frame_A, frame_E))
         columns = points(call, "p_BoBi_B", p_BoBi_B).T
-        return np.array([_mapped(call, ask(np.ascontiguousarray(p)))[3:] for p in columns]).T
+        return np.array([fitting(call, ask(np.ascontiguousarray(p)))[3:] for p in columns]).T
 
     @typing_overload
     def CalcBiasCenterOfMassTranslationalAcceleration(
@@ -368,16 +345,27 @@ class Dynamics:
         """  # fmt: skip
         call = "CalcBiasCenterOfMassTranslationalAcceleration"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
-        view, rows, mass, _ = self._kinematics.com_rows(call, context, instances)
         A_WB = self._kinematics.accelerations(context, self._bias_vdot(context, call, wrt))
-        a = self._kinematics.com_acceleration(view, rows, mass, A_WB)
-        if not frame_A.is_world_frame():
-            p = self._kinematics.CalcCenterOfMassPositionInWorld(context, instances)
+        a = self._kinematics.acceleration_of_centre(call, context, instances, A_WB)
+        if not frame_A.is_world_frame():  # of the point of W where the centre is now, and the centre's in W
+            world = self._elements.world.body_frame()
+            p_WScm = self._kinematics.CalcCenterOfMassPositionInWorld(context, instances)
             v = self._kinematics.CalcCenterOfMassTranslationalVelocityInWorld(context, instances)
-            still = np.zeros(3)
-            S = Motion(np.eye(3), p, np.concatenate([still, v]), np.concatenate([still, a]))
-            a = relative_acceleration(S, self._kinematics.motion(context, frame_A, 1, A_WB))[1]
-        return self._kinematics.motion(context, frame_E).R.T @ a
+            V_AQ = self._kinematics.point_velocity(context, world, frame_A, world)(p_WScm)
+            A_AQ = self._kinematics.point_acceleration(context, world, frame_A, world)(A_WB, p_WScm)
+            a = A_AQ[3:] + a + 2 * cross(V_AQ[:3], v)
+        return a if frame_E.is_world_frame() else self._kinematics.rotation_in_world(context, frame_E).T @ a
+
+
+def _sparse(columns: np.ndarray) -> csc_matrix:
+    """A matrix given by its columns, without the zeros among them."""
+    from scipy.sparse import csc_matrix
+
+    if columns.dtype == object:
+        return csc_matrix(columns.T)
+    column, row = columns.nonzero()
+    ends = np.searchsorted(column, np.arange(len(columns) + 1))
+    return csc_matrix((columns[column, row], row, ends), columns.T.shape)
 
 
 def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
@@ -387,12 +375,6 @@ def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
             f"{call}(): the forces are for {forces.num_bodies()} bodies and {forces.num_velocities()} velocities, "
             f"this plant has {view.nb} and {view.nv}."
         )
-
-
-def _mapped(call: str, found: np.ndarray) -> np.ndarray:
-    if type(found) is int:
-        raise TypeError(f"{call}(): the given numbers must have the scalar type of the context.")
-    return found
 
 
 def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, Any, Frame, Frame]:

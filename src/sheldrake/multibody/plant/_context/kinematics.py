@@ -23,48 +23,22 @@ from sheldrake.multibody.math import (
     SpatialMomentum,
     SpatialMomentum_,
     SpatialVelocity,
-    SpatialVelocity_,
 )
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels import queries
-from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common._types import Scalars
 
 _FLOAT64 = np.dtype(np.float64)
 _ALL = slice(1, None)
 """Rows of all bodies but the world."""
-
-
-class Motion:
-    """Pose, velocity and acceleration of a frame as plain arrays, in W."""
-
-    is_still = False
-    """Whether it is the world's."""
-
-    def __init__(self, R: np.ndarray, p: np.ndarray, V: np.ndarray | None = None, A: np.ndarray | None = None):
-        self.R, self.p = R, p
-        if V is not None:
-            self.w, self.v = V[:3], V[3:]
-        if A is not None:
-            self.alpha, self.a = A[:3], A[3:]
-
-    def velocity_at(self, p_WQ: np.ndarray) -> np.ndarray:
-        """Velocity of the point fixed to this frame that is now at p_WQ."""
-        return self.v + cross(self.w, p_WQ - self.p)
-
-    def acceleration_at(self, p_WQ: np.ndarray) -> np.ndarray:
-        """Acceleration of the point fixed to this frame that is now at p_WQ."""
-        r = p_WQ - self.p
-        return self.a + cross(self.alpha, r) + cross(self.w, cross(self.w, r))
 
 
 class Kinematics:
@@ -139,32 +113,9 @@ class Kinematics:
 
     # --- frames
 
-    def _body_and_offset(self, view: View, context: Context, frame: Frame) -> tuple[int, Any]:
-        if not self._elements.has(frame):
-            self._elements.require_mine("CalcRelativeTransform", frame)
-        return view.frozen.row_of(frame._body), None if frame.is_body_frame() else frame._X_BF(context)
-
-    def motion(self, context: Context, frame: Frame, order: int = 0, A_WB: np.ndarray | None = None) -> Motion:
-        """Motion of a frame; order 0: pose; 1: velocity too; A_WB: acceleration too."""
-        view = self._contexts.view(context)
-        row, X_BF = self._body_and_offset(view, context, frame)
-        if frame.is_world_frame():
-            return _WORLD
-        X = self.relative_pose(context, self._world_frame, frame._body.body_frame())
-        R_WB, p_WB = X[:9].reshape(3, 3), X[9:]
-        V = view.body_velocities()[row] if order else None
-        A = None if A_WB is None else A_WB[row]
-        body = Motion(R_WB, p_WB, V, A)
-        if X_BF is None:
-            return body
-        p_WF = p_WB + R_WB @ X_BF.translation()
-        R_WF = R_WB @ X_BF.rotation().matrix()
-        V_F = None if V is None else np.concatenate([body.w, body.velocity_at(p_WF)])
-        A_F = None if A is None else np.concatenate([body.alpha, body.acceleration_at(p_WF)])
-        return Motion(R_WF, p_WF, V_F, A_F)
-
     @cached_property
-    def _world_frame(self) -> Frame:
+    def world_frame(self) -> Frame:
+        """The frame W."""
         return self._elements.world.body_frame()
 
     def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
@@ -172,15 +123,53 @@ class Kinematics:
         try:  # the one that has to be quick
             view = context._kept
             if view.family is self._contexts.family:
-                return view.transforms[self._world_frame, frame]()
+                return view.transforms[self.world_frame, frame]()
         except (AttributeError, KeyError, TypeError):
             pass
-        return self.CalcRelativeTransform(context, self._world_frame, frame)
+        return self.CalcRelativeTransform(context, self.world_frame, frame)
 
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
-        """V_WF."""
-        m = self.motion(context, frame, 1)
-        return self._contexts.view(context).of(SpatialVelocity_)._make(np.concatenate([m.w, m.v]))
+        """V_WF, expressed in W."""
+        return self.relative_velocity(context, frame, self.world_frame, self.world_frame)
+
+    def relative_velocity(self, context: Context, frame_B: Frame, frame_A: Frame, frame_E: Frame) -> SpatialVelocity:
+        """V_AB: of the origin of frame B, measured in A, expressed in E."""
+        key = frame_B, frame_A, frame_E
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._contexts.family:
+                return view.velocities_of[key]()
+        except (AttributeError, KeyError, TypeError):
+            pass
+        view = self._contexts.view(context)
+        return view.frame_velocity(key, self._ends(view, key))()
+
+    def velocity_of_point(self, context: Context, frame: Frame, p_FQ: np.ndarray) -> np.ndarray:
+        """v_WQ of a point of a frame, expressed in W [m/s], shape (3,)."""
+        found = self.point_velocity(context, frame, self.world_frame, self.world_frame)(p_FQ)
+        return fitting("velocity_of_point", found)[3:]
+
+    def point_velocity(self, context: Context, frame_B: Frame, frame_A: Frame, frame_E: Frame) -> Query:
+        """A query for the spatial velocity of a given point of frame B, measured in A, expressed in E."""
+        view, key = self._contexts.view(context), ("velocity", frame_B, frame_A, frame_E)
+        return view.places.get(key) or view.point_velocity(key, self._ends(view, key[1:]))
+
+    def point_acceleration(self, context: Context, frame_B: Frame, frame_A: Frame, frame_E: Frame) -> Query:
+        """A query for the spatial acceleration of that point, given those of the body origins (`accelerations`) and it.
+
+        Points are given to both as arrays of three floats.
+        """
+        view, key = self._contexts.view(context), ("acceleration", frame_B, frame_A, frame_E)
+        return view.places.get(key) or view.point_acceleration(key, self._ends(view, key[1:]))
+
+    def _ends(self, view: View, frames: Iterable[Frame]) -> tuple[int, ...]:
+        """Rows of bodies and frames B, A and E, as `jacobians.Ends` has them."""
+        B, A, E = (self.place(view, frame) for frame in frames)
+        return *A, *B, *E
+
+    def rotation_in_world(self, context: Context, frame: Frame) -> np.ndarray:
+        """R_WF, shape (3, 3)."""
+        return self.relative_pose(context, self.world_frame, frame)[:9].reshape(3, 3)
 
     def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> RigidTransform:
         """X_AB: frame B in frame A."""
@@ -242,41 +231,43 @@ class Kinematics:
         self, context: Context, frame_B: Frame, p_BQi: ArrayLike, frame_A: Frame, frame_E: Frame
     ) -> np.ndarray:
         """Velocities measured in frame A, expressed in E, of points fixed to frame B [m/s], shape (3, n)."""
-        A, B, E = self.motion(context, frame_A, 1), self.motion(context, frame_B, 1), self.motion(context, frame_E)
-        p_WQi = B.p[:, None] + B.R @ points("CalcPointsVelocities", "p_BQi", p_BQi)
-        v = [B.velocity_at(p) - A.velocity_at(p) for p in p_WQi.T]
-        return E.R.T @ np.array(v).T.reshape(3, -1)
+        call, ask = "CalcPointsVelocities", self.point_velocity(context, frame_B, frame_A, frame_E)
+        if type(V := ask(p_BQi)) is not int:
+            return V[3:].reshape(3, 1)  # of one point
+        columns = points(call, "p_BQi", p_BQi).T
+        found = [fitting(call, ask(np.ascontiguousarray(p)))[3:] for p in columns]
+        return np.array(found).reshape(-1, 3).T
 
     # --- groups of bodies
 
     def _rows_of(self, call: str, model_instances: Iterable[ModelInstanceIndex] | None) -> np.ndarray:
-        """Rows of the bodies of some model instances, without the world; of all for None."""
-        bodies = self._elements.model(call).row_bodies
-        if model_instances is None:
-            return np.arange(1, len(bodies))
-        wanted = set()
-        for instance in model_instances:
-            self._elements.require_instance(call, instance)
-            wanted.add(int(instance))
-        return np.array([r for r, b in enumerate(bodies) if r and int(b.model_instance()) in wanted], np.int64)
-
-    def _masses(self, view: View, rows: np.ndarray | slice) -> np.ndarray:
-        return view.p[view.frozen.mass_at[rows]]
+        """Rows of the bodies of some model instances, without the world; of all for None. The same array each time."""
+        wanted = None
+        if model_instances is not None:
+            instances = list(model_instances)
+            for instance in instances:
+                self._elements.require_instance(call, instance)
+            wanted = tuple(map(int, instances))
+        frozen = self._elements.model(call)
+        found = frozen.rows_of_instances.get(wanted)
+        if found is None:
+            owners = enumerate(int(body.model_instance()) for body in frozen.row_bodies)
+            rows = [row for row, owner in owners if row and (wanted is None or owner in wanted)]
+            found = frozen.rows_of_instances[wanted] = np.array(rows, np.int64)
+        return found
 
     def CalcTotalMass(self, context: Context, model_instances: list[ModelInstanceIndex] | None = None) -> float:
         """Mass [kg] of all bodies or of those of some model instances."""
         view = self._contexts.view(context)
-        if model_instances is None:
-            at = view.frozen.mass_of_bodies_at
-        else:
-            at = view.frozen.mass_at[self._rows_of("CalcTotalMass", model_instances)]
-        masses = view.p[at].tolist()
-        return sum(masses[1:], masses[0]) if masses else 0.0
+        view.choose(self._rows_of("CalcTotalMass", model_instances))
+        return view.ask_mass().item()
 
-    def com_rows(
-        self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None
-    ) -> tuple[View, np.ndarray, Any, Any]:
-        """(view, rows, total mass, results of positions) of bodies whose centre of mass is asked for."""
+    def choose(self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None) -> View:
+        """A view whose queries of centres of mass are of the bodies of some model instances, of all for None.
+
+        Raises:
+            RuntimeError: these have no body.
+        """
         view, rows = self._contexts.view(context), self._rows_of(call, model_instances)
         if not len(rows):
             raise RuntimeError(
@@ -284,52 +275,38 @@ class Kinematics:
                 if model_instances is not None
                 else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
             )
-        work = view.positions()
-        mass: Any = sum(self._masses(view, rows).tolist())
-        if view.dtype == float and not mass > 0.0:
-            raise RuntimeError(f"{call}(): the total mass must be positive, not {mass}.")
-        return view, rows, mass, work
+        view.choose(rows)
+        return view
 
-    def _roots(self, view: View, work: Any, rows: np.ndarray) -> np.ndarray:
-        """Reference points of rows, in W, shape (n, 3)."""
-        return work.X_WB[view.model.body[rows, Body.root], BodyPose.p_WB.columns]
+    def of_centre(self, call: str, found: np.ndarray | int) -> np.ndarray:
+        """What a query of a centre of mass gave.
 
-    def _masses_and_moments(self, work: Any, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Masses, shape (n, 1), and first moments about `root`, shape (n, 3)."""
-        inertia = work.inertia[rows]
-        return inertia[:, BodyInertia.mass.columns], inertia[:, BodyInertia.first_moment.columns]
+        Raises:
+            RuntimeError: the bodies have no mass.
+        """
+        if isinstance(found, int):
+            raise RuntimeError(f"{call}(): the total mass must be positive, not 0.0.")
+        return found
 
     def CalcCenterOfMassPositionInWorld(
         self, context: Context, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """p_WScm of all bodies or of those of some model instances [m], shape (3,)."""
         call = "CalcCenterOfMassPositionInWorld"
-        view = self._contexts.view(context)
-        if model_instances is None and type(centre := view.ask_centre_of_mass()) is not int:
-            return centre
-        view, rows, mass, work = self.com_rows(call, context, model_instances)
-        m, h = self._masses_and_moments(work, rows)
-        return (h + m * self._roots(view, work, rows)).sum(axis=0) / mass
+        return self.of_centre(call, self.choose(call, context, model_instances).ask_centre_of_mass())
 
     def CalcCenterOfMassTranslationalVelocityInWorld(
         self, context: Context, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """v_WScm expressed in W, of all bodies or of those of some model instances [m/s], shape (3,)."""
         call = "CalcCenterOfMassTranslationalVelocityInWorld"
-        view, rows, mass, _ = self.com_rows(call, context, model_instances)
-        return _momentum_of(view, rows, np.zeros(3))[3:] / mass
+        return self.of_centre(call, self.choose(call, context, model_instances).ask_velocity_of_centre())
 
-    def com_acceleration(self, view: View, rows: np.ndarray, mass: Scalar, A_WB: np.ndarray) -> np.ndarray:
-        """Acceleration of a centre of mass, given those of the body origins."""
-        mask, force = view.integers("mask", view.nb), view.buffer("force of masses", 3)
-        mask[:] = 0
-        mask[rows] = 1
-        arguments = view.model, view.work, mask, view.buffer("A_WB of masses", view.nb, 6), force
-        needs = view.POSES | view.INERTIAS | view.VELOCITIES
-        return (
-            view.query(queries.calc_force_of_masses, *arguments, given=("A_WB",), needs=needs, answer=force)(A_WB)
-            / mass
-        )
+    def acceleration_of_centre(
+        self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None, A_WB: np.ndarray
+    ) -> np.ndarray:
+        """a_WScm expressed in W, given accelerations of the body origins."""
+        return self.of_centre(call, self.choose(call, context, model_instances).ask_acceleration_of_centre(A_WB))
 
     @typing_overload
     def CalcSpatialMomentumInWorldAboutPoint(self, context: Context, p_WoP_W: Scalars) -> SpatialMomentum: ...
@@ -349,13 +326,11 @@ class Kinematics:
         if rest or kwargs or point is None:
             raise Mismatch(f"{call}(): incompatible function arguments. Takes (context, [model_instances], p_WoP_W).")
         view = self._contexts.view(context)
-        rows = slice(None) if instances is None else self._rows_of(call, instances)
-        L = _momentum_of(view, rows, point)
+        view.choose(self._rows_of(call, instances))
+        L = view.ask_momentum(point)
         if type(L) is int:
-            L = _momentum_of(view, rows, vector(call, "p_WoP_W", point, 3))
-            if type(L) is int:
-                raise TypeError(f"{call}(): the point must have the scalar type of the context.")
-        return view.of(SpatialMomentum_)(L)
+            L = fitting(call, view.ask_momentum(vector(call, "p_WoP_W", point, 3)))
+        return view.of(SpatialMomentum_)._make(L)
 
     def CalcSpatialInertia(self, context: Context, frame_F: Frame, body_indexes: list[BodyIndex]) -> SpatialInertia:
         """Spatial inertia of some bodies about Fo, expressed in F.
@@ -367,6 +342,12 @@ class Kinematics:
         if len(set(rows)) < len(rows):
             raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
         bodies = [self._elements.bodies.get(i, "get_body") for i in body_indexes]
+        view, key = self._contexts.view(context), ("inertia", frame_F)
+        ask = view.places.get(key) or view.spatial_inertia(key, self.place(view, frame_F))
+        view.choose(view.frozen.rows[rows])
+        if type(found := ask()) is not int:
+            G = found[4:].reshape(3, 3).copy()
+            return view.of(SpatialInertia_)._make(found.item(0), found[1:4].copy(), G)
         total = self._contexts.view(context).of(SpatialInertia_).Zero()
         for body in bodies:
             if body.index() != 0:
@@ -411,27 +392,6 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-def _world_motion() -> Motion:
-    R, p, V = np.eye(3), np.zeros(3), np.zeros(6)
-    for array in (R, p, V):
-        array.flags.writeable = False
-    world = Motion(R, p, V, V)
-    world.is_still = True
-    return world
-
-
-_WORLD = _world_motion()
-
-
-def relative_acceleration(B: Motion, A: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Angular acceleration of B in A and acceleration of Bo in A, expressed in W (both motions with acceleration)."""
-    if A.is_still:
-        return B.alpha, B.a
-    w_AB, v_AB = B.w - A.w, B.v - A.velocity_at(B.p)
-    alpha = B.alpha - A.alpha - cross(A.w, w_AB)
-    return alpha, B.a - A.acceleration_at(B.p) - 2 * cross(A.w, v_AB)
-
-
 def points(call: str, name: str, value: ArrayLike) -> np.ndarray:
     """`value` as points in columns, shape (3, n); one point may be given flat.
 
@@ -452,9 +412,12 @@ def points(call: str, name: str, value: ArrayLike) -> np.ndarray:
     return array
 
 
-def _momentum_of(view: View, rows: Any, p_WoP_W: np.ndarray) -> Any:
-    """Spatial momentum of some bodies about a point; an int where that is no vector of the context's scalar."""
-    ask = view.ask_momentum
-    view.mask[:] = 0
-    view.mask[rows] = 1
-    return ask(p_WoP_W)
+def fitting(call: str, found: np.ndarray | int) -> np.ndarray:
+    """What a query gave for given numbers.
+
+    Raises:
+        TypeError: it did not take them.
+    """
+    if isinstance(found, int):
+        raise TypeError(f"{call}(): the given numbers must have the scalar type of the context.")
+    return found

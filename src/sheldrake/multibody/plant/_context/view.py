@@ -63,6 +63,8 @@ class View:
         self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
         self.results: tuple[int, Any, int] | None = None
         """The stamp of a state, the scratch of a step from it or of its derivatives, and the status they ended with."""
+        self.accelerations: tuple[Any, np.ndarray] | None = None
+        """Results of a state, and the accelerations of the body origins that follow from them."""
         self.rehearsal: Any = None
         """Scratch and bound kernels that results of the present state come from, once they were asked for."""
         self.contact_room: Any = None
@@ -103,6 +105,9 @@ class View:
         self.poses: dict[RigidBody, Callable[[], RigidTransform]] = {}
         self.writers: dict[tuple[str, int, int], Query] = {}
         self.twists: dict[RigidBody, Callable[[], SpatialVelocity]] = {}
+        self.velocities_of: dict[tuple[Frame, Frame, Frame], Callable[[], SpatialVelocity]] = {}
+        self.mask = np.ones(self.nb, np.int64)
+        self._chosen: np.ndarray | None = None
 
     # --- arrays
 
@@ -268,16 +273,45 @@ class View:
             answer=tau,
         )
 
+    def choose(self, rows: np.ndarray) -> None:
+        """Says of which bodies queries of mass, momentum and centre of mass are; `rows` must stay as they are."""
+        if self._chosen is not rows:
+            self.mask[:] = 0
+            self.mask[rows] = 1
+            self._chosen = rows
+
+    @cached_property
+    def ask_mass(self) -> Query:
+        """Mass of the chosen bodies, shape (1,)."""
+        mass = self.zeros(1)
+        return self.calls.query(queries.calc_mass, self.model, self.p, self.mask, mass, answer=mass)
+
     @cached_property
     def ask_centre_of_mass(self) -> Query:
-        """Position of the centre of mass of all bodies."""
+        """Position of the centre of mass of the chosen bodies; 1 where they have no mass."""
         centre, needs = self.zeros(3), self.POSES | self.INERTIAS
-        return self.calls.query(queries.calc_centre_of_mass, self.model, self.work, centre, needs=needs, answer=centre)
+        arguments = self.model, self.work, self.mask, centre
+        return self.calls.query(queries.calc_centre_of_mass, *arguments, needs=needs, answer=centre)
+
+    @cached_property
+    def ask_velocity_of_centre(self) -> Query:
+        """Velocity of the centre of mass of the chosen bodies; 1 where they have no mass."""
+        v, needs = self.zeros(3), self.POSES | self.INERTIAS | self.VELOCITIES
+        arguments = self.model, self.work, self.mask, v
+        return self.calls.query(queries.calc_velocity_of_centre, *arguments, needs=needs, answer=v)
+
+    @cached_property
+    def ask_acceleration_of_centre(self) -> Query:
+        """Acceleration of the same, given those of the body origins."""
+        a, needs = self.zeros(3), self.POSES | self.INERTIAS | self.VELOCITIES
+        arguments = self.model, self.work, self.mask, self.zeros(self.nb, 6), a
+        kernel = queries.calc_acceleration_of_centre
+        return self.calls.query(kernel, *arguments, given=("A_WB",), needs=needs, answer=a)
 
     @cached_property
     def ask_momentum(self) -> Query:
-        """Spatial momentum of the bodies in `mask`, given a point."""
-        L, self.mask = self.zeros(6), np.ones(self.nb, np.int64)
+        """Spatial momentum of the chosen bodies, given a point."""
+        L = self.zeros(6)
         return self.calls.query(
             queries.calc_momentum,
             *(self.model, self.work, self.mask, np.zeros(3), L),
@@ -312,6 +346,13 @@ class View:
         v = self.zeros(self.nv)
         arguments = self.model, self.q, self.zeros(self.nq), v
         return self.calls.query(integrate.velocity_of_qdot, *arguments, given=("qdot",), answer=v)
+
+    @cached_property
+    def ask_velocity_map(self) -> Query:
+        """The transpose of N(q)."""
+        columns = self.zeros(self.nv, self.nq)
+        arguments = self.model, self.q, self.zeros(self.nv), self.zeros(self.nq), columns
+        return self.calls.query(integrate.qdot_of_velocity_map, *arguments, answer=columns)
 
     @cached_property
     def ask_qdot_map(self) -> Query:
@@ -368,11 +409,11 @@ class View:
         return self.calls.query(queries.calc_contribution, *arguments, *results, given=given, needs=needs)
 
     @cached_property
-    def ask_momentum_jacobian(self) -> Query:
-        """Jacobian of the linear momentum of all bodies [kg, kg m], shape (3, nv)."""
-        J, mask = self.zeros(3, self.nv), np.ones(self.nb, np.int64)
-        arguments, needs = (self.model, self.work, mask, J), self.POSES | self.INERTIAS
-        return self.calls.query(jacobians.calc_momentum_jacobian, *arguments, needs=needs, answer=J)
+    def ask_jacobian_of_centre(self) -> Query:
+        """Jacobian of the velocity of the centre of mass of the chosen bodies, shape (3, nv); 1 without mass."""
+        J, needs = self.zeros(3, self.nv), self.POSES | self.INERTIAS
+        arguments = self.model, self.work, self.mask, J
+        return self.calls.query(jacobians.calc_jacobian_of_centre, *arguments, needs=needs, answer=J)
 
     # --- frames
 
@@ -386,6 +427,47 @@ class View:
         arguments = (self.model, self.p, self.work, places, np.zeros(3), J)
         ask = self.calls.query(jacobians.calc_frame_jacobian, *arguments, given=("point",), needs=self.POSES, answer=J)
         return self._keep_place(key, ask)
+
+    def point_velocity(self, key: tuple, ends: tuple) -> Query:
+        """A query for the spatial velocity of a given point, shape (6,); as `jacobian`."""
+        V, places = self.zeros(6), jacobians.Frames(np.array(ends, np.int64))
+        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), V), self.POSES | self.VELOCITIES
+        kernel = jacobians.calc_point_velocity
+        return self._keep_place(key, self.calls.query(kernel, *arguments, given=("point",), needs=needs, answer=V))
+
+    def point_acceleration(self, key: tuple, ends: tuple) -> Query:
+        """A query for the spatial acceleration of a point, given those of the body origins and it; as `jacobian`."""
+        A, places = self.zeros(6), jacobians.Frames(np.array(ends, np.int64))
+        arguments = self.model, self.p, self.work, places, self.zeros(self.nb, 6), np.zeros(3), A
+        kernel, needs = jacobians.calc_point_acceleration, self.POSES | self.VELOCITIES
+        ask = self.calls.query(kernel, *arguments, given=("A_WB", "point"), needs=needs, answer=A)
+        return self._keep_place(key, ask)
+
+    def frame_velocity(self, key: tuple[Frame, Frame, Frame], ends: tuple) -> Callable[[], SpatialVelocity]:
+        """A query for the spatial velocity of frame B in A, expressed in E; kept in `velocities_of`."""
+        V, places = self.zeros(6), jacobians.Frames(np.array(ends, np.int64))
+        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), V), self.POSES | self.VELOCITIES
+        if len(self.velocities_of) >= _MOST_PLACES:
+            self.velocities_of.clear()
+        kernel, cls = jacobians.calc_point_velocity, self.of(SpatialVelocity_)
+        if self.T is float:
+            V_WF = self.calls.query(kernel, *arguments, needs=needs, answer=V, frozen=True)
+            made = object_query(cls, _c=V_WF)
+        else:
+            ask = self.calls.query(kernel, *arguments, needs=needs, answer=V)
+            made = lambda: cls._make(ask())  # noqa: E731
+        self.velocities_of[key] = made
+        return made
+
+    def spatial_inertia(self, key: tuple, place: tuple[int, int]) -> Query:
+        """A query for the spatial inertia of the chosen bodies about the origin of a frame, expressed in it.
+
+        It gives thirteen numbers, mass, centre of mass and unit inertia by rows, or 1 where they have no mass; as
+        `jacobian`. `place` has the rows of the frame and its body.
+        """
+        found, places = self.zeros(13), jacobians.Frames(np.array((*place, 0, -1, 0, -1), np.int64))
+        arguments, needs = (self.model, self.p, self.work, self.mask, places, found), self.POSES | self.INERTIAS
+        return self._keep_place(key, self.calls.query(jacobians.calc_inertia, *arguments, needs=needs, answer=found))
 
     def bias_acceleration(self, key: tuple, ends: tuple) -> Query:
         """A query for the spatial acceleration of a given point that does not depend on vdot; as `jacobian`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.generic import is_zero, sqrt
 from sheldrake.common._kernels.vec import add3, neg3, scale3, sub3
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integers, number, numbers, table
@@ -12,6 +12,7 @@ from sheldrake.geometry._kernels.model import ContactTable
 from sheldrake.multibody.contact_solvers._kernels.laws import share
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts
 from sheldrake.multibody.plant._kernels.contacts import contact_frame
+from sheldrake.multibody.plant._kernels.derivatives import DerivativeVectors
 
 
 class Who(Record):
@@ -72,5 +73,22 @@ def report_points(
             found[n].depth = table[c].depth
             found[n].slip_speed = sqrt(vc[0] * vc[0] + vc[1] * vc[1])
             found[n].separation_speed = vc[2]
+            n += 1
+    found.total[0] = n
+
+
+@kernel(top=True)
+def report_forces(table: ContactTable, flow: DerivativeVectors, found: PointContacts) -> None:
+    """Fills `found` with the contacts of derivatives that push; others part faster than springs do."""
+    n = 0
+    for c in range(table.num_contacts):
+        force = flow.contacts[c]
+        f_BC_W = force.f_BC_W
+        if not (is_zero(f_BC_W[0]) and is_zero(f_BC_W[1]) and is_zero(f_BC_W[2])):
+            found[n].pair = table[c].who
+            found[n].p_WCa, found[n].p_WCb, found[n].nhat_BA_W = table[c].p_WCa, table[c].p_WCb, table[c].nhat_BA_W
+            found[n].p_WC, found[n].f_Bc_W = force.p_WC, f_BC_W
+            found[n].depth = table[c].depth
+            found[n].slip_speed, found[n].separation_speed = force.slip, force.separation
             n += 1
     found.total[0] = n

@@ -9,7 +9,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.dynamics import Dynamics
-from sheldrake.multibody.plant._context.kinematics import Kinematics, relative_acceleration
+from sheldrake.multibody.plant._context.kinematics import Kinematics
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.tree import Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._kernels import dynamics as kernels
@@ -42,8 +42,15 @@ class Accelerations:
         self._kinematics, self._dynamics, self._advance = kinematics, dynamics, advance
 
     def _present(self, context: Context) -> np.ndarray:
-        """Of the body origins at the present state, by row, shape (num_bodies, 6)."""
-        return self._kinematics.accelerations(context, self._advance.vdot(context))
+        """Of the body origins at the present state, by row, shape (num_bodies, 6), to be read only."""
+        view = self._contexts.view(context)
+        if view.T is not float:
+            return self._kinematics.accelerations(context, self._advance.vdot(context))
+        work = self._advance.present_work(context)
+        if view.accelerations is None or view.accelerations[0] is not view.results:
+            vdot = self._advance.equations.vdot(work)
+            view.accelerations = view.results, self._kinematics.accelerations(context, vdot)
+        return view.accelerations[1]
 
     def in_last_step(self, context: Context) -> np.ndarray:
         """Of the body origins as they were at the beginning of the last step, by row, shape (num_bodies, 6)."""
@@ -66,27 +73,29 @@ class Accelerations:
         """
         self._elements.require_mine("EvalBodySpatialAccelerationInWorld", body)
         view = self._contexts.view(context)
-        return view.of(SpatialAcceleration_)(self._present(context)[view.frozen.row_of(body)])
+        return view.of(SpatialAcceleration_)._make(self._present(context)[view.frozen.row_of(body)].copy())
 
-    def of_frame(self, context: Context, frame: Frame) -> SpatialAcceleration:
-        """A_WF, expressed in W."""
-        m = self._kinematics.motion(context, frame, 1, self._present(context))
-        return self._contexts.view(context).of(SpatialAcceleration_)(m.alpha, m.a)
-
-    def of_frame_in(self, context: Context, frame: Frame, measured_in: Frame) -> SpatialAcceleration:
-        """A_MF, expressed in W."""
-        A_WB = self._present(context)
-        F, M = (self._kinematics.motion(context, one, 1, A_WB) for one in (frame, measured_in))
-        alpha, a = relative_acceleration(F, M)
-        return self._contexts.view(context).of(SpatialAcceleration_)(alpha, a)
+    def of_point(
+        self,
+        context: Context,
+        point: np.ndarray,
+        frame_B: Frame,
+        frame_A: Frame | None = None,
+        frame_E: Frame | None = None,
+    ) -> SpatialAcceleration:
+        """Of a point of frame B, p_BoBp_B, measured in A, expressed in E; both are the world's when left out."""
+        world = self._kinematics.world_frame
+        ask = self._kinematics.point_acceleration(context, frame_B, frame_A or world, frame_E or world)
+        A = ask(self._present(context), point)
+        return self._contexts.view(context).of(SpatialAcceleration_)._make(A)
 
     def CalcCenterOfMassTranslationalAccelerationInWorld(
         self, context: Context, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """a_WScm expressed in W, of all bodies or of those of some model instances [m/s²], shape (3,)."""
         call = "CalcCenterOfMassTranslationalAccelerationInWorld"
-        view, rows, mass, _ = self._kinematics.com_rows(call, context, model_instances)
-        return self._kinematics.com_acceleration(view, rows, mass, self._present(context))
+        self._kinematics.choose(call, context, model_instances)  # says what is wrong before anything else does
+        return self._kinematics.acceleration_of_centre(call, context, model_instances, self._present(context))
 
     def implicit_residual(self, context: Context, proposed: np.ndarray) -> np.ndarray:
         """Of proposed derivatives: qdot - N(q) v; the forces that are missing, M(q) vdot + C(q, v) v - tau; the rest.

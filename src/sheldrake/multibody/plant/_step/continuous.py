@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,11 +9,11 @@ import numpy as np
 from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._compiled.hydroelastic import face_capacity
 from sheldrake.geometry._kernels.hydro_model import hydro_table
-from sheldrake.geometry._kernels.model import ContactPoint, contact_table
+from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.hydroelastic import infos_of
-from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
+from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.derivatives import (
@@ -30,6 +29,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
 )
 from sheldrake.multibody.plant._kernels.ports import refuse_constraints, refuse_without_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.multibody.plant._step.results import contacts_in, room_of_derivatives
 from sheldrake.multibody.plant._step.stages import contact_stages
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework import LeafSystem
@@ -115,35 +115,7 @@ class ContinuousDynamics:
         self, view: View, work: DerivativeWork, geometry: CompiledGeometry, results: ContactResults
     ) -> None:
         """Puts the contacts into results."""
-        forces = work.flow.contact[: int(work.table.num_contacts)]
-        felt = np.logical_or.reduce(forces[:, _FORCE] != 0.0, 1).nonzero()[0]  # others part faster than springs push
-        forces, points = forces[felt], work.table.point[felt]  # copies, which outlive the scratch
-        bodies = view.frozen.body_indices
-        arrays = PointContactArrays(work.table.pair[felt], geometry.ids, bodies, forces[:, _FORCE], forces[:, _WHERE])
-        results._set_points(arrays, lambda: _infos(arrays, forces, points))
+        if view.contact_room is None or view.contact_room.work is not work:
+            view.contact_room = room_of_derivatives(work)
+        results._set_points(contacts_in(view.contact_room, geometry.ids, view.frozen.body_indices))
         results._hydroelastic = infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, view.T)
-
-
-_FORCE, _WHERE = ContactForce.f_BC_W.columns, ContactForce.p_WC.columns
-
-
-def _infos(arrays: PointContactArrays, forces: np.ndarray, points: np.ndarray) -> list[PointPairContactInfo]:
-    """Point contacts as objects."""
-    ids, bodies, make = arrays.geometries, arrays.bodies, PointPairContactInfo._of
-    separations, slips, depths = forces[:, _SEPARATION], forces[:, _SLIP], points[:, ContactPoint.depth]
-    return [
-        make(bodies[a], bodies[b], f_Bc_W, p_WC, separation, slip, (ids[A], ids[B], *where, depth))
-        for (A, B, a, b), f_Bc_W, p_WC, separation, slip, depth, *where in zip(
-            arrays.pair.tolist(),
-            arrays.f_Bc_W,
-            arrays.p_WC,
-            separations.tolist(),
-            slips.tolist(),
-            depths.tolist(),
-            *(points[:, p] for p in _POINTS),
-        )
-    ]
-
-
-_POINTS = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns, ContactPoint.nhat_BA_W.columns
-_SEPARATION, _SLIP = operator.index(ContactForce.separation), operator.index(ContactForce.slip)

@@ -10,7 +10,7 @@ from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._kernels.model import Material
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
-from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
+from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import StepWork
@@ -18,11 +18,10 @@ from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
 from sheldrake.multibody.plant._step.arrays import step_work_of
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.results import (
-    StepContacts,
     accelerations,
     contact_room,
+    contacts_in,
     generalized_contact_forces,
-    step_contacts,
     step_surfaces,
 )
 from sheldrake.multibody.plant._step.stages import discrete_stages
@@ -130,26 +129,4 @@ class DiscreteUpdate:
         results._hydroelastic = step_surfaces(work, geometry.hydro, ids, dt, view.T)
         if view.contact_room is None or view.contact_room.work is not work:
             view.contact_room = contact_room(work, geometry.model.material[:, Material.stiffness], dt)
-        contacts = step_contacts(view.contact_room)
-        bodies = view.frozen.body_indices
-        arrays = PointContactArrays(contacts.pair, ids, bodies, contacts.f_Bc_W, contacts.p_WC)
-        results._set_points(arrays, lambda: _infos(contacts, arrays))
-
-
-def _infos(contacts: StepContacts, arrays: PointContactArrays) -> list[PointPairContactInfo]:
-    """Point contacts as objects."""
-    bodies, ids, make = arrays.bodies, arrays.geometries, PointPairContactInfo._of
-    return [
-        make(bodies[a], bodies[b], f_Bc_W, p_WC, separation, slip, (ids[A], ids[B], p_WCa, p_WCb, nhat_BA_W, depth))
-        for (A, B, a, b), f_Bc_W, p_WC, separation, slip, p_WCa, p_WCb, nhat_BA_W, depth in zip(
-            arrays.pair.tolist(),
-            contacts.f_Bc_W,
-            contacts.p_WC,
-            contacts.separation_speed.tolist(),
-            contacts.slip_speed.tolist(),
-            contacts.p_WCa,
-            contacts.p_WCb,
-            contacts.nhat_BA_W,
-            contacts.depth.tolist(),
-        )
-    ]
+        results._set_points(contacts_in(view.contact_room, ids, view.frozen.body_indices))

@@ -1,55 +1,38 @@
-"""What the last discrete step left in its scratch, for the plant's output ports."""
+"""What the last discrete step left in its scratch, for the plant's output ports; point contacts of derivatives too."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
-from sheldrake.multibody.plant._kernels.contact_report import PointContact, PointContacts, Who, report_points
+from sheldrake.multibody.plant._contact.results import PointContactArrays
+from sheldrake.multibody.plant._kernels.contact_report import (
+    PointContact,
+    PointContacts,
+    Who,
+    report_forces,
+    report_points,
+)
 from sheldrake.multibody.plant._kernels.contacts import contact_frame
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels.model import TreeModel
 
 if TYPE_CHECKING:
-    pass
-
-
-class StepContacts(NamedTuple):
-    """Point contacts of the last step, in the order of the solver (sorted by pair of geometries).
-
-    Attributes:
-        pair: rows of the geometry model (A, B), then body rows (A, B), shape (n, 4).
-        p_WCa: point on A's surface [m], shape (n, 3).
-        p_WCb: point on B's surface [m], shape (n, 3).
-        nhat_BA_W: unit normal from B into A, shape (n, 3).
-        depth: penetration at the step's start [m], shape (n,).
-        p_WC: contact point [m], shape (n, 3).
-        f_Bc_W: contact force on B at C [N], shape (n, 3).
-        slip_speed: tangential speed of B against A at the step's end [m/s], shape (n,).
-        separation_speed: normal speed at the step's end, positive when separating [m/s], shape (n,).
-    """
-
-    pair: np.ndarray
-    p_WCa: np.ndarray
-    p_WCb: np.ndarray
-    nhat_BA_W: np.ndarray
-    depth: np.ndarray
-    p_WC: np.ndarray
-    f_Bc_W: np.ndarray
-    slip_speed: np.ndarray
-    separation_speed: np.ndarray
+    from sheldrake.common.kernel import Kernel
+    from sheldrake.multibody.plant._kernels.derivatives import DerivativeWork
+    from sheldrake.multibody.tree import BodyIndex
 
 
 class ContactRoom(NamedTuple):
-    """Where the contacts of a step are put together, and a call that does it, bound to the scratch of the step."""
+    """Where contacts are put together, and a call that does it, bound to the scratch of a step or of derivatives."""
 
-    work: StepWork
+    work: Any
     found: PointContacts
     run: Callable[[], int]
 
@@ -62,31 +45,34 @@ def contact_room(work: StepWork, stiffness: np.ndarray, dt: float) -> ContactRoo
         stiffness: point stiffness of each geometry, shape (num_geometries,), as in `GeometryModel.material`.
         dt: time step [s].
     """
-    room, is_float = len(work.table.pair), work.contacts.state.dtype != object
-    numbers = np.full((room, PointContact.SIZE), 0.0, work.contacts.state.dtype)
+    given = work.table, work.contacts, np.array(stiffness, float), float(dt)
+    return _room(work, work.contacts.state.dtype, report_points, *given)
+
+
+def room_of_derivatives(work: DerivativeWork) -> ContactRoom:
+    """The same of derivatives."""
+    return _room(work, work.flow.contact.dtype, report_forces, work.table, work.flow)
+
+
+def _room(work: Any, dtype: np.dtype, kernel: Kernel, *given: Any) -> ContactRoom:
+    room = len(work.table.pair)
+    numbers = np.full((room, PointContact.SIZE), 0.0, dtype)
     found = PointContacts(np.zeros((room, Who.SIZE), np.int64), numbers, np.zeros(1, np.int64))
-    given = work.table, work.contacts, np.array(stiffness, float), float(dt), found
-    return ContactRoom(work, found, report_points.bind(*given) if is_float else partial(report_points, *given))
+    run = partial(kernel, *given, found) if dtype.hasobject else kernel.bind(*given, found)
+    return ContactRoom(work, found, run)
 
 
-def step_contacts(room: ContactRoom) -> StepContacts:
-    """Contacts of the last step; none before the first."""
+def contacts_in(room: ContactRoom, ids: Sequence[Any], bodies: Sequence[BodyIndex]) -> PointContactArrays:
+    """Contacts of the last step, or at the present; none before the first.
+
+    Args:
+        room: What they are put together in.
+        ids: of the geometries, by row.
+        bodies: numbers of the bodies, by row.
+    """
     room.run()
     n = int(room.found.total[0])
-    if n == 0:
-        return _NO_CONTACTS
-    how, c = room.found.how[:n].copy(), PointContact
-    vectors = (how[:, field.columns] for field in (c.p_WCa, c.p_WCb, c.nhat_BA_W, c.p_WC, c.f_Bc_W))
-    p_WCa, p_WCb, nhat_BA_W, p_WC, f_Bc_W = vectors
-    depth, slip, separation = (how[:, field] for field in (c.depth, c.slip_speed, c.separation_speed))
-    return StepContacts(room.found.who[:n].copy(), p_WCa, p_WCb, nhat_BA_W, depth, p_WC, f_Bc_W, slip, separation)
-
-
-_NO_VECTORS, _NO_NUMBERS = np.zeros((0, 3)), np.zeros(0)
-_NO_CONTACTS = StepContacts(
-    pair=np.zeros((0, 4), np.int64), p_WCa=_NO_VECTORS, p_WCb=_NO_VECTORS, nhat_BA_W=_NO_VECTORS, depth=_NO_NUMBERS,
-    p_WC=_NO_VECTORS, f_Bc_W=_NO_VECTORS, slip_speed=_NO_NUMBERS, separation_speed=_NO_NUMBERS,
-)  # fmt: skip
+    return PointContactArrays(room.found.who[:n].copy(), room.found.how[:n].copy(), ids, bodies)
 
 
 def step_surfaces(

@@ -75,6 +75,17 @@ def velocity_of_qdot_map(model: TreeModel, q: Vector, rate: Vector, v: Vector, c
             columns[i, k] = v[k]
 
 
+@kernel(top=True, short_loops=True)
+def qdot_of_velocity_map(model: TreeModel, q: Vector, v: Vector, qdot: Vector, columns: Matrix) -> None:
+    """N(q) transposed, shape (nv, nq): by velocity, what qdot its unit is; as `velocity_of_qdot_map`."""
+    for k in range(v.shape[0]):
+        v[k] = 1.0
+        qdot_of_velocity(model, q, v, qdot)
+        v[k] = 0.0
+        for i in range(qdot.shape[0]):
+            columns[k, i] = qdot[i]
+
+
 @kernel
 def rpy_rate(rpy, w):
     """Rates of roll, pitch, yaw for an angular velocity in F [rad/s]; singular at pitch = ±90 degrees."""

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from sheldrake.common._kernels.generic import is_zero
 from sheldrake.common._kernels.vec import (
     add3,
+    add_inertia,
     column3,
     cross3,
+    load6,
     read3,
     rotate,
     rotate_back,
+    rotate_symmetric,
     scale3,
     store_column3,
     sub3,
+    transpose,
     write3,
+    write6,
 )
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integer, numbers, table
@@ -79,23 +85,6 @@ def add_body_jacobian(model: TreeModel, work: TreeWork, b: int, p_WQ, sign: floa
 
 
 @kernel(top=True, short_loops=True)
-def calc_relative_jacobian(model: TreeModel, work: TreeWork, ends: Frames, point: Vector, J: Matrix) -> None:
-    """Spatial velocity Jacobian of a point Q of body B measured in body A, expressed in W; needs `position_kinematics`.
-
-    Args:
-        model: The tree.
-        work: Its workspace.
-        ends: B and A; not their frames.
-        point: p_WQ [m], shape (3,).
-        J: Filled, shape (6, nv).
-    """
-    clear(J)
-    p_WQ = read3(point, 0)
-    add_body_jacobian(model, work, ends.body_B, p_WQ, 1.0, J)
-    add_body_jacobian(model, work, ends.body_A, p_WQ, -1.0, J)
-
-
-@kernel(top=True, short_loops=True)
 def calc_frame_jacobian(model: TreeModel, p: Vector, work: TreeWork, ends: Frames, point: Vector, J: Matrix) -> None:
     """Spatial velocity Jacobian of a point of frame B measured in frame A, expressed in E; needs `position_kinematics`.
 
@@ -129,6 +118,67 @@ def motion_at(model, work, b, p_WQ):
     return V, (alpha, a_Q)
 
 
+@kernel
+def turned(model, p, work, ends, a, b):
+    """Two vectors given in W, expressed in E."""
+    if ends.body_E > 0 or ends.frame_E >= 0:
+        R_WE, _ = pose_of_frame(model, p, work, ends.body_E, ends.frame_E)
+        a = rotate_back(R_WE, a)
+        b = rotate_back(R_WE, b)
+    return a, b
+
+
+@kernel(top=True, short_loops=True)
+def calc_point_velocity(model: TreeModel, p: Vector, work: TreeWork, ends: Frames, point: Vector, V: Vector) -> None:
+    """Spatial velocity of a point of frame B measured in frame A, expressed in E; needs `velocity_kinematics`.
+
+    Args:
+        model: The tree.
+        p: Parameters.
+        work: Its workspace.
+        ends: B, A and E.
+        point: p_BoBp_B [m], shape (3,).
+        V: Filled, shape (6,).
+    """
+    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
+    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
+    w, v = velocity_at(model, work, ends.body_B, p_WQ)
+    if ends.body_A > 0:
+        w_A, v_A = velocity_at(model, work, ends.body_A, p_WQ)
+        w, v = sub3(w, w_A), sub3(v, v_A)
+    write6(V, 0, turned(model, p, work, ends, w, v))
+
+
+@kernel
+def acceleration_at(work, A_WB, b, p_WQ):
+    """Spatial acceleration, in W, of the point fixed to body b that is now at p_WQ, of those of the body origins."""
+    body = work[b]
+    w, _ = body.V_WB
+    alpha, a = load6(A_WB, b)
+    r = sub3(p_WQ, body.p_WB)
+    return alpha, add3(add3(a, cross3(alpha, r)), cross3(w, cross3(w, r)))
+
+
+@kernel(top=True, short_loops=True)
+def calc_point_acceleration(
+    model: TreeModel, p: Vector, work: TreeWork, ends: Frames, A_WB: Matrix, point: Vector, A: Vector
+) -> None:
+    """Spatial acceleration of the point that `calc_point_velocity` has the velocity of.
+
+    `A_WB` are accelerations of the body origins by row, in W, shape (num_bodies, 6); A is filled, shape (6,).
+    """
+    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
+    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
+    alpha, a = acceleration_at(work, A_WB, ends.body_B, p_WQ)
+    if ends.body_A > 0:
+        w_B, v_B = velocity_at(model, work, ends.body_B, p_WQ)
+        w_A, v_A = velocity_at(model, work, ends.body_A, p_WQ)
+        alpha_A, a_A = acceleration_at(work, A_WB, ends.body_A, p_WQ)
+        alpha = sub3(sub3(alpha, alpha_A), cross3(w_A, sub3(w_B, w_A)))
+        a = sub3(sub3(a, a_A), scale3(cross3(w_A, sub3(v_B, v_A)), 2.0))
+    write6(A, 0, turned(model, p, work, ends, alpha, a))
+
+
 @kernel(top=True, short_loops=True)
 def calc_bias_acceleration(model: TreeModel, p: Vector, work: TreeWork, ends: Frames, point: Vector, A: Vector) -> None:
     """The part that does not depend on vdot of the acceleration that `calc_frame_jacobian` has the velocity of.
@@ -148,13 +198,7 @@ def calc_bias_acceleration(model: TreeModel, p: Vector, work: TreeWork, ends: Fr
         (w_A, v_A), (alpha_A, a_A) = motion_at(model, work, ends.body_A, p_WQ)
         alpha = sub3(sub3(alpha, alpha_A), cross3(w_A, sub3(w_B, w_A)))
         a = sub3(sub3(a, a_A), scale3(cross3(w_A, sub3(v_B, v_A)), 2.0))
-    if ends.body_E > 0 or ends.frame_E >= 0:
-        R_WE, _ = pose_of_frame(model, p, work, ends.body_E, ends.frame_E)
-        alpha = rotate_back(R_WE, alpha)
-        a = rotate_back(R_WE, a)
-    for i in range(3):
-        A[i] = alpha[i]
-        A[3 + i] = a[i]
+    write6(A, 0, turned(model, p, work, ends, alpha, a))
 
 
 @kernel(top=True, short_loops=True)
@@ -175,14 +219,68 @@ def calc_point_position(
 
 
 @kernel(top=True, short_loops=True)
-def calc_momentum_jacobian(model: TreeModel, work: TreeWork, mask: IntVector, J: Matrix) -> None:
-    """Jacobian of the linear momentum of the masked bodies, in W [kg, kg m], shape (3, nv); needs `body_inertias`."""
+def calc_jacobian_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, J: Matrix) -> int:
+    """Jacobian of the velocity of the centre of mass of the masked bodies, in W, shape (3, nv); needs `body_inertias`.
+
+    Returns:
+        0, or 1 when they have no mass.
+    """
+    mass = work[0].mass * 0.0
     clear(J)
     for b in range(1, len(model.bodies)):
         if mask[b] != 0:
             body = work[b]
+            mass = mass + body.mass
             k = model.bodies[b].tip
             while k >= 0:
                 w, u = work.dofs[k].S
                 add_column3(J, 0, k, add3(scale3(u, body.mass), cross3(w, body.first_moment)))
                 k = model.dofs[k].parent
+    if is_zero(mass):
+        return 1
+    for r in range(3):
+        for k in range(J.shape[1]):
+            J[r, k] = J[r, k] / mass
+    return 0
+
+
+@kernel(top=True, short_loops=True)
+def calc_inertia(model: TreeModel, p: Vector, work: TreeWork, mask: IntVector, ends: Frames, inertia: Vector) -> int:
+    """Mass, centre of mass and unit inertia, by rows, of the masked bodies about the origin of frame A, expressed in A.
+
+    Shape (13,); needs `body_inertias`.
+
+    Returns:
+        0, or 1 when they have no mass.
+    """
+    R_WA, p_WA = pose_of_frame(model, p, work, ends.body_A, ends.frame_A)
+    zero = work[0].mass * 0.0
+    total = (zero, (zero, zero, zero), (zero, zero, zero, zero, zero, zero))
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            total = add_inertia(total, seen_from(work[b].inertia, sub3(work[model.bodies[b].root].p_WB, p_WA)))
+    mass, moment, second = total
+    if is_zero(mass):
+        return 1
+    inertia[0] = mass
+    com = rotate_back(R_WA, moment)
+    write3(inertia, 1, (com[0] / mass, com[1] / mass, com[2] / mass))
+    xx, yy, zz, xy, xz, yz = rotate_symmetric(transpose(R_WA), second)
+    write3(inertia, 4, (xx / mass, xy / mass, xz / mass))
+    write3(inertia, 7, (xy / mass, yy / mass, yz / mass))
+    write3(inertia, 10, (xz / mass, yz / mass, zz / mass))
+    return 0
+
+
+@kernel
+def seen_from(inertia, r):
+    """An inertia, its moments about a point, about another point that sees the first at r."""
+    mass, (hx, hy, hz), (xx, yy, zz, xy, xz, yz) = inertia
+    x, y, z = r
+    ax, ay, az = hx + 0.5 * mass * x, hy + 0.5 * mass * y, hz + 0.5 * mass * z
+    xax, yay, zaz = 2.0 * x * ax, 2.0 * y * ay, 2.0 * z * az
+    second = (
+        xx + yay + zaz, yy + xax + zaz, zz + xax + yay,
+        xy - x * ay - y * ax, xz - x * az - z * ax, yz - y * az - z * ay,
+    )  # fmt: skip
+    return (mass, (hx + mass * x, hy + mass * y, hz + mass * z), second)

@@ -152,23 +152,68 @@ def calc_contribution(
             F_Bo_W[body, i] = F_rows[rows[body], i]
 
 
+@kernel
+def mass_of(model, work, mask):
+    """Mass of the masked bodies [kg]."""
+    mass = work[0].mass * 0.0
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            mass = mass + work[b].mass
+    return mass
+
+
 @kernel(top=True, short_loops=True)
-def calc_centre_of_mass(model: TreeModel, work: TreeWork, centre: Vector) -> int:
-    """Centre of mass [m] of all bodies, in W, shape (3,); needs `body_inertias`.
+def calc_mass(model: TreeModel, p: Vector, mask: IntVector, mass: Vector) -> None:
+    """Mass of the masked bodies [kg], shape (1,)."""
+    mass[0] = 0.0
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            mass[0] += p[model.bodies[b].inertia]
+
+
+@kernel(top=True, short_loops=True)
+def calc_centre_of_mass(model: TreeModel, work: TreeWork, mask: IntVector, centre: Vector) -> int:
+    """Centre of mass [m] of the masked bodies, in W, shape (3,); needs `body_inertias`.
 
     Returns:
-        0, or 1 when there is no body but the world, or no mass.
+        0, or 1 when they have no mass.
     """
-    if len(model.bodies) < 2:
-        return 1
-    mass = work[1].mass
-    moment = first_moment(model, work, 1)
-    for b in range(2, len(model.bodies)):
-        mass += work[b].mass
-        moment = add3(moment, first_moment(model, work, b))
+    mass = mass_of(model, work, mask)
     if is_zero(mass):
         return 1
-    write3(centre, 0, (moment[0] / mass, moment[1] / mass, moment[2] / mass))
+    write3(centre, 0, (0.0, 0.0, 0.0))
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            write3(centre, 0, add3(read3(centre, 0), first_moment(model, work, b)))
+    divide3(centre, mass)
+    return 0
+
+
+@kernel
+def divide3(x, divisor):
+    """Divides three numbers."""
+    for i in range(3):
+        x[i] = x[i] / divisor
+
+
+@kernel(top=True, short_loops=True)
+def calc_velocity_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, v: Vector) -> int:
+    """Velocity of the centre of mass of the masked bodies [m/s], in W, shape (3,).
+
+    Needs `body_inertias` and `velocity_kinematics`.
+
+    Returns:
+        0, or 1 when they have no mass.
+    """
+    mass = mass_of(model, work, mask)
+    if is_zero(mass):
+        return 1
+    write3(v, 0, (0.0, 0.0, 0.0))
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            _, l = mul_inertia(work[b].inertia, work[b].V_WB)
+            write3(v, 0, add3(read3(v, 0), l))
+    divide3(v, mass)
     return 0
 
 
@@ -201,20 +246,28 @@ def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vect
 
 
 @kernel(top=True, short_loops=True)
-def calc_force_of_masses(model: TreeModel, work: TreeWork, mask: IntVector, A_WB: Matrix, force: Vector) -> None:
-    """Rate of the linear momentum of the masked bodies [N], in W, shape (3,), when their origins accelerate by A_WB.
+def calc_acceleration_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, A_WB: Matrix, a: Vector) -> int:
+    """Acceleration of the centre of mass of the masked bodies [m/s²], in W, shape (3,); `A_WB` are of their origins.
 
     Needs `body_inertias` and `velocity_kinematics`.
+
+    Returns:
+        0, or 1 when they have no mass.
     """
-    write3(force, 0, (0.0, 0.0, 0.0))
+    mass = mass_of(model, work, mask)
+    if is_zero(mass):
+        return 1
+    write3(a, 0, (0.0, 0.0, 0.0))
     for b in range(1, len(model.bodies)):
         if mask[b] != 0:
             body = work[b]
             w, _ = body.V_WB
-            alpha, a = load6(A_WB, b)
+            alpha, a_Bo = load6(A_WB, b)
             moment = add3(body.first_moment, scale3(sub3(work[model.bodies[b].root].p_WB, body.p_WB), body.mass))
-            f = add3(scale3(a, body.mass), add3(cross3(alpha, moment), cross3(w, cross3(w, moment))))
-            write3(force, 0, add3(read3(force, 0), f))
+            f = add3(scale3(a_Bo, body.mass), add3(cross3(alpha, moment), cross3(w, cross3(w, moment))))
+            write3(a, 0, add3(read3(a, 0), f))
+    divide3(a, mass)
+    return 0
 
 
 @kernel(top=True, short_loops=True)
