@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.multibody.tree import BodyIndex
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from sheldrake.multibody.tree import BodyIndex
 
 
 class RobotCollisionType(BoundEnum):
@@ -95,22 +94,37 @@ class RobotClearance:
     """
 
     _nq: int
+    _robot: list[int]
+    _other: list[int]
+    _kinds: list[RobotCollisionType]
+    _distances: list[float]
     _jacobians: np.ndarray
-    _rows: list[tuple]
 
     def __init__(self, num_positions: Any = None, *, other: RobotClearance | None = None):
         source = other if other is not None else num_positions
         if isinstance(source, RobotClearance):
-            self._nq, self._rows = source._nq, list(source._rows)
-            self._jacobians = source._jacobians.copy()
+            self._nq, self._jacobians = source._nq, source._jacobians.copy()
+            self._robot, self._other = [*source._robot], [*source._other]
+            self._kinds, self._distances = [*source._kinds], [*source._distances]
             return
         self._nq = int(source)
-        self._rows = []
+        self._robot, self._other, self._kinds, self._distances = [], [], [], []
         self._jacobians = np.zeros((0, self._nq))
+
+    @classmethod
+    def _of(
+        cls, robot: np.ndarray, other: np.ndarray, own: np.ndarray, distances: np.ndarray, jacobians: np.ndarray
+    ) -> RobotClearance:
+        """A table of these rows: bodies, whether both are of the robot, distances, and derivatives, which it keeps."""
+        new = cls(jacobians.shape[1])
+        kinds = RobotCollisionType.kEnvironmentCollision, RobotCollisionType.kSelfCollision
+        new._robot, new._other, new._distances = robot.tolist(), other.tolist(), distances.tolist()
+        new._kinds, new._jacobians = [kinds[k] for k in own.tolist()], jacobians
+        return new
 
     def size(self) -> int:
         """Returns the number of rows."""
-        return len(self._rows)
+        return len(self._distances)
 
     def num_positions(self) -> int:
         """Returns the size of configurations."""
@@ -118,19 +132,19 @@ class RobotClearance:
 
     def robot_indices(self) -> list:
         """Returns the bodies of the robot."""
-        return [r[0] for r in self._rows]
+        return [BodyIndex(i) for i in self._robot]
 
     def other_indices(self) -> list:
         """Returns the other bodies."""
-        return [r[1] for r in self._rows]
+        return [BodyIndex(i) for i in self._other]
 
     def collision_types(self) -> list[RobotCollisionType]:
         """Returns whether the other bodies are of the environment or of the robot."""
-        return [r[2] for r in self._rows]
+        return list(self._kinds)
 
     def distances(self) -> np.ndarray:
         """Returns distances less padding [m], shape (size,)."""
-        return np.array([r[3] for r in self._rows], dtype=float)
+        return np.array(self._distances, dtype=float)
 
     def jacobians(self) -> np.ndarray:
         """Returns the derivatives of distances by configurations, shape (size, num_positions)."""
@@ -161,5 +175,9 @@ class RobotClearance:
         row = np.array(jacobian, dtype=float).reshape(1, -1)
         if row.shape[1] != self._nq:
             raise RuntimeError(f"Append(): the jacobian has {row.shape[1]} columns, expected {self._nq}.")
-        self._rows.append((robot_index, other_index, collision_type, float(distance)))
+        robot, other, left = int(robot_index), int(other_index), float(distance)
+        self._robot.append(robot)
+        self._other.append(other)
+        self._kinds.append(collision_type)
+        self._distances.append(left)
         self._jacobians = np.vstack((self._jacobians, row))

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
     from sheldrake.planning import RobotDiagram
+    from sheldrake.planning._native_distances import NativeDistances
     from sheldrake.systems.framework import Context
 
 
@@ -79,30 +80,44 @@ class CollisionCheckerContext:
         model: The RobotDiagram.
     """
 
+    _distances: NativeDistances | None = None
+    """What finds distances in it, once they were asked for."""
+
     def __init__(self, model: Any):
-        self._model, self._context = model, model.CreateDefaultContext()
+        self._hold(model, model.CreateDefaultContext())
+
+    def _hold(self, model: Any, context: Context) -> None:
+        self._model, self._context = model, context
+        self._of_plant = model.mutable_plant_context(context)
+        self._of_scene_graph = model.mutable_scene_graph_context(context)
 
     def Clone(self) -> CollisionCheckerContext:
         """Returns a copy."""
-        out = copy.copy(self)
-        out._context = self._context.Clone()
+        out = object.__new__(type(self))
+        out._hold(self._model, self._context.Clone())
         return out
 
-    def model_context(self) -> CollisionCheckerContext:
+    def __copy__(self) -> CollisionCheckerContext:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> CollisionCheckerContext:
+        return self.Clone()
+
+    def model_context(self) -> Context:
         """Returns the context of the diagram."""
         return self._context
 
     def plant_context(self) -> Context:
         """Returns the plant's part of it."""
-        return self._model.mutable_plant_context(self._context)
+        return self._of_plant
 
     def scene_graph_context(self) -> Context:
         """Returns the SceneGraph's part of it."""
-        return self._model.mutable_scene_graph_context(self._context)
+        return self._of_scene_graph
 
     def GetQueryObject(self) -> QueryObject:
         """Returns what answers queries about the geometry where it is."""
-        return self._model.scene_graph().get_query_output_port().Eval(self.scene_graph_context())
+        return self._model.scene_graph().get_query_output_port().Eval(self._of_scene_graph)
 
 
 class CollisionChecker:
@@ -120,6 +135,7 @@ class CollisionChecker:
             raise RuntimeError(f"{name}(): robot_model_instances must not be empty, nor name the world.")
         self._model, self._instances = params.model, instances
         self._plant = params.model.plant()
+        self._num_positions = self._plant.num_positions()
         self._parallel = parallel
         self.set_edge_step_size(params.edge_step_size)
         self._set_provider(params)
@@ -242,7 +258,8 @@ class CollisionChecker:
             RuntimeError: it has another size, or is not finite.
         """
         q = np.array(q, dtype=float).ravel()
-        self._check_configurations(q[None])
+        if q.size != self._num_positions or not all(map(math.isfinite, q.tolist())):
+            self._check_configurations(q[None])
         context = model_context.plant_context()
         self._plant.SetPositions(context, q)
         return context
@@ -411,6 +428,7 @@ class CollisionChecker:
         self._robot = np.array([int(b.model_instance()) in instances for b in bodies])
         count = len(bodies)
         self._padding = np.zeros((count, count))
+        self._pairs_with_robot = self._robot_pairs(True) | self._robot_pairs(False)
         self.SetPaddingAllRobotEnvironmentPairs(environment)
         self.SetPaddingAllRobotRobotPairs(own)
         self._nominal = self._filter = self._filters_of_the_model(plant, bodies)
@@ -532,8 +550,8 @@ class CollisionChecker:
 
     def GetLargestPadding(self) -> float:
         """Returns the largest padding of pairs with the robot [m]."""
-        pairs = self._robot_pairs(True) | self._robot_pairs(False)
-        return float(self._padding[pairs].max(initial=-np.inf)) if pairs.any() else 0.0
+        paddings = self._padding[self._pairs_with_robot]
+        return float(paddings.max()) if paddings.size else 0.0
 
     def _uniform(self, own: bool) -> float | None:
         values = np.unique(self._padding[self._robot_pairs(own)])

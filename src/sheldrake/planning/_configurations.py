@@ -55,7 +55,7 @@ class DistanceAndInterpolationProvider:
 
 def _pair(call: str, a: ArrayLike, b: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     a, b = np.array(a, dtype=float).ravel(), np.array(b, dtype=float).ravel()
-    if a.size != b.size or not (np.isfinite(a).all() and np.isfinite(b).all()):
+    if a.size != b.size or not (all(map(math.isfinite, a.tolist())) and all(map(math.isfinite, b.tolist()))):
         raise RuntimeError(f"{call}(): configurations must be finite and of one size, got {a} and {b}.")
     return a, b
 
@@ -130,7 +130,8 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
             a, b = _unit(from_[at]), _unit(to[at])
             difference[at] = 0.0
             difference[start] = 2.0 * math.atan2(np.linalg.norm(_vector_of_quotient(a, b)), abs(a @ b))
-        return float(np.linalg.norm(difference * self._weights))
+        difference *= self._weights
+        return math.sqrt(difference.dot(difference))
 
     def _path(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
         straight = LinearDistanceAndInterpolationProvider.DoInterpolateBetweenConfigurations

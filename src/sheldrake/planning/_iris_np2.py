@@ -126,11 +126,11 @@ class _Nearest:
         """The geometries that are deepest in collision."""
         context = self._checker.model_context()
         self._checker.UpdateContextPositions(context, self._to_q(x))
-        pairs = [(pair, left) for _, _, pair, left in self._checker._pairs_within(context, 0.0)]
-        if not pairs:
+        near = self._checker._near(context, 0.0)
+        if not len(near.left):
             return None
-        deepest = min(pairs, key=lambda item: item[1])[0]
-        return deepest.id_A, deepest.id_B
+        a, b = near.numbers[near.left.argmin()]
+        return near.ids[a], near.ids[b]
 
     def _constraint(self, pair: tuple) -> Constraint:
         if pair not in self._constraints:

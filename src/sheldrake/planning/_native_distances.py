@@ -20,7 +20,7 @@ from sheldrake.planning._kernels.distances import Bound, distance_slopes, place_
 from sheldrake.planning._native_checks import NativeChecks
 
 if TYPE_CHECKING:
-    from sheldrake.geometry import QueryObject
+    from sheldrake.geometry import GeometryId, QueryObject
     from sheldrake.multibody.plant._context.view import View
 
 _DEPTH = operator.index(ContactPoint.depth)
@@ -33,12 +33,10 @@ class Search:
         plant: The plant, of floats.
         view: What it keeps for a context, of which nothing is kept here.
         query: What the context is asked about geometry.
-        reach: Pairs farther from each other do not count [m].
     """
 
-    def __init__(self, plant: MultibodyPlant, view: View, query: QueryObject, reach: float):
-        self.scene, self.reach = query._scene(), reach
-        scene = self.scene
+    def __init__(self, plant: MultibodyPlant, view: View, query: QueryObject):
+        scene = self.scene = query._scene()
         rows, inspector = parts_of(plant).kernel_models.rows_of_frames(), query.inspector()
         body = np.array([rows.get(inspector.GetFrameId(g), 0) for g in scene.ids], np.int64)
         places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
@@ -49,10 +47,10 @@ class Search:
         self.value = np.zeros(1 + view.nv)
         values = {
             "model": tree, "p": self.p, "work": work, "q": self.q, "poses": work.X_WB, "places": places,
-            "placed": placed, "geometry_model": scene.model, "bodies": BodyPoses(placed), "reach": float(reach),
-            "table": self.table, "body": body, "slopes": self.slopes,
+            "placed": placed, "table": self.table, "body": body, "slopes": self.slopes,
         }  # fmt: skip
-        self.find = Chain([position_kinematics, place_bodies, find_distances]).bind(**values)
+        self.place = Chain([position_kinematics, place_bodies]).bind(**values)
+        self.find = find_distances.bind(scene.model, BodyPoses(placed), 0.0, self.table)
         self.differentiate = Chain([distance_slopes]).bind(**values)
         self.bound = smooth_bound.bind(self.table, self.slopes, self.least, np.zeros((pairs, 2)), self.value, 0)
 
@@ -65,26 +63,25 @@ class NativeDistances:
         context: Its context, whose parameters count.
         view: What the plant keeps for it.
         query: What the context is asked about geometry.
-        reach: Pairs farther from each other do not count [m].
     """
 
     @staticmethod
-    def of(plant: MultibodyPlant, context: Any, reach: float) -> NativeDistances | None:
+    def of(plant: MultibodyPlant, context: Any) -> NativeDistances | None:
         """Those of a context as it is now; None where others than kernels would have to be asked."""
         port, view = plant.get_geometry_query_input_port(), parts_of(plant).contexts.view(context)
         query = port.Eval(context)
         scene = query._scene()
         slot = context._store.layout.input_slot(context._node, int(port.get_index()))
         known = slot.free < 0 and NativeChecks.can(scene, query._state, plant, view)
-        return NativeDistances(plant, context, view, query, reach) if known else None
+        return NativeDistances(plant, context, view, query) if known else None
 
-    def __init__(self, plant: MultibodyPlant, context: Any, view: View, query: QueryObject, reach: float):
+    def __init__(self, plant: MultibodyPlant, context: Any, view: View, query: QueryObject):
         self._contexts, self._context, self._layout = parts_of(plant).contexts, context, context._store.layout
         self._dynamics = parts_of(plant).dynamics
         self._query, self._view = query, view
         kept = view.distances
-        if kept is None or kept.scene is not query._scene() or kept.reach != reach:
-            kept = view.distances = Search(plant, view, query, reach)
+        if kept is None or kept.scene is not query._scene():
+            kept = view.distances = Search(plant, view, query)
         kept.table.remembered[...] = 0
         self._search: Search = kept
 
@@ -94,21 +91,33 @@ class NativeDistances:
         is_same = context._store.layout is self._layout and self._contexts.view(context) is self._view
         return is_same and self._query._scene() is self._search.scene
 
-    def _find(self, q: np.ndarray) -> None:
+    def _find(self, reach: float, q: np.ndarray) -> None:
         search = self._search
         search.q[:], search.p[:] = q, self._view.p
+        search.place()
+        search.find.set("reach", float(reach))
         if search.find():
             raise explain_contact_status(search.scene.model, search.table)
 
-    def distances(self, q: np.ndarray) -> np.ndarray:
-        """Signed distances at positions q of the pairs within reach [m], shape (pairs,).
+    def distances(self, reach: float, q: np.ndarray) -> np.ndarray:
+        """Signed distances at positions q of the pairs no farther apart than `reach` [m], shape (pairs,).
 
         Raises:
             RuntimeError: the search did not end well.
         """
-        self._find(q)
+        self._find(reach, q)
         table = self._search.table
         return -table.point[: table.count[Found.num_contacts], _DEPTH]
+
+    def pairs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers in the scene of the geometries whose distances were found last, shape (pairs, 2); their order."""
+        table = self._search.table
+        pair = table.pair[: table.count[Found.num_contacts], :2]
+        return pair, np.lexsort((pair[:, 1], pair[:, 0]))
+
+    def ids(self) -> list[GeometryId]:
+        """Which geometry a number of `pairs` is; the same list as long as the geometry is."""
+        return self._search.scene.ids
 
     def slopes(self) -> np.ndarray:
         """Derivatives by q of the distances found last, shape (pairs, nq); the context is at these positions."""
@@ -119,10 +128,11 @@ class NativeDistances:
     def _by_q(self, by_v: np.ndarray) -> np.ndarray:
         return by_v.copy() if self._view.frozen.v_is_qdot else by_v @ self._dynamics.qdot_to_velocity(self._context)
 
-    def bound(self, q: np.ndarray, least: np.ndarray, with_slope: bool) -> tuple[float, np.ndarray]:
+    def bound(self, reach: float, q: np.ndarray, least: np.ndarray, with_slope: bool) -> tuple[float, np.ndarray]:
         """Penalties of all distances as one number, and its derivatives by q, shape (nq,), if they are wanted.
 
         Args:
+            reach: Pairs farther from each other do not count [m].
             q: Positions, which the context is at.
             least: What is bounded, a `Bound`.
             with_slope: Whether derivatives are wanted.
@@ -130,7 +140,7 @@ class NativeDistances:
         Raises:
             RuntimeError: the search did not end well.
         """
-        self._find(q)
+        self._find(reach, q)
         search = self._search
         if with_slope:
             search.differentiate()

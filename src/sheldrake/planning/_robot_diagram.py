@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.geometry import SceneGraph
@@ -34,13 +35,21 @@ class RobotDiagram(Diagram):
     def _one(self, kind: type) -> Any:
         return next(s for s in self._systems if isinstance(s, kind))
 
+    @cached_property
+    def _plant(self) -> MultibodyPlant:
+        return self._one(MultibodyPlant_[float])
+
+    @cached_property
+    def _scene_graph(self) -> SceneGraph:
+        return self._one(SceneGraph)
+
     def plant(self) -> MultibodyPlant:
         """Returns the plant."""
-        return self._one(MultibodyPlant_[float])
+        return self._plant
 
     def scene_graph(self) -> SceneGraph:
         """Returns the SceneGraph."""
-        return self._one(SceneGraph)
+        return self._scene_graph
 
     mutable_scene_graph = scene_graph
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any, NoReturn
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from sheldrake.multibody.tree import BodyIndex, JacobianWrtVariable
 from sheldrake.planning._clearance import RobotClearance, RobotCollisionType
 from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext, CollisionCheckerParams
 from sheldrake.planning._native_checks import NativeChecks
+from sheldrake.planning._native_distances import NativeDistances
 
 if TYPE_CHECKING:
     from sheldrake.geometry import GeometryId, SceneGraphInspector, Shape
@@ -28,6 +31,24 @@ if TYPE_CHECKING:
 
 _Kind = RobotCollisionType
 _FEW = 64  # configurations that are checked in a tenth of the time that it takes to bind a call or to start threads
+
+
+class NearPairs(NamedTuple):
+    """Pairs of geometries that are near each other.
+
+    Attributes:
+        bodies: Their bodies, shape (n, 2).
+        left: Their distances less padding [m], shape (n,).
+        slopes: Gives the derivatives of distances by the configuration, shape (n, nq), until the next search.
+        numbers: The geometries, by their places in `ids`, shape (n, 2).
+        ids: Geometries.
+    """
+
+    bodies: np.ndarray
+    left: np.ndarray
+    slopes: Callable[[], np.ndarray]
+    numbers: np.ndarray
+    ids: list[GeometryId]
 
 
 def _settings(checker: CollisionChecker, params: CollisionCheckerParams | None, kwargs: dict) -> CollisionCheckerParams:
@@ -51,6 +72,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         self._set_up(_settings(self, params, kwargs), True)
         self._bodies: dict[Any, int] = {}
         self._checks: NativeChecks | None = None
+        self._rows: tuple[list[GeometryId], np.ndarray] = [], np.zeros(0, np.int64)
 
     def _body_of(self, inspector: SceneGraphInspector, geometry: GeometryId) -> int:
         found = self._bodies.get(geometry)
@@ -59,17 +81,45 @@ class SceneGraphCollisionChecker(CollisionChecker):
             self._bodies[geometry] = found
         return found
 
-    def _pairs_within(self, context: CollisionCheckerContext, distance: float) -> list[tuple[int, int, Any, float]]:
-        """Bodies, pair and distance less padding of pairs with the robot that are looked at."""
-        query = context.GetQueryObject()
-        inspector, out = query.inspector(), []
+    def _near(self, context: CollisionCheckerContext, distance: float) -> NearPairs:
+        """Pairs with the robot that are looked at and, less padding, no farther apart than a distance [m]."""
         reach = max(0.0, distance + self.GetLargestPadding())
-        for pair in query.ComputeSignedDistancePairwiseClosestPoints(reach):
-            a, b = self._body_of(inspector, pair.id_A), self._body_of(inspector, pair.id_B)
-            left = pair.distance - self._padding[a, b]
-            if self._filter[a, b] == 0 and left <= distance:
-                out.append((a, b, pair, left))
-        return out
+        native = self._distances_of(context)
+        if native is not None:
+            found = native.distances(reach, self._plant.GetPositions(context.plant_context()))
+            pair, order = native.pairs()
+            ids, slopes = native.ids(), native.slopes
+            bodies = self._bodies_of(ids)[pair]
+        else:
+            query = context.GetQueryObject()
+            pairs = query.ComputeSignedDistancePairwiseClosestPoints(reach)
+            found, order = np.array([pair.distance for pair in pairs], float), np.arange(len(pairs))
+            ids = [geometry for pair in pairs for geometry in (pair.id_A, pair.id_B)]
+            pair = np.arange(len(ids)).reshape(-1, 2)
+            bodies = np.array([self._body_of(query.inspector(), geometry) for geometry in ids], np.int64)[pair]
+            slopes = functools.partial(self._slopes, context, pairs)
+        bodies = bodies[order]
+        at = bodies[:, 0], bodies[:, 1]
+        left = found[order] - self._padding[at]
+        looked_at = (self._filter[at] == 0) & (left <= distance)
+        rows = order[looked_at]
+        return NearPairs(bodies[looked_at], left[looked_at], lambda: slopes()[rows], pair[rows], ids)
+
+    def _bodies_of(self, ids: list[GeometryId]) -> np.ndarray:
+        """The bodies of a scene's geometries."""
+        of, bodies = self._rows
+        if of is not ids:
+            inspector = self._inspector()
+            bodies = np.array([self._body_of(inspector, geometry) for geometry in ids], np.int64)
+            self._rows = ids, bodies
+        return bodies
+
+    def _distances_of(self, context: CollisionCheckerContext) -> NativeDistances | None:
+        """What finds distances in a context without Python; None where something is not of kernels."""
+        kept = context._distances
+        if kept is None or not kept.is_current():
+            kept = context._distances = NativeDistances.of(self._plant, context.plant_context())
+        return kept
 
     def _is_free(self, context: CollisionCheckerContext) -> bool:
         checks = self._native_checks() if context is self._contexts[0] else None
@@ -84,7 +134,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
             pairs = query.ComputePointPairPenetration()
             bodies = ((self._body_of(inspector, p.id_A), self._body_of(inspector, p.id_B)) for p in pairs)
             return all(self._filter[a, b] != 0 for a, b in bodies)
-        return not self._pairs_within(context, 0.0)
+        return not len(self._near(context, 0.0).left)
 
     def _first_collisions(self, ways: list[np.ndarray], threads: int) -> list[int]:
         own = getattr(self._is_free, "__func__", None) is SceneGraphCollisionChecker._is_free
@@ -115,7 +165,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
 
     def _classify(self, context: CollisionCheckerContext) -> list[RobotCollisionType]:
         out = [_Kind.kNoCollision] * len(self._robot)
-        for a, b, _, _ in self._pairs_within(context, 0.0):
+        for a, b in self._near(context, 0.0).bodies.tolist():
             own = bool(self._robot[a] and self._robot[b])
             for body in (a, b):
                 if self._robot[body]:
@@ -129,14 +179,17 @@ class SceneGraphCollisionChecker(CollisionChecker):
         return int(sum(self._filter[a, b] == 0 for a, b in bodies))
 
     def _clearance(self, context: CollisionCheckerContext, influence_distance: float) -> RobotClearance:
-        out = RobotClearance(self._plant.num_positions())
+        near = self._near(context, influence_distance)
+        a, b = near.bodies[:, 0], near.bodies[:, 1]
+        first = self._robot[a]
+        own = first & self._robot[b]
+        return RobotClearance._of(np.where(first, a, b), np.where(first, b, a), own, near.left, near.slopes())
+
+    def _slopes(self, context: CollisionCheckerContext, pairs: list[SignedDistancePair]) -> np.ndarray:
+        """Derivatives of distances by the configuration, rows."""
         inspector = context.GetQueryObject().inspector()
-        for a, b, pair, left in self._pairs_within(context, influence_distance):
-            J = self._slope(context, inspector, pair)
-            robot, other = (a, b) if self._robot[a] else (b, a)
-            kind = _Kind.kSelfCollision if self._robot[other] else _Kind.kEnvironmentCollision
-            out.Append(BodyIndex(robot), BodyIndex(other), kind, left, J)
-        return out
+        rows = [self._slope(context, inspector, pair) for pair in pairs]
+        return np.array(rows).reshape(len(pairs), self._plant.num_positions())
 
     def _slope(
         self, context: CollisionCheckerContext, inspector: SceneGraphInspector, pair: SignedDistancePair

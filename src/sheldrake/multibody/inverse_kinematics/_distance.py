@@ -139,7 +139,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         """What finds distances without Python, positions being put into the context; None where others move bodies."""
         self._place(x)
         if self._kept is None or not self._kept.is_current():
-            self._kept = NativeDistances.of(self._plant, self._context, self._influence)
+            self._kept = NativeDistances.of(self._plant, self._context)
         return self._kept
 
     def _clearance(self, x: np.ndarray) -> Any:
@@ -149,7 +149,9 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         if self._checker is not None:
             return self._clearance(x).distances()
         native = self._native(x)
-        return native.distances(x) if native else np.array([pair.distance for pair in self._pairs(x)[1]])
+        if native is not None:
+            return native.distances(self._influence, x)
+        return np.array([pair.distance for pair in self._pairs(x)[1]])
 
     def _values_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self._checker is not None:
@@ -157,7 +159,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
             return clearance.distances(), clearance.jacobians()
         native = self._native(x)
         if native is not None:
-            return native.distances(x), native.slopes()
+            return native.distances(self._influence, x), native.slopes()
         query, pairs = self._pairs(x)
         J = [self._pair_slope(query, pair) for pair in pairs]
         return np.array([p.distance for p in pairs]), np.array(J).reshape(len(pairs), len(x))
@@ -178,13 +180,13 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         native = self._for_kernels(x)
         if native is None:
             return _MinimumValueConstraint._eval(self, x)
-        return np.array([native.bound(x, self._least, False)[0]])
+        return np.array([native.bound(self._influence, x, self._least, False)[0]])
 
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         native = self._for_kernels(x)
         if native is None:
             return _MinimumValueConstraint._eval_with_jacobian(self, x)
-        value, slope = native.bound(x, self._least, True)
+        value, slope = native.bound(self._influence, x, self._least, True)
         return np.array([value]), slope.reshape(1, -1)
 
     def distance_bound(self) -> float:

@@ -103,7 +103,7 @@ def test_distances_by_kernels_are_those_of_queries(arm):
     constraint = MinimumDistanceLowerBoundConstraint(plant, 0.01, context, None, 0.5)
     for q in np.random.default_rng(5).uniform(-1.5, 1.5, (20, 6)):
         native = constraint._native(q)
-        distances, J = native.distances(q), native.slopes()
+        distances, J = native.distances(0.51, q), native.slopes()
         query, pairs = constraint._pairs(q)
         assert len(pairs) == len(distances)
         order = np.argsort([pair.distance for pair in pairs])
