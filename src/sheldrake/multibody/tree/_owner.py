@@ -83,8 +83,8 @@ class ContextNumbers(Protocol):
     def transform(self, context: Context, numbers: np.ndarray) -> RigidTransform:
         """A RigidTransform of twelve numbers."""
 
-    def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
-        """A SpatialInertia of ten numbers."""
+    def spatial_inertia(self, context: Context, group: int) -> SpatialInertia:
+        """The SpatialInertia that a group of ten parameters says."""
 
 
 class FrameMotions(Protocol):

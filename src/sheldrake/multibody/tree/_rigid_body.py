@@ -84,7 +84,7 @@ class RigidBody(NamedElement):
     def CalcSpatialInertiaInBodyFrame(self, context: Context) -> SpatialInertia:
         """M_BBo_B as the context has it."""
         owner = self._finalized("CalcSpatialInertiaInBodyFrame")
-        return owner.contexts.spatial_inertia(context, owner.contexts.numbers(context, self._group))
+        return owner.contexts.spatial_inertia(context, self._group)
 
     def SetMass(self, context: Context, mass: float) -> None:
         """Changes the mass [kg] in a context; the unit inertia stays, so the rotational inertia scales.
