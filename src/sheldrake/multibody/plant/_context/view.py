@@ -451,7 +451,7 @@ class View:
     def frame_velocity(self, key: tuple[Frame, Frame, Frame], ends: tuple) -> Callable[[], SpatialVelocity]:
         """A query for the spatial velocity of frame B in A, expressed in E; kept in `velocities_of`."""
         V, places = self.zeros(6), jacobians.Frames(np.array(ends, np.int64))
-        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), V), self.POSES | self.VELOCITIES
+        arguments, needs = (self.model, self.p, self.work, places, self.zeros(3), V), self.POSES | self.VELOCITIES
         if len(self.velocities_of) >= _MOST_PLACES:
             self.velocities_of.clear()
         kernel, cls = jacobians.calc_point_velocity, self.of(SpatialVelocity_)
