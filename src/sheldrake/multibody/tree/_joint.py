@@ -263,7 +263,13 @@ class Joint(NamedElement):
 
     def _checked_damping(self, damping: Scalars) -> np.ndarray:
         size = self.num_velocities()
-        if size == 1 and type(damping) is list and len(damping) == 1 and type(damping[0]) is float and damping[0] >= 0.0:
+        if (
+            size == 1
+            and type(damping) is list
+            and len(damping) == 1
+            and type(damping[0]) is float
+            and damping[0] >= 0.0
+        ):
             return np.array(damping)
         damping = np.ravel(np.asarray(damping, float))
         if damping.shape != (size,):
