@@ -35,7 +35,7 @@ from sheldrake.multibody.math._spatial_vectors import (
     SpatialVelocity_,
     cross,
 )
-from sheldrake.multibody.math._unit_inertia import UNIT_INERTIA, UnitInertia_, check_unit_vector, number
+from sheldrake.multibody.math._unit_inertia import UNIT_INERTIA, UnitInertia_, check_unit_vector, number, plain_direction
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -196,6 +196,8 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def _direction(cls, call: str, unit_vector: Scalars) -> np.ndarray:
+        if cls._T is float and (plain := plain_direction(unit_vector)) is not None:
+            return plain
         u = cls._argument(call, vector(cls._T, 3), unit_vector=unit_vector)
         check_unit_vector(cls._T, call, u)
         return u
