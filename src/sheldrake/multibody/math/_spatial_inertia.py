@@ -35,7 +35,13 @@ from sheldrake.multibody.math._spatial_vectors import (
     SpatialVelocity_,
     cross,
 )
-from sheldrake.multibody.math._unit_inertia import UNIT_INERTIA, UnitInertia_, check_unit_vector, number, plain_direction
+from sheldrake.multibody.math._unit_inertia import (
+    UNIT_INERTIA,
+    UnitInertia_,
+    check_unit_vector,
+    number,
+    plain_direction,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Self
