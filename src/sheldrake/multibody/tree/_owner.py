@@ -90,6 +90,10 @@ class ContextNumbers(Protocol):
 class FrameMotions(Protocol):
     """Where frames are and how they move."""
 
+    @property
+    def world_frame(self) -> Frame:
+        """The frame W."""
+
     def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
         """X_WF."""
 

@@ -180,9 +180,9 @@ class RigidBody(NamedElement):
             frame_E: The frame in which both are expressed.
             forces: What it is added to.
         """
-        self._finalized("AddInForce")
+        owner = self._finalized("AddInForce")
         F_Bo_E = F_Bp_E.Shift(-vector("AddInForce", "p_BP_E", p_BP_E, 3))
-        in_world = frame_E.is_world_frame()
+        in_world = frame_E is owner.kinematics.world_frame  # another plant's is refused below
         self._add(F_Bo_E if in_world else F_Bo_E.Rotate(frame_E.CalcRotationMatrixInWorld(context)), forces)
 
     # --- free motion
