@@ -2,8 +2,8 @@
 
     python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
 
-Families: values, contexts, plant, python, present, questions, postures, curves, programs, symbols, once, solving,
-sets, setting_up.
+Families: values, motions, regulators, contexts, plant, python, present, questions, postures, curves, programs, symbols,
+once, solving, sets, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
 `--slower` prints those lines only in which Drake is faster. What Drake keeps in its cache costs it a look in lines that
@@ -35,6 +35,7 @@ from benchmarks.turns import machine, take_turns  # noqa: E402
 Calls = dict[str, Callable[[], Any]]
 FAMILIES: dict[str, Callable[[Any], Calls]] = {}
 SECONDS_A_TURN = 0.02
+KEPT: list[Any] = []
 
 
 def family(make: Callable[[Any], Calls]) -> Callable[[Any], Calls]:
@@ -122,6 +123,14 @@ def values(lib: Any) -> Calls:
         "SpatialInertia(m, p, G)": lambda: lib.SpatialInertia(1.0, p, lib.UnitInertia(1.0, 1.0, 1.0)),
         "M.ReExpress(R)": lambda: inertia.ReExpress(R),
         "M.Shift(p)": lambda: inertia.Shift(p),
+        "X.IsExactlyEqualTo(Y)": lambda: X.IsExactlyEqualTo(Y),
+        "X.IsNearlyIdentity(1e-6)": lambda: X.IsNearlyIdentity(1e-6),
+        "X.GetMaximumAbsoluteDifference(Y)": lambda: X.GetMaximumAbsoluteDifference(Y),
+        "R.IsValid()": lambda: R.IsValid(),
+        "R.InvertAndCompose(S)": lambda: R.InvertAndCompose(S),
+        "M.CopyToFullMatrix6()": lambda: inertia.CopyToFullMatrix6(),
+        "M.IsPhysicallyValid()": lambda: inertia.IsPhysicallyValid(),
+        "SpatialInertia.Zero()": lambda: lib.SpatialInertia.Zero(),
     }
 
 
@@ -138,6 +147,64 @@ def arm(lib: Any, time_step: float) -> tuple[Any, Any, Any]:
         plant.RegisterCollisionGeometry(owner, pose, shape, name, friction)
     plant.Finalize()
     return builder, plant, scene_graph
+
+
+@family
+def motions(lib: Any) -> Calls:
+    """Frames, centres of mass and groups of bodies of a plant, at one state."""
+    builder, plant, _ = arm(lib, 0.001)
+    hand, elbow, world = plant.GetBodyByName("link7"), plant.GetBodyByName("link4"), plant.world_frame()
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyContextFromRoot(root)
+    plant.get_actuation_input_port().FixValue(context, np.zeros(plant.num_actuators()))
+    KEPT.append((diagram, root))  # whose context the calls hold, which alone keeps nothing alive in Drake
+    plant.SetVelocities(context, np.linspace(0.1, 0.2, plant.num_velocities()))
+    frame, other, point = hand.body_frame(), elbow.body_frame(), np.array([0.01, 0.02, 0.03])
+    instances, bodies = [plant.GetModelInstanceByName("arm")], [hand.index(), elbow.index()]
+    kV = lib.JacobianWrtVariable.kV
+    return {
+        "frame.CalcSpatialVelocityInWorld": lambda: frame.CalcSpatialVelocityInWorld(context),
+        "frame.CalcSpatialVelocity": lambda: frame.CalcSpatialVelocity(context, other, other),
+        "frame.CalcAngularVelocity": lambda: frame.CalcAngularVelocity(context, other, world),
+        "frame.CalcRelativeSpatialVelocity": lambda: frame.CalcRelativeSpatialVelocity(context, other, world, other),
+        "frame.CalcSpatialAccelerationInWorld": lambda: frame.CalcSpatialAccelerationInWorld(context),
+        "frame.CalcSpatialAcceleration": lambda: frame.CalcSpatialAcceleration(context, other, other),
+        "EvalBodySpatialAccelerationInWorld": lambda: plant.EvalBodySpatialAccelerationInWorld(context, hand),
+        "CalcPointsVelocities": lambda: plant.CalcPointsVelocities(context, frame, point, other, world),
+        "CalcCenterOfMassPositionInWorld(instances)": lambda: plant.CalcCenterOfMassPositionInWorld(context, instances),
+        "CalcCenterOfMassTranslationalVelocityInWorld": lambda: plant.CalcCenterOfMassTranslationalVelocityInWorld(
+            context
+        ),
+        "CalcJacobianCenterOfMass(instances)": lambda: plant.CalcJacobianCenterOfMassTranslationalVelocity(
+            context, instances, kV, world, world
+        ),
+        "body.CalcCenterOfMassTranslationalVelocity": lambda: hand.CalcCenterOfMassTranslationalVelocityInWorld(
+            context
+        ),
+        "body.CalcSpatialInertiaInBodyFrame": lambda: hand.CalcSpatialInertiaInBodyFrame(context),
+        "CalcTotalMass(instances)": lambda: plant.CalcTotalMass(context, instances),
+        "CalcSpatialInertia": lambda: plant.CalcSpatialInertia(context, other, bodies),
+        "MakeVelocityToQDotMap": lambda: plant.MakeVelocityToQDotMap(context),
+        "MakeQDotToVelocityMap": lambda: plant.MakeQDotToVelocityMap(context),
+        "GetBodiesWeldedTo": lambda: plant.GetBodiesWeldedTo(hand),
+        "IsAnchored": lambda: plant.IsAnchored(hand),
+        "num_actuators": lambda: plant.num_actuators(),
+    }
+
+
+@family
+def regulators(lib: Any) -> Calls:
+    """Riccati equations and regulators of matrices."""
+    generator = np.random.default_rng(0)
+    calls: Calls = {}
+    for n, m in ((2, 1), (4, 1), (12, 4)):
+        given = generator.normal(size=(n, n)), generator.normal(size=(n, m)), np.eye(n), np.eye(m)
+        for name in ("LinearQuadraticRegulator", "DiscreteTimeLinearQuadraticRegulator"):
+            calls[f"{name}, {n} states"] = functools.partial(getattr(lib, name), *given)
+        for name in ("ContinuousAlgebraicRiccatiEquation", "DiscreteAlgebraicRiccatiEquation"):
+            calls[f"{name}, {n} states"] = functools.partial(getattr(lib, name), *given)
+    return calls
 
 
 @family

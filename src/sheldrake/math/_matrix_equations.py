@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -106,7 +106,7 @@ def _new_regulator(n: int, m: int, discrete: bool) -> Query:
     if len(_regulators) >= _MOST_SIZES:
         _regulators.clear()
     shapes, found = ((n, n), (n, m), (n, n), (m, m), (n, m)), np.zeros((n + m, n))
-    arguments = *[np.zeros(shape) for shape in shapes], riccati.make_room(n, m), found
+    arguments: list[Any] = [*(np.zeros(shape) for shape in shapes), riccati.make_room(n, m), found]
     ask = Calls(np.zeros(1, np.int64)).query(kernel, *arguments, given=("A", "B", "Q", "R", "N"), answer=found)
     _regulators[n, m, discrete] = ask
     return ask

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.trajectories._base import holds
+from sheldrake.trajectories._kernels import interpolation as kernels
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar
@@ -30,11 +32,19 @@ def constant(y: np.ndarray) -> list[np.ndarray]:
 
 def linear(h: np.ndarray, y: np.ndarray) -> list[np.ndarray]:
     """Straight lines from sample to sample."""
+    if y.dtype == float:
+        out = np.empty((*y[1:].shape, 2))
+        if _lines(h.reshape(-1), y.reshape(-1), out.reshape(-1)):
+            return list(out)
     return _segments(y[:-1], (y[1:] - y[:-1]) / h)
 
 
 def cubic(h: np.ndarray, y: np.ndarray, m: np.ndarray) -> list[np.ndarray]:
     """Cubics through samples with given slopes."""
+    if y.dtype == m.dtype == float:
+        out = np.empty((*y[1:].shape, 4))
+        if _cubics(h.reshape(-1), y.reshape(-1), m.reshape(-1), out.reshape(-1)):
+            return list(out)
     d, m0, m1 = (y[1:] - y[:-1]) / h, m[:-1], m[1:]
     return _segments(y[:-1], m0, (3.0 * d - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * d) / (h * h))
 
@@ -50,6 +60,10 @@ def _segments(*coefficients: np.ndarray) -> list[np.ndarray]:
 
 def shape_preserving_slopes(h: np.ndarray, y: np.ndarray, zero_ends: bool) -> np.ndarray:
     """Slopes with which cubics are monotonic where the samples are (Fritsch and Butland 1984)."""
+    if y.dtype == float:
+        slopes = np.empty(y.shape)
+        if _slopes(h.reshape(-1), y.reshape(-1), float(zero_ends), slopes.reshape(-1)):
+            return slopes
     d = (y[1:] - y[:-1]) / h
     m: Any = y * 0.0
     d0, d1, h0, h1 = d[:-1], d[1:], h[:-1], h[1:]
@@ -180,3 +194,9 @@ def reversed_in_time(c: np.ndarray, h: Scalar) -> np.ndarray:
             out[..., power] = out[..., power] * h - out[..., power - 1]
         out[..., 0] = out[..., 0] * h + c[..., i]
     return out
+
+
+_ANY = quick.ANY
+_lines = quick.short_way(globals(), "_lines", kernels.lines, _ANY, _ANY, _ANY, gives=bool)
+_cubics = quick.short_way(globals(), "_cubics", kernels.cubics, _ANY, _ANY, _ANY, _ANY, gives=bool)
+_slopes = quick.short_way(globals(), "_slopes", kernels.shape_preserving_slopes, _ANY, _ANY, float, _ANY, gives=bool)

@@ -385,6 +385,22 @@ def test_potential_energy_of_a_door_hinge():
     close(energies(sheldrake()), energies(pydrake()))
 
 
+def test_quaternions_of_joints_are_as_the_positions_have_them():
+    found = []
+    for L in (sheldrake(), pydrake()):
+        plant = L.MultibodyPlant(0.0)
+        body = plant.AddRigidBody("b", L.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        joint = plant.AddJoint(L.QuaternionFloatingJoint("j", plant.world_frame(), body.body_frame()))
+        joint.set_default_positions([0.2, 0.4, 0.0, 0.0, 1.0, 2.0, 3.0])
+        plant.Finalize()
+        context = plant.CreateDefaultContext()
+        plant.SetPositions(context, [0.1, 0.1, -0.1, 0.1, 1.0, 2.0, 3.0])
+        quaternions = joint.get_quaternion(context), joint.get_default_quaternion()
+        found.append([q.wxyz() for q in quaternions] + [joint.GetPose(context).rotation().matrix().ravel()])
+    for ours, theirs in zip(*found):
+        close(ours, theirs)
+
+
 def test_the_unique_floating_base_of_a_model_instance():
     def answers(lib):
         plant = lib.MultibodyPlant(0.0)

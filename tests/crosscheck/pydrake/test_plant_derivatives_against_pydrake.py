@@ -57,6 +57,21 @@ def gradients(lib, seed):
         "relative velocity": body.body_frame()
         .CalcSpatialVelocity(context, plant.get_body(lib.BodyIndex(1)).body_frame(), world)
         .get_coeffs(),
+        "relative acceleration": body.body_frame()
+        .CalcSpatialAcceleration(context, plant.get_body(lib.BodyIndex(1)).body_frame(), body.body_frame())
+        .get_coeffs(),
+        "velocities of points": plant.CalcPointsVelocities(
+            context,
+            body.body_frame(),
+            np.arange(6.0).reshape(3, 2),
+            plant.get_body(lib.BodyIndex(1)).body_frame(),
+            world,
+        ),
+        "acceleration of the centre of mass": plant.CalcCenterOfMassTranslationalAccelerationInWorld(context),
+        "acceleration of a body's centre": body.CalcCenterOfMassTranslationalAccelerationInWorld(context),
+        "inertia of two bodies": plant.CalcSpatialInertia(
+            context, body.body_frame(), [body.index(), lib.BodyIndex(1)]
+        ).CopyToFullMatrix6(),
         "acceleration": plant.EvalBodySpatialAccelerationInWorld(context, body).get_coeffs(),
         "accelerations": np.array([A.get_coeffs() for A in plant.CalcSpatialAccelerationsFromVdot(context, v)]),
         "generalized forces": plant.CalcGeneralizedForces(context, forces),

@@ -24,6 +24,7 @@ from sheldrake.multibody.math import (
     _spatial_vectors,
     _unit_inertia,
 )
+from sheldrake.trajectories import PiecewisePolynomial, _interpolation
 
 HOMES = [
     vars(module)
@@ -37,6 +38,7 @@ HOMES = [
         _spatial_inertia,
         _spatial_vectors,
         _unit_inertia,
+        _interpolation,
     )
 ] + [_spatial_vectors._SHORT]
 pytestmark = pytest.mark.skipif(not jit_enabled(), reason="short ways are native")
@@ -146,10 +148,23 @@ CALLS = {
     "of a body": lambda t: [t["M"].IsPhysicallyValid(), SpatialInertia.NaN().IsPhysicallyValid()],
     "of none": lambda t: [M.IsNaN() for M in (t["M"], SpatialInertia.NaN(), SpatialInertia.Zero())],
     "without mass": lambda t: [M.IsZero() for M in (t["M"], SpatialInertia.NaN(), SpatialInertia.Zero())],
+    "lines": lambda t: curve(PiecewisePolynomial.FirstOrderHold, t),
+    "cubics": lambda t: curve(PiecewisePolynomial.CubicShapePreserving, t),
+    "cubics at rest": lambda t: curve(PiecewisePolynomial.CubicShapePreserving, t, True),
+    "two samples": lambda t: PiecewisePolynomial.CubicShapePreserving(
+        [0.0, 0.3], np.array([t["p"], t["axis"]]).T, True
+    ).polynomials.ravel(),
+    "cubics with slopes": lambda t: curve(PiecewisePolynomial.CubicHermite, t, np.array([t["p"]] * 5).T),
     "box": lambda t: SpatialInertia.SolidBoxWithMass(1.5, 0.1, 0.2, 0.3),
     "unit box": lambda t: UnitInertia.SolidBox(0.1, 0.2, 0.3),
     "sphere": lambda t: SpatialInertia.SolidSphereWithMass(1.5, 0.2),
 }
+
+
+def curve(make, t, *more) -> np.ndarray:
+    """Coefficients of a curve through five samples of which some are equal, with a time of their own each."""
+    samples = np.array([t["p"], t["axis"], t["axis"], t["wxyz"][1:], t["p"]]).T
+    return make([0.0, 0.3, 0.7, 1.5, 1.6], samples, *more).polynomials.ravel()
 
 
 FAR = RigidTransform([np.inf, 0.0, 0.0])

@@ -35,7 +35,13 @@ from sheldrake.multibody.math._spatial_vectors import (
     SpatialVelocity_,
     cross,
 )
-from sheldrake.multibody.math._unit_inertia import UNIT_INERTIA, UnitInertia_, check_unit_vector, number
+from sheldrake.multibody.math._unit_inertia import (
+    UNIT_INERTIA,
+    UnitInertia_,
+    check_unit_vector,
+    number,
+    plain_direction,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -196,6 +202,8 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def _direction(cls, call: str, unit_vector: Scalars) -> np.ndarray:
+        if cls._T is float and (plain := plain_direction(unit_vector)) is not None:
+            return plain
         u = cls._argument(call, vector(cls._T, 3), unit_vector=unit_vector)
         check_unit_vector(cls._T, call, u)
         return u
@@ -460,18 +468,20 @@ class SpatialInertia(ScalarBase):
         return f"{pretty_class_name(type(self))}(mass={self._mass!r}, p_PScm_E={p}, G_SP_E={self._G!r})"
 
 
-_INERTIA = Slots(SpatialInertia, {"_mass": float, "_p": (3,), "_G": UNIT_INERTIA})
-_plausible = short_way(globals(), "_plausible", spatial.plausible_inertia, float, (3,), UNIT_INERTIA, gives=_INERTIA)
-_about_centre = short_way(
-    globals(), "_about_centre", spatial.inertia_of_central, float, (3,), ROTATIONAL_INERTIA, gives=_INERTIA
+SPATIAL_INERTIA = Slots(SpatialInertia, {"_mass": float, "_p": (3,), "_G": UNIT_INERTIA})
+_plausible = short_way(
+    globals(), "_plausible", spatial.plausible_inertia, float, (3,), UNIT_INERTIA, gives=SPATIAL_INERTIA
 )
-_box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=_INERTIA)
-_sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=_INERTIA)
-_turn = short_way(globals(), "_turn", spatial.turn_inertia, _INERTIA, ROTATION, gives=_INERTIA)
-_nothing = short_way(globals(), "_nothing", spatial.no_inertia, gives=_INERTIA)
-_matrix = short_way(globals(), "_matrix", spatial.matrix_of_inertia, _INERTIA, gives=(6, 6), frozen=False)
-_is_none = short_way(globals(), "_is_none", spatial.is_inertia_none, _INERTIA, gives=bool)
-_is_zero = short_way(globals(), "_is_zero", spatial.is_inertia_zero, _INERTIA, gives=bool)
-_shift = short_way(globals(), "_shift", spatial.shift_inertia, _INERTIA, (3,), gives=_INERTIA)
+_about_centre = short_way(
+    globals(), "_about_centre", spatial.inertia_of_central, float, (3,), ROTATIONAL_INERTIA, gives=SPATIAL_INERTIA
+)
+_box = short_way(globals(), "_box", spatial.inertia_of_box, float, float, float, float, gives=SPATIAL_INERTIA)
+_sphere = short_way(globals(), "_sphere", spatial.inertia_of_sphere, float, float, gives=SPATIAL_INERTIA)
+_turn = short_way(globals(), "_turn", spatial.turn_inertia, SPATIAL_INERTIA, ROTATION, gives=SPATIAL_INERTIA)
+_nothing = short_way(globals(), "_nothing", spatial.no_inertia, gives=SPATIAL_INERTIA)
+_matrix = short_way(globals(), "_matrix", spatial.matrix_of_inertia, SPATIAL_INERTIA, gives=(6, 6), frozen=False)
+_is_none = short_way(globals(), "_is_none", spatial.is_inertia_none, SPATIAL_INERTIA, gives=bool)
+_is_zero = short_way(globals(), "_is_zero", spatial.is_inertia_zero, SPATIAL_INERTIA, gives=bool)
+_shift = short_way(globals(), "_shift", spatial.shift_inertia, SPATIAL_INERTIA, (3,), gives=SPATIAL_INERTIA)
 
 SpatialInertia_ = ScalarTemplate("SpatialInertia_", SpatialInertia, scope="sheldrake.multibody.math", value_type=True)

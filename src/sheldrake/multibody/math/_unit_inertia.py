@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalar_math import sqrt
-from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, vector
+from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, plain_vector, scalar, vector
 from sheldrake.common.quick import Slots, short_way
 from sheldrake.math._rotation_matrix import ROTATION
 from sheldrake.multibody.math._kernels import spatial
@@ -42,6 +42,15 @@ def check_unit_vector(T: type, call: str, unit_vector: np.ndarray) -> None:
             f"{call}(): The unit_vector argument {u} is not a unit vector: its length is {length!r}, "
             f"{abs(length - 1.0):.3g} from 1, more than {_UNIT_TOLERANCE}."
         )
+
+
+def plain_direction(unit_vector: object) -> np.ndarray | None:
+    """Three plain numbers of length one, read-only; None for all else, of which `check_unit_vector` says why."""
+    u = plain_vector(unit_vector)
+    if u is None:
+        return None
+    x, y, z = u.tolist()
+    return u if abs(sqrt(x * x + y * y + z * z) - 1.0) <= _UNIT_TOLERANCE else None
 
 
 class UnitInertia(RotationalInertia):
@@ -207,6 +216,11 @@ class UnitInertia(RotationalInertia):
     @classmethod
     def _axial(cls, call: str, along: Scalar, across: Scalar, unit_vector: Scalars) -> UnitInertia:
         T = cls._T
+        if T is float and (plain := plain_direction(unit_vector)) is not None:
+            (x, y, z), over = plain.tolist(), along - across
+            xy, xz, yz = x * y * over, x * z * over, y * z * over
+            xx, yy, zz = across + x * x * over, across + y * y * over, across + z * z * over
+            return cls._make(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
         u = cls._argument(call, vector(T, 3), unit_vector=unit_vector)
         check_unit_vector(T, call, u)
         return cls._make(identity(T, 3) * across + np.outer(u, u) * (along - across))

@@ -97,7 +97,7 @@ class PlantParts:
         self.loops.cut()
         self.elements.finalize(freeze(self.elements, self.free_bodies.base_joint))
         state_index = self.contexts.declare()
-        self.geometry.filter_collisions(self.topology.welded_groups(), self.loops.whole_of)
+        self.geometry.filter_collisions(self.topology.welded_groups, self.loops.whole_of)
         self._declare_ports(state_index)
         self.kernel_models.compile()
         self.advance.declare(self.plant)

@@ -6,6 +6,7 @@ bodies is a row of the `TreeModel`, computed by the kernels.
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -30,6 +31,14 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 _LIMITS = ("position", "velocity", "acceleration")
+
+
+@functools.cache
+def _no_limits(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Limits that nothing reaches, read-only: all joints share them."""
+    lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
+    lower.flags.writeable = upper.flags.writeable = False
+    return lower, upper
 
 
 class Joint(NamedElement):
@@ -68,14 +77,8 @@ class Joint(NamedElement):
         super().__init__(name, frame_on_child.model_instance())
         self._F, self._M = frame_on_parent, frame_on_child
         self._damping = self._checked_damping(damping)
-        infinite_q, infinite_v = np.full(self.num_positions(), np.inf), np.full(self.num_velocities(), np.inf)
-        self._limits = {
-            kind: (
-                -(infinite_q if kind == "position" else infinite_v),
-                infinite_q if kind == "position" else infinite_v,
-            )
-            for kind in _LIMITS
-        }
+        of_q, of_v = _no_limits(self.num_positions()), _no_limits(self.num_velocities())
+        self._limits = {kind: of_q if kind == "position" else of_v for kind in _LIMITS}
         self._dry_friction = np.zeros(self.num_velocities())
         self._default_q = self._zero_positions()
         self._random_q: Any = None
@@ -260,6 +263,14 @@ class Joint(NamedElement):
 
     def _checked_damping(self, damping: Scalars) -> np.ndarray:
         size = self.num_velocities()
+        if (
+            size == 1
+            and type(damping) is list
+            and len(damping) == 1
+            and type(damping[0]) is float
+            and damping[0] >= 0.0
+        ):
+            return np.array(damping)
         damping = np.ravel(np.asarray(damping, float))
         if damping.shape != (size,):
             raise RuntimeError(

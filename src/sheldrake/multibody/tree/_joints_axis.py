@@ -113,7 +113,8 @@ class _AxisJoint(OneVelocityJoint):
     ):
         super().__init__(name, frame_on_parent, frame_on_child, [damping])
         self._axis = _unit_axis(self, axis)
-        self._set_limits("position", [pos_lower_limit], [pos_upper_limit])
+        if not (pos_lower_limit == -math.inf and pos_upper_limit == math.inf):
+            self._set_limits("position", [pos_lower_limit], [pos_upper_limit])
 
     def _reversed_constants(self) -> tuple[float, ...]:
         """Constants for the kernels when the child is the inboard body: the same motion about the opposite axis."""

@@ -136,9 +136,9 @@ class QuaternionFloatingJoint(_FloatingJoint):
         return self._write_q(context, "SetOrientation", self._rotation_positions(R))
 
     def get_quaternion(self, context: Context) -> Quaternion:
-        """The quaternion, normalised."""
-        q = self._q(context, "get_quaternion")[:4]
-        return _unit_quaternion(q)
+        """The quaternion as the positions have it, which may be of any length."""
+        q = self._q(context, "get_quaternion")
+        return Quaternion_[scalar_of(q)]._make(q[:4].copy())
 
     def SetQuaternion(self, context: Context, q_FM: Quaternion) -> QuaternionFloatingJoint:
         """Sets the quaternion."""
@@ -146,7 +146,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
 
     def get_default_quaternion(self) -> Quaternion:
         """The quaternion in a default context."""
-        return Quaternion(wxyz=self._default_q[:4])
+        return Quaternion._make(self._default_q[:4].copy())
 
     def set_default_quaternion(self, q_FM: Quaternion) -> None:
         """Sets the quaternion in a default context."""

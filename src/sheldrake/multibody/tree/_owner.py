@@ -83,12 +83,16 @@ class ContextNumbers(Protocol):
     def transform(self, context: Context, numbers: np.ndarray) -> RigidTransform:
         """A RigidTransform of twelve numbers."""
 
-    def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
-        """A SpatialInertia of ten numbers."""
+    def spatial_inertia(self, context: Context, group: int) -> SpatialInertia:
+        """The SpatialInertia that a group of ten parameters says."""
 
 
 class FrameMotions(Protocol):
     """Where frames are and how they move."""
+
+    @property
+    def world_frame(self) -> Frame:
+        """The frame W."""
 
     def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
         """X_WF."""

@@ -84,7 +84,7 @@ class RigidBody(NamedElement):
     def CalcSpatialInertiaInBodyFrame(self, context: Context) -> SpatialInertia:
         """M_BBo_B as the context has it."""
         owner = self._finalized("CalcSpatialInertiaInBodyFrame")
-        return owner.contexts.spatial_inertia(context, owner.contexts.numbers(context, self._group))
+        return owner.contexts.spatial_inertia(context, self._group)
 
     def SetMass(self, context: Context, mass: float) -> None:
         """Changes the mass [kg] in a context; the unit inertia stays, so the rotational inertia scales.
@@ -162,7 +162,10 @@ class RigidBody(NamedElement):
     def AddInForceInWorld(self, context: Context, F_Bo_W: SpatialForce, forces: MultibodyForces) -> None:
         """Adds a spatial force at Bo, given in W, to `forces`."""
         self._finalized("AddInForceInWorld")
-        forces._F_Bo_W[int(self._index)] += F_Bo_W.get_coeffs()
+        self._add(F_Bo_W, forces)
+
+    def _add(self, F_Bo_W: SpatialForce, forces: MultibodyForces) -> None:
+        forces._F_Bo_W[int(self._index)] += F_Bo_W._c
 
     @checked
     def AddInForce(
@@ -177,9 +180,10 @@ class RigidBody(NamedElement):
             frame_E: The frame in which both are expressed.
             forces: What it is added to.
         """
-        R_WE = frame_E.CalcRotationMatrixInWorld(context)
-        p_PB_W = -(R_WE @ vector("AddInForce", "p_BP_E", p_BP_E, 3))
-        self.AddInForceInWorld(context, F_Bp_E.Rotate(R_WE).Shift(p_PB_W), forces)
+        owner = self._finalized("AddInForce")
+        F_Bo_E = F_Bp_E.Shift(-vector("AddInForce", "p_BP_E", p_BP_E, 3))
+        in_world = frame_E is owner.kinematics.world_frame  # another plant's is refused below
+        self._add(F_Bo_E if in_world else F_Bo_E.Rotate(frame_E.CalcRotationMatrixInWorld(context)), forces)
 
     # --- free motion
 

@@ -282,3 +282,12 @@ def turn_rotational_inertia(I: Vector, R: Vector, out: Vector) -> None:
     M = read9(R, 0)
     J = product(product(M, read9(I, 0)), transpose(M))
     write9(out, 0, (J[0], J[3], J[6], J[3], J[4], J[7], J[6], J[7], J[8]))
+
+
+@kernel(top=True)
+def inertia_of_ten(ten: Vector, mass_out: Vector, p_out: Vector, G_out: Vector) -> None:
+    """That of mass, centre of mass, and moments and products of unit inertia."""
+    xx, yy, zz, xy, xz, yz = ten[4], ten[5], ten[6], ten[7], ten[8], ten[9]
+    mass_out[0] = ten[0]
+    write3(p_out, 0, read3(ten, 1))
+    write9(G_out, 0, (xx, xy, xz, xy, yy, yz, xz, yz, zz))

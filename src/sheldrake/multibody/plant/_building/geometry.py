@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -309,11 +309,13 @@ class PlantGeometry:
         """Whether two bodies with a joint between them may not touch."""
         return self.adjacent_filters
 
-    def filter_collisions(self, welded: list[list[RigidBody]], whole_of: dict[RigidBody, RigidBody]) -> None:
+    def filter_collisions(
+        self, welded: Callable[[], list[list[RigidBody]]], whole_of: dict[RigidBody, RigidBody]
+    ) -> None:
         """Default filters: within a body, within what is welded together, and between neighbours.
 
         Args:
-            welded: Groups of bodies that are welded together.
+            welded: Gives groups of bodies that are welded together.
             whole_of: The bodies that parts of divided ones belong to; these have the geometry.
         """
         if self.scene_graph is None:
@@ -321,7 +323,7 @@ class PlantGeometry:
 
         of_body = {number: ids for number, ids in self.collision_ids.items() if ids}
         pairs: set[Pair] = set()
-        for group in welded:
+        for group in welded() if of_body else ():
             within = [g for body in group for g in of_body.get(int(body._index), ())]
             pairs.update(itertools.starmap(ordered_pair, itertools.combinations(within, 2)))
         for joint in self._elements.joints if self.adjacent_filters else ():

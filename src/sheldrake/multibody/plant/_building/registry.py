@@ -28,6 +28,8 @@ class Numbered(Generic[Item]):
         self._num_removed = 0
 
     def __iter__(self) -> Iterator[Item]:
+        if not self._num_removed:
+            return iter(self.slots)  # type: ignore[arg-type]
         return (e for e in self.slots if e is not None)
 
     def __len__(self) -> int:

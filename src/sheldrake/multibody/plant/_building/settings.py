@@ -83,8 +83,10 @@ class Settings:
         Raises:
             RuntimeError: a joint has it, and the plant is continuous or its contact kTamsi.
         """
+        if self.is_discrete() and self.kind.scalar_rows:
+            return
         rubbing = [joint.name() for joint in self._elements.joints if joint._dry_friction.any()]
-        if rubbing and (not self.is_discrete() or not self.kind.scalar_rows):
+        if rubbing:
             raise RuntimeError(
                 f"Finalize(): joint {rubbing[0]!r} has dry friction, which only discrete plants with kLagged, "
                 "kSimilar or kSap contact have."

@@ -48,7 +48,8 @@ class PointPairContactInfo:
         bodies = BodyIndex(int(bodyA_index)), BodyIndex(int(bodyB_index))
         who = np.array([[0, 1, 0, 1]], np.int64)
         self._all = PointContactArrays(who, how, (point_pair.id_A, point_pair.id_B), bodies)
-        self._row, self._pair = 0, point_pair
+        self._row = 0
+        self._pair: PenetrationAsPointPair | None = point_pair
 
     @classmethod
     def _of(cls, arrays: PointContactArrays, row: int) -> PointPairContactInfo:

@@ -243,12 +243,11 @@ class Contexts:
         make_each = self.view(context).of(RigidTransform_)._make_each
         return make_each(numbers[:, :9].reshape(-1, 3, 3), numbers[:, 9:12].copy())
 
-    def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
+    def spatial_inertia(self, context: Context, group: int) -> SpatialInertia:
         """A SpatialInertia, of the context's scalar, of the ten parameters of a body."""
-        T = context._system._scalar
-        if T is float:
-            mass, x, y, z, xx, yy, zz, xy, xz, yz = numbers.tolist()
-            G = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            return SpatialInertia._make(mass, np.array([x, y, z]), G)
+        view = self.view(context)
+        if (ask := view.inertia_of_body(group)) is not None:
+            return ask()
+        T, numbers = view.T, self.numbers(context, group)
         mass, c, G = numbers[0], np.array(numbers[1:4]), UnitInertia_[T](*numbers[4:10])
         return SpatialInertia_[T](mass, c, G, skip_validity_check=True)

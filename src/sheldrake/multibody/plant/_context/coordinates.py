@@ -156,6 +156,8 @@ class Coordinates:
 
     def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of actuators, of all or of one model instance."""
+        if model_instance is None:
+            return len(self._elements.actuators)
         return len(self.actuators_of("num_actuators", model_instance))
 
     def num_actuated_dofs(self, model_instance: ModelInstanceIndex | None = None) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect, in_order
+from sheldrake.common._scalars import plain_vector
 from sheldrake.common.calls import Query
 from sheldrake.multibody.math import SpatialAcceleration, SpatialAcceleration_
 from sheldrake.multibody.plant._building.elements import Elements
@@ -228,6 +229,9 @@ class Dynamics:
     ) -> np.ndarray:
         """J with v_ABi_E = J s for points Bi of frame B, stacked, shape (3 n, nv or nq)."""
         call = "CalcJacobianTranslationalVelocity"
+        if (point := plain_vector(p_BoBi_B)) is not None:  # nearly always
+            J = self._frame_jacobian(context, call, frame_B, point, frame_A, frame_E)[3:]
+            return J if with_respect_to is _KV else self._by_variable(context, call, J, with_respect_to)
         p_BoBi_B = points(call, "p_BoBi_B", p_BoBi_B)
         if p_BoBi_B.shape[1] == 1:
             J = self._frame_jacobian(context, call, frame_B, p_BoBi_B.ravel(), frame_A, frame_E)[3:]

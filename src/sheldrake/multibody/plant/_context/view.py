@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common import quick
 from sheldrake.common.calls import Calls, Query, object_query
 from sheldrake.common.kernel import MISFIT, Kernel
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialVelocity, SpatialVelocity_
+from sheldrake.multibody.math._kernels.spatial import inertia_of_ten
+from sheldrake.multibody.math._spatial_inertia import SPATIAL_INERTIA
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.ports import write_finite, write_number, write_pose
@@ -27,6 +30,7 @@ from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
     from sheldrake.common._types import KernelArgument
+    from sheldrake.multibody.math import SpatialInertia
 
 _LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
 _MOST_PLACES = 256
@@ -106,6 +110,7 @@ class View:
         self.writers: dict[tuple[str, int, int], Query] = {}
         self.twists: dict[RigidBody, Callable[[], SpatialVelocity]] = {}
         self.velocities_of: dict[tuple[Frame, Frame, Frame], Callable[[], SpatialVelocity]] = {}
+        self._inertias: dict[int, Callable[[], SpatialInertia] | None] = {}
         self.mask = np.ones(self.nb, np.int64)
         self._chosen: np.ndarray | None = None
 
@@ -446,7 +451,7 @@ class View:
     def frame_velocity(self, key: tuple[Frame, Frame, Frame], ends: tuple) -> Callable[[], SpatialVelocity]:
         """A query for the spatial velocity of frame B in A, expressed in E; kept in `velocities_of`."""
         V, places = self.zeros(6), jacobians.Frames(np.array(ends, np.int64))
-        arguments, needs = (self.model, self.p, self.work, places, np.zeros(3), V), self.POSES | self.VELOCITIES
+        arguments, needs = (self.model, self.p, self.work, places, self.zeros(3), V), self.POSES | self.VELOCITIES
         if len(self.velocities_of) >= _MOST_PLACES:
             self.velocities_of.clear()
         kernel, cls = jacobians.calc_point_velocity, self.of(SpatialVelocity_)
@@ -468,6 +473,15 @@ class View:
         found, places = self.zeros(13), jacobians.Frames(np.array((*place, 0, -1, 0, -1), np.int64))
         arguments, needs = (self.model, self.p, self.work, self.mask, places, found), self.POSES | self.INERTIAS
         return self._keep_place(key, self.calls.query(jacobians.calc_inertia, *arguments, needs=needs, answer=found))
+
+    def inertia_of_body(self, group: int) -> Callable[[], SpatialInertia] | None:
+        """A query for the spatial inertia that a group of parameters says, of floats; None where there is none."""
+        if group not in self._inertias:
+            ten = self.p[self.frozen.parameters.of(group)]
+            can = self.T is float and self.native
+            query = quick.query(inertia_of_ten, ten, takes=(), gives=SPATIAL_INERTIA) if can else None
+            self._inertias[group] = query
+        return self._inertias[group]
 
     def bias_acceleration(self, key: tuple, ends: tuple) -> Query:
         """A query for the spatial acceleration of a given point that does not depend on vdot; as `jacobian`."""
