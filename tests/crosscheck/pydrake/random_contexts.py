@@ -1,4 +1,4 @@
-"""Diagrams of chance whose outputs name what they are computed from, and contexts of theirs that are written and asked."""
+"""Diagrams of chance whose outputs name what they are computed from; contexts of theirs are written and asked."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ import numpy as np
 VECTOR = 0
 Source = tuple[Any, Callable[[Any], float]]
 """A ticket, and a number that is there."""
+
+
+def total_of(vector: Any) -> float:
+    """The sum of a vector's numbers."""
+    return float(vector.CopyToVector().sum())
 
 
 def make_leaf_class(m: Any, rng: np.random.Generator) -> type:
