@@ -143,7 +143,7 @@ class IntegratorBase:
         self._initial = _positive("request_initial_step_size_target", step_size)
 
     def get_initial_step_size_target(self) -> float:
-        """Length of the first step with error control [s]."""
+        """Length of the first step [s]."""
         return self._initial
 
     def set_requested_minimum_step_size(self, min_step_size: float) -> None:
@@ -286,7 +286,7 @@ class IntegratorBase:
         self._run.word[COUNTS] = 0
 
     def get_actual_initial_step_size_taken(self) -> float:
-        """Length of the first step with error control [s]."""
+        """Length of the first step [s]."""
         return float(self._numbers.h_first)
 
     def get_smallest_adapted_step_size_taken(self) -> float:

@@ -288,7 +288,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         self._integrator._make_step(self._span)
 
     def _every_step(self) -> EventStatus:
-        status = _evaluate.publish(self._context._store, 0, _evaluate.forced)
+        status = _evaluate.publish(self._context._store, 0, "forced")
         if status.severity() is not EventStatus.Severity.kDidNothing:
             self._run.publishes += 1
         return status

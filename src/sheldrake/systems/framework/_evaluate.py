@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +10,6 @@ from sheldrake.systems.framework._declarations import (
     DISCRETE,
     PUBLISH,
     UNRESTRICTED,
-    EventDeclaration,
     PythonStage,
 )
 from sheldrake.systems.framework._engine import logs
@@ -26,8 +23,6 @@ from sheldrake.systems.framework._values import DiscreteValues
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
 
-Select = Callable[[EventDeclaration], bool]
-
 
 def leaves_under(store: Store, n: int) -> list[int]:
     """Leaves of node `n`, in order."""
@@ -35,16 +30,19 @@ def leaves_under(store: Store, n: int) -> list[int]:
     return store.layout.leaves[node.first_leaf : node.last_leaf]
 
 
-@contextlib.contextmanager
-def computing(store: Store) -> Iterator[None]:
+class computing:
     """What is done here finds memory where it is now."""
-    if store.unsettled:
-        store.settle()
-    store.enter()
-    try:
-        yield
-    finally:
-        store.leave()
+
+    def __init__(self, store: Store):
+        self._store = store
+
+    def __enter__(self) -> None:
+        if self._store.unsettled:
+            self._store.settle()
+        self._store.enter()
+
+    def __exit__(self, *_: object) -> None:
+        self._store.leave()
 
 
 def prepare(store: Store, r: int) -> None:
@@ -93,18 +91,10 @@ def derivatives(context: Context) -> np.ndarray:
     return store.S[span[0] : span[1]]
 
 
-def events(store: Store, n: int, kind: int, select: Select) -> Iterator[tuple[int, EventDeclaration, int]]:
-    """(leaf, event, row) of all events of one kind under node `n` that are selected."""
-    for m in leaves_under(store, n):
-        for event, row in zip(store.systems[m]._all_events(), store.layout.places[m].events):
-            if event.kind == kind and select(event):
-                yield m, event, row
-
-
-def _run(store: Store, found: list, kind: int) -> EventStatus:
+def _run(store: Store, events: list[int], kind: int) -> EventStatus:
     """Runs events, updates until one of them fails; the worst of what they returned."""
     status = EventStatus.DidNothing()
-    for _, _, r in found:
+    for r in events:
         if r == NO_ROW:
             continue
         result = None
@@ -132,21 +122,21 @@ def _require_success(status: EventStatus, call: str) -> None:
         raise RuntimeError(f'{call}(): An event handler{where} failed with message: "{status.message()}".')
 
 
-def discrete_update(store: Store, n: int, select: Select, call: str) -> tuple[DiscreteValues, bool]:
-    """x+ of node `n` after its selected discrete updates (a view), and whether there were any.
+def discrete_update(store: Store, n: int, trigger: str, call: str) -> tuple[DiscreteValues, bool]:
+    """x+ of node `n` after its discrete updates (a view), and whether there were any.
 
     Raises:
         RuntimeError: one reported failure; it says which `call` this was.
     """
     with computing(store):
         _copy_to_next(store, n, ("xd",))
-        found = list(events(store, n, DISCRETE, select))
+        found = store.layout.events_under(n, DISCRETE, trigger)
         _require_success(_run(store, found, DISCRETE), call)
     return store.context(n)._discrete_view(store.layout.plus), bool(found)
 
 
-def unrestricted_update(store: Store, n: int, select: Select, call: str) -> tuple[State, bool]:
-    """The whole next state of node `n` after its selected unrestricted updates (views), and whether there were any.
+def unrestricted_update(store: Store, n: int, trigger: str, call: str) -> tuple[State, bool]:
+    """The whole next state of node `n` after its unrestricted updates (views), and whether there were any.
 
     Raises:
         RuntimeError: one reported failure; it says which `call` this was.
@@ -154,7 +144,7 @@ def unrestricted_update(store: Store, n: int, select: Select, call: str) -> tupl
     with computing(store):
         _copy_to_next(store, n, ("xc", "xd"))
         store.pending.clear()
-        found = list(events(store, n, UNRESTRICTED, select))
+        found = store.layout.events_under(n, UNRESTRICTED, trigger)
         try:
             _require_success(_run(store, found, UNRESTRICTED), call)
             abstract = []
@@ -168,24 +158,24 @@ def unrestricted_update(store: Store, n: int, select: Select, call: str) -> tupl
     return state, bool(found)
 
 
-def publish(store: Store, n: int, select: Select) -> EventStatus:
-    """Runs the selected publishes of node `n`, all of them, and gives the worst of what they returned."""
+def publish(store: Store, n: int, trigger: str) -> EventStatus:
+    """Runs the publishes of node `n`, all of them, and gives the worst of what they returned."""
     with computing(store):
-        return _run(store, list(events(store, n, PUBLISH, select)), PUBLISH)
+        return _run(store, store.layout.events_under(n, PUBLISH, trigger), PUBLISH)
 
 
-def publish_or_raise(store: Store, n: int, select: Select, call: str) -> None:
-    """Runs the selected publishes of node `n`.
+def publish_or_raise(store: Store, n: int, trigger: str, call: str) -> None:
+    """Runs the publishes of node `n`.
 
     Raises:
         RuntimeError: one reported failure; it says which `call` this was.
     """
-    _require_success(publish(store, n, select), call)
+    _require_success(publish(store, n, trigger), call)
 
 
-def apply_discrete(store: Store, n: int, select: Select, call: str) -> None:
-    """Runs the selected discrete updates of node `n` and makes x+ the state; errors as there."""
-    _, any_ = discrete_update(store, n, select, call)
+def apply_discrete(store: Store, n: int, trigger: str, call: str) -> None:
+    """Runs the discrete updates of node `n` and makes x+ the state; errors as there."""
+    _, any_ = discrete_update(store, n, trigger, call)
     if any_:
         a, b = store.layout.places[n].xd
         plus = store.layout.plus
@@ -193,9 +183,9 @@ def apply_discrete(store: Store, n: int, select: Select, call: str) -> None:
         store.touch(1, ("x", n))
 
 
-def apply_unrestricted(store: Store, n: int, select: Select, call: str) -> None:
-    """Runs the selected unrestricted updates of node `n` and makes what they give the state; errors as there."""
-    state, any_ = unrestricted_update(store, n, select, call)
+def apply_unrestricted(store: Store, n: int, trigger: str, call: str) -> None:
+    """Runs the unrestricted updates of node `n` and makes what they give the state; errors as there."""
+    state, any_ = unrestricted_update(store, n, trigger, call)
     if any_:
         plus = store.layout.plus
         for a, b in (store.layout.places[n].xd, store.layout.places[n].xc):
@@ -203,13 +193,3 @@ def apply_unrestricted(store: Store, n: int, select: Select, call: str) -> None:
         store.pending = state._pending
         store.commit_abstract()
         store.touch(1, ("x", n))
-
-
-def forced(event: EventDeclaration) -> bool:
-    """Selects forced events."""
-    return event.trigger == "forced"
-
-
-def initialization(event: EventDeclaration) -> bool:
-    """Selects initialization events."""
-    return event.trigger == "initialization"

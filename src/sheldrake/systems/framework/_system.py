@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import operator
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, SupportsIndex
 from typing import overload as typing_overload
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
 
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework._context.context import Context
-    from sheldrake.systems.framework._declarations import EventDeclaration
     from sheldrake.systems.framework._diagram import Diagram
 
 
@@ -203,34 +201,34 @@ class System(ScalarConversion, SystemPorts):
         """What the forced discrete updates would make of the discrete state, into `discrete_state`."""
         self.ValidateContext(context)
         store, n, call = context._store, context._node, "CalcForcedDiscreteVariableUpdate"
-        discrete_state.SetFrom(_evaluate.discrete_update(store, n, _evaluate.forced, call)[0])
+        discrete_state.SetFrom(_evaluate.discrete_update(store, n, "forced", call)[0])
 
     def CalcForcedUnrestrictedUpdate(self, context: Context, state: State) -> None:
         """What the forced unrestricted updates would make of the state, into `state`."""
         self.ValidateContext(context)
         store, n, call = context._store, context._node, "CalcForcedUnrestrictedUpdate"
-        state.SetFrom(_evaluate.unrestricted_update(store, n, _evaluate.forced, call)[0])
+        state.SetFrom(_evaluate.unrestricted_update(store, n, "forced", call)[0])
 
     def ForcedPublish(self, context: Context) -> None:
         """Runs all forced publishes."""
         self.ValidateContext(context)
-        _evaluate.publish_or_raise(context._store, context._node, _evaluate.forced, "ForcedPublish")
+        _evaluate.publish_or_raise(context._store, context._node, "forced", "ForcedPublish")
 
     def ExecuteInitializationEvents(self, context: Context) -> None:
         """Runs all initialization events and changes the state as they say."""
-        self._execute(context, _evaluate.initialization, True, "ExecuteInitializationEvents")
+        self._execute(context, "initialization", True, "ExecuteInitializationEvents")
 
     def ExecuteForcedEvents(self, context: Context, publish: bool = True) -> None:
         """Runs all forced events and changes the state as they say."""
-        self._execute(context, _evaluate.forced, publish, "ExecuteForcedEvents")
+        self._execute(context, "forced", publish, "ExecuteForcedEvents")
 
-    def _execute(self, context: Context, select: Callable[[EventDeclaration], bool], publish: bool, call: str) -> None:
+    def _execute(self, context: Context, trigger: str, publish: bool, call: str) -> None:
         self.ValidateContext(context)
         store, n = context._store, context._node
-        _evaluate.apply_unrestricted(store, n, select, call)
-        _evaluate.apply_discrete(store, n, select, call)
+        _evaluate.apply_unrestricted(store, n, trigger, call)
+        _evaluate.apply_discrete(store, n, trigger, call)
         if publish:
-            _evaluate.publish_or_raise(store, n, select, call)
+            _evaluate.publish_or_raise(store, n, trigger, call)
 
     # Periodic updates.
 
@@ -278,8 +276,8 @@ class System(ScalarConversion, SystemPorts):
                     f"(period, offset) {sorted(times)}."
                 )
             )
-        periodic, call = lambda e: e.trigger == "periodic", "EvalUniquePeriodicDiscreteUpdate"
-        found = _evaluate.discrete_update(store, context._node, periodic, call)[0].Clone()
+        call = "EvalUniquePeriodicDiscreteUpdate"
+        found = _evaluate.discrete_update(store, context._node, "periodic", call)[0].Clone()
         store.cache[key] = store.i[2], found
         return found.Clone()
 

@@ -111,7 +111,7 @@ class AffineSystem(LeafSystem):
         Raises:
             RuntimeError: a size differs, or one is not given that is not zero.
         """
-        old = self._coefficients
+        old, new = self._coefficients, []
         for name, target, value in zip(old._fields, old, (A, B, f0, C, D, y0)):
             if value is None and target.size and target.any():
                 raise RuntimeError(f"{type(self).__name__}.UpdateCoefficients(): {name} is missing; give all of them.")
@@ -122,6 +122,8 @@ class AffineSystem(LeafSystem):
                 raise RuntimeError(
                     f"{type(self).__name__}.UpdateCoefficients(): {name} has shape {target.shape}, got {value.shape}."
                 )
+            new.append(value)
+        for target, value in zip(old, new):
             target[...] = value
         through = np.any(old.D != 0)
         if self._outputs and old.D.shape[1]:

@@ -38,11 +38,15 @@ class BusCreator(LeafSystem):
         values = output.get_mutable_value()._values  # those of the last time, which numbers are written into
         for i, declaration in enumerate(self._inputs):
             name, read = declaration.name, context._reads.get(i)  # what a connected port that was asked before leaves
+            known = values.get(name) if declaration.data_type is PortDataType.kVectorValued else None
+            if read is not None and known is not None:
+                known.get_mutable_value().SetFromVector(read())
+                continue
             port = self.get_input_port(i)
-            if read is None and not port.HasValue(context):
+            if not port.HasValue(context):
                 values.pop(name, None)
-            elif name in values and declaration.data_type is PortDataType.kVectorValued:
-                values[name].get_mutable_value().SetFromVector(port.Eval(context) if read is None else read())
+            elif known is not None:
+                known.get_mutable_value().SetFromVector(port.Eval(context))
             else:
                 values[name] = port.EvalAbstract(context).Clone()
 
@@ -65,7 +69,8 @@ class BusSelector(LeafSystem):
         self.DeclareAbstractInputPort(input_port_name, Value[BusValue]())
 
     def _find(self, context: Context, name: str) -> Any:
-        bus = self.get_input_port(0).Eval(context)
+        read = context._reads.get(0)  # what the port leaves when it has been asked before
+        bus = self.get_input_port(0).Eval(context) if read is None else read()
         found = bus.Find(name)
         if found is None:
             valid = ", ".join(bus) or "nothing"

@@ -340,6 +340,9 @@ class _ContextLog(VectorLog):
         logs.reserve(self._store, self._number, int(capacity))
 
 
+_ContextLog.__name__ = _ContextLog.__qualname__ = VectorLog.__name__  # to people they are one thing
+
+
 def _need(module: str, call: str, hint: str) -> ModuleType:
     import importlib
 

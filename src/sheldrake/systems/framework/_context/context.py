@@ -389,7 +389,7 @@ class Context(ContextBase):
         raise TypeError(f"cannot pickle {type(self).__name__!r} object: SaveContext() writes its content")
 
     def SetStateAndParametersFrom(self, source: Context) -> None:
-        """Copies state and parameters of a context of the same system, or of one built alike."""
+        """Copies state and parameters, and no accuracy, of a context of the same system, or of one built alike."""
         mine, its = self._place, expect("SetStateAndParametersFrom", source, Context)._place
         if mine is not its and any(
             getattr(mine, x)[1] - getattr(mine, x)[0] != getattr(its, x)[1] - getattr(its, x)[0]
@@ -417,17 +417,17 @@ class Context(ContextBase):
             ):
                 for k in range(b - a):
                     values[a + k].SetFrom(others[first + k])
-        store.accuracy = other.accuracy
         store.touch(CONSTANT, "all")
         if store.layout.structured:
             store.restructure()
 
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
-        """Copies time, state and parameters of a context of the same system, or of one built alike."""
+        """Copies time, accuracy, state and parameters of a context of the same system, or of one built alike."""
         its, store = expect("SetTimeStateAndParametersFrom", source, Context)._store, self._store
         if self._node:
             self._must_be_root("SetTimeStateAndParametersFrom")
         store.check_thread()
+        store.accuracy = its.accuracy
         if its.layout is store.layout and its.scalar is store.scalar is float and not source._node:
             end = store.layout.p[1]
             store.S[:end] = its.S[:end]

@@ -84,6 +84,8 @@ class Layout(Memory):
         self.log_of: dict[int, int] = {}
         self._models: dict[int, dict] = {}
         self._stages: dict[int, list[int]] = {}
+        self._events: dict[tuple[int, str], list[tuple[int, int]]] = {}  # by kind and trigger: leaf and row of each
+        self._events_under: dict[tuple[int, int, str], list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
         self._calls = [(row.calc, self._arguments_of(row)) if row.native else None for row in self.rows]
@@ -129,6 +131,7 @@ class Layout(Memory):
                 place.derivatives = self._add_stages([_stage_row(stage, n, DERIVATIVES, out) for stage in stages])
             for event in system._all_events():
                 place.events.append(self._event_row(n, place, event, chosen))
+                self._events.setdefault((event.kind, event.trigger), []).append((n, place.events[-1]))
         for row in self.rows:
             if row.native:
                 row.free = self._required(row)
@@ -158,6 +161,15 @@ class Layout(Memory):
     def stages(self, row: int) -> list[int]:
         """The rows that make up an event's handler, of which `row` is the first."""
         return self._stages.get(row, [row])
+
+    def events_under(self, n: int, kind: int, trigger: str) -> list[int]:
+        """Rows of all events of node `n` of a kind and trigger, in order; NO_ROW for those without a handler."""
+        found = self._events_under.get((n, kind, trigger))
+        if found is None:
+            leaves = set(self.leaves[self.nodes[n].first_leaf : self.nodes[n].last_leaf])
+            found = [row for leaf, row in self._events.get((kind, trigger), ()) if leaf in leaves]
+            self._events_under[n, kind, trigger] = found
+        return found
 
     def stages_before(self, row: int) -> list[int]:
         """The Python stages before a kernel row of the same handler."""

@@ -300,8 +300,6 @@ def controlled_step(
         if accepted:
             if limited == 0:
                 integrator.h_ideal = h_new
-            if not integrator.h_first > 0.0:
-                integrator.h_first = h
             if not integrator.h_smallest > 0.0 or (h < integrator.h_smallest and h < h_most):
                 integrator.h_smallest = h
             return
@@ -341,6 +339,8 @@ def integrate(
         return
     run.xc_steps += 1
     h = S[0] - t
+    if not integrator.h_first > 0.0:
+        integrator.h_first = h
     if not integrator.h_largest >= h:
         integrator.h_largest = h
     integrator.h_previous = h

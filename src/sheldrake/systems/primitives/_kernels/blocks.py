@@ -266,8 +266,6 @@ def difference_next(xd: Vector, u: Vectors, x_next: Vector) -> None:
         x_next[n + i] = xd[i]
     if x_next.shape[0] > 2 * n:
         x_next[2 * n] = xd[2 * n] + 1.0
-        if xd[2 * n] > 2.0:
-            x_next[2 * n] = 1.0 * xd[2 * n]
 
 
 class Difference(Record):
