@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.tree._element import NamedElement, finite_pose, of_scalar
@@ -68,18 +69,22 @@ class Frame(NamedElement):
         """R_BF by default."""
         return self.GetFixedPoseInBodyFrame().rotation()
 
+    @checked
     def GetFixedOffsetPoseInBody(self, X_FQ: RigidTransform) -> RigidTransform:
         """X_BQ of a frame Q given in F, by default."""
         return self.GetFixedPoseInBodyFrame() @ X_FQ
 
+    @checked
     def GetFixedRotationMatrixInBody(self, R_FQ: RotationMatrix) -> RotationMatrix:
         """R_BQ of a frame Q given in F, by default."""
         return self.GetFixedRotationMatrixInBodyFrame() @ R_FQ
 
+    @checked
     def CalcOffsetPoseInBody(self, context: Context, X_FQ: RigidTransform) -> RigidTransform:
         """X_BQ of a frame Q given in F."""
         return self.CalcPoseInBodyFrame(context) @ X_FQ
 
+    @checked
     def CalcOffsetRotationMatrixInBody(self, context: Context, R_FQ: RotationMatrix) -> RotationMatrix:
         """R_BQ of a frame Q given in F."""
         return self.CalcRotationMatrixInBodyFrame(context) @ R_FQ
@@ -109,6 +114,7 @@ class Frame(NamedElement):
         """w_WF expressed in W [rad/s], shape (3,)."""
         return self.CalcSpatialVelocityInWorld(context).rotational().copy()
 
+    @checked
     def CalcAngularVelocity(self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame) -> np.ndarray:
         """w_MF expressed in E [rad/s], shape (3,)."""
         return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational().copy()
@@ -117,6 +123,7 @@ class Frame(NamedElement):
         """V_WF expressed in W, a SpatialVelocity."""
         return self._finalized("CalcSpatialVelocityInWorld").kinematics.velocity_of_frame(context, self)
 
+    @checked
     def CalcSpatialVelocity(self, context: Context, frame_M: Frame, frame_E: Frame) -> SpatialVelocity:
         """V_MF expressed in E, a SpatialVelocity."""
         owner = self._finalized("CalcSpatialVelocity")
@@ -127,6 +134,7 @@ class Frame(NamedElement):
         p_MoFo_W = self.CalcPoseInWorld(context).translation() - frame_M.CalcPoseInWorld(context).translation()
         return _express(context, V_WF - V_WM.Shift(p_MoFo_W), frame_E)
 
+    @checked
     def CalcRelativeSpatialVelocityInWorld(self, context: Context, other_frame: Frame) -> SpatialVelocity:
         """V_WF - V_WB of another frame B, expressed in W."""
         owner = self._finalized("CalcRelativeSpatialVelocityInWorld")
@@ -134,6 +142,7 @@ class Frame(NamedElement):
             context, other_frame
         )
 
+    @checked
     def CalcRelativeSpatialVelocity(
         self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialVelocity:
@@ -146,6 +155,7 @@ class Frame(NamedElement):
         """A_WF expressed in W, a SpatialAcceleration."""
         return self._finalized("CalcSpatialAccelerationInWorld").accelerations.of_frame(context, self)
 
+    @checked
     def CalcSpatialAcceleration(
         self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
@@ -154,11 +164,13 @@ class Frame(NamedElement):
         A_MF_W = owner.accelerations.of_frame_in(context, self, measured_in_frame)
         return _express(context, A_MF_W, expressed_in_frame)
 
+    @checked
     def CalcRelativeSpatialAccelerationInWorld(self, context: Context, other_frame: Frame) -> SpatialAcceleration:
         """A_WF - A_WB of another frame B, expressed in W."""
         owner = self._finalized("CalcRelativeSpatialAccelerationInWorld")
         return owner.accelerations.of_frame(context, self) - owner.accelerations.of_frame(context, other_frame)
 
+    @checked
     def CalcRelativeSpatialAcceleration(
         self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
@@ -234,6 +246,7 @@ class FixedOffsetFrame(Frame):
         owner = self._finalized("GetPoseInParentFrame")
         return owner.contexts.transform(context, owner.contexts.numbers(context, self._group))
 
+    @checked
     def SetPoseInParentFrame(self, context: Context, X_PF: RigidTransform) -> None:
         """Changes X_PF in a context."""
         owner = self._finalized("SetPoseInParentFrame")

@@ -35,11 +35,13 @@ class Topology:
             groups.setdefault(find(int(body.index())), []).append(body)
         return list(groups.values())
 
+    @checked
     def GetBodiesWeldedTo(self, body: RigidBody) -> list[RigidBody]:
         """The bodies that move with a body because of welds, itself included."""
         self._elements.require_mine("GetBodiesWeldedTo", body)
         return next(list(g) for g in self.welded_groups() if body in g)
 
+    @checked
     def IsAnchored(self, body: RigidBody) -> bool:
         """Whether a body is the world or welded to it."""
         self._elements.require_mine("IsAnchored", body)
