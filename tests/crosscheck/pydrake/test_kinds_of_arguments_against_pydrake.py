@@ -85,6 +85,10 @@ L.BsplineBasis(3, 5).EvaluateBasisFunctionI("x", 0.5)
 L.BsplineBasis(3, 5).ComputeActiveBasisFunctionIndices(None)
 L.RollPitchYaw(matrix=np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6], [0.7, 0.8, 0.9]])).vector()
 L.RollPitchYaw(matrix=L.RotationMatrix.MakeXRotation(0.3).matrix().astype(np.float32)).vector()
+L.PiecewisePolynomial.CubicWithContinuousSecondDerivatives([0, 1, 2], [[1, 2, 3.0]], 1).value(0.3)
+L.PiecewisePolynomial.CubicWithContinuousSecondDerivatives([0, 1, 2], [[1, 2, 3.0]], None).value(0.3)
+L.AddMultibodyPlant(L.MultibodyPlantConfig(discrete_contact_approximation=""), L.DiagramBuilder())[
+    0].get_discrete_contact_approximation().name
 L.RotationMatrix.MakeXRotation(0.3).col(True)
 L.RotationMatrix.MakeXRotation(0.3).row("x")
 """
