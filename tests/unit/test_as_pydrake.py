@@ -313,7 +313,7 @@ assert "np" not in names and "os" not in names
 import sheldrake.as_pydrake
 exec("from pydrake.all import *", names)
 assert names["np"].eye(2).sum() == 2.0 and names["math"].pi > 3 and names["os"].sep
-assert names["partial"](max, 3)(2) == 3 and names["List"] and names["TemplateClass"]("T")
+assert names["partial"](max, 3)(2) == 3 and names["List"][int] == list[int] and names["TemplateClass"]("T")
 assert callable(names["getDrakePath"])
 import sys
 assert "display" not in names and "IPython" not in sys.modules

@@ -154,7 +154,7 @@ _IMPORTS = {"np": "numpy"} | {
     for name in ("functools", "math", "operator", "os", "re", "socket", "subprocess", "sys", "typing", "warnings")
 }
 _IMPORTED_NAMES = {
-    "List": "typing",
+    "List": "sheldrake.common.cpp_param",
     "NamedTemporaryFile": "tempfile",
     "SVG": "IPython.display",
     "TemplateClass": "sheldrake.common.cpp_template",

@@ -73,7 +73,9 @@ class AutoDiffXd:
 
     def __init__(self, value, derivatives=None, offset=None, *, size=None):
         if not isinstance(value, _REAL):
-            raise _bad_constructor(value, derivatives, offset, size)
+            if not isinstance(value, np.ndarray) or value.ndim or value.dtype == object:
+                raise _bad_constructor(value, derivatives, offset, size)
+            value = value.item()
         if size is None and offset is not None:
             size, derivatives = derivatives, None
         d = None

@@ -4,9 +4,10 @@
     def SourceIsRegistered(self, source_id: SourceId) -> bool: ...
 
 What a parameter does not take is a TypeError that names it, before the body runs: None where the annotation has no
-None, and of classes whatever is none of theirs. Numbers are what Python takes for numbers. Of annotations that say
-less than a class does (`ArrayLike`, `Callable[...]`, names that exist for type checkers alone) only None is refused;
-`Any` takes everything, a type variable what its bound does. For calls with several forms see `_overloads`.
+None, and of classes whatever is none of theirs. A `float` arrives as one, be it given as an int, as a number of NumPy's
+or as an array without dimensions; duals and symbols pass as they are. Of annotations that say less than a class does
+(`ArrayLike`, `Callable[...]`, names that exist for type checkers alone) only None is refused; `Any` takes everything, a
+type variable what its bound does. For calls with several forms see `_overloads`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
+
+import numpy as np
 
 from sheldrake.common._overloads import Mismatch, describe
 
@@ -31,13 +34,15 @@ def checked(function: _Function) -> _Function:
     """
     tests: list[_Test | None] = []
     by_name: dict[str, _Test] = {}
-    known: set[tuple[type, ...]] = set()  # types of positional arguments that passed: tests look at nothing else
+    known: dict[tuple[type, ...], list[int]] = {}  # types of positional arguments that pass: which become floats
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         types = tuple(map(type, args))
-        if not kwargs and types in known:
-            return function(*args)
+        if not kwargs and (to_float := known.get(types)) is not None:
+            if not to_float:
+                return function(*args)
+            return function(*[float(v) if i in to_float else v for i, v in enumerate(args)])
         if not tests:  # the first call: names in annotations may be defined below the function
             tests.extend(_by_position(function, by_name))
         for test, value in zip(tests, args):
@@ -46,11 +51,18 @@ def checked(function: _Function) -> _Function:
         for name, value in kwargs.items():
             if name in by_name and not by_name[name](value):
                 raise _refusal(call, args, kwargs)
-        if len(known) < _MOST_KNOWN:
-            known.add(types)
-        return function(*args, **kwargs)
+        to_float = [i for i, (test, v) in enumerate(zip(tests, args)) if test in _NUMBERS and as_float(v) is not v]
+        if len(known) < _MOST_KNOWN and not any(isinstance(args[i], np.ndarray) for i in to_float):
+            known[types] = to_float  # (of arrays, only those without dimensions are numbers)
+        values = [float(v) if i in to_float else v for i, v in enumerate(args)]
+        return function(*values, **{k: as_float(v) if by_name.get(k) in _NUMBERS else v for k, v in kwargs.items()})
 
     return call  # type: ignore[return-value]
+
+
+def as_float(value: Any) -> Any:
+    """A number of Python or NumPy as a float; anything else as it is."""
+    return float(value) if type(value) is not float and isinstance(value, _PLAIN_NUMBERS) else value
 
 
 _MOST_KNOWN = 64  # a program that makes classes for ever must not fill memory
@@ -80,9 +92,13 @@ def _test_of(annotation: object, function: Callable[..., Any]) -> _Test | None:
     tests = [_takes(member) for member in members if member is not None]
     if _not_none in tests:
         return None if takes_none else _not_none
-    if len(tests) == 1 and not takes_none:
-        return tests[0]
+    if len(tests) == 1:
+        return tests[0] if not takes_none else _is_number_or_none if tests[0] is _is_number else _or_none(tests[0])
     return lambda value: takes_none if value is None else any(test(value) for test in tests)
+
+
+def _or_none(test: _Test) -> _Test:
+    return lambda value: value is None or test(value)
 
 
 def _members(annotation: Any, names: dict[str, Any]) -> Iterator[Any]:
@@ -112,12 +128,21 @@ def _takes(member: object) -> _Test:
     if member is float:
         return _is_number
     if member is bool:
-        return lambda value: isinstance(value, bool | int) or type(value).__name__ in ("bool_", "bool")
-    if member is int or (isinstance(member, type) and hasattr(member, "__index__")):
-        return lambda value: hasattr(type(value), "__index__")  # an index of one kind of things is a number, too
-    if not isinstance(member, type) or hasattr(member, "_template"):  # a class for each scalar; others convert
+        return lambda value: isinstance(value, (bool, int, np.bool_, np.integer))
+    if member is int:
+        return lambda value: hasattr(type(value), "__index__")
+    if not isinstance(member, type):
         return _not_none
-    return lambda value: isinstance(value, member)
+    if hasattr(member, "__index__"):  # a plain number is one of any kind of things, a number of other things is not
+        return lambda value: isinstance(value, (member, int, np.integer))
+    template = vars(member).get("_template")
+    if template is None:
+        return lambda value: isinstance(value, member)
+    return lambda value: isinstance(value, member) or _is_of(type(value), template)  # on any scalar
+
+
+def _is_of(cls: type, template: object) -> bool:
+    return any(vars(base).get("_template") is template for base in cls.__mro__)
 
 
 def _not_none(value: object) -> bool:
@@ -125,7 +150,18 @@ def _not_none(value: object) -> bool:
 
 
 def _is_number(value: object) -> bool:
-    return value is not None and not isinstance(value, str)  # what is no number else, the body's arithmetic finds
+    if isinstance(value, np.ndarray):
+        return value.ndim == 0
+    return value is not None and not isinstance(value, _NO_NUMBERS)  # what is no number else, arithmetic finds
+
+
+def _is_number_or_none(value: object) -> bool:
+    return value is None or _is_number(value)
+
+
+_NUMBERS = (_is_number, _is_number_or_none)
+_NO_NUMBERS = (str, bytes, complex, list, tuple, dict, set)
+_PLAIN_NUMBERS = (float, int, np.integer, np.floating, np.bool_, np.ndarray)
 
 
 def _refusal(call: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Mismatch:

@@ -67,6 +67,8 @@ def as_scalar(T: type, value: Any) -> Any:
     """
     if type(value) is T:
         return value
+    if type(value) is np.ndarray and value.ndim == 0:
+        value = value.item()
     if T is float:
         if isinstance(value, (str, bytes, np.ndarray)):
             raise Mismatch
@@ -104,6 +106,8 @@ def any_array(T: type, value: object) -> np.ndarray:
     Raises:
         Mismatch: `value` has other contents.
     """
+    if value is None:  # nan for NumPy
+        raise Mismatch
     try:
         if T is float:
             return np.array(value, dtype=np.float64)

@@ -51,7 +51,7 @@ class BsplineBasis(ScalarBase):
             self._order, self._knots = 0, []
         elif (other := self._only_other(args, kwargs)) is not None:
             self._order, self._knots = other._order, other._knots
-        elif (len(args) == 2 and not hasattr(args[1], "__index__") and not kwargs) or "knots" in kwargs:
+        elif (len(args) == 2 and not kwargs and np.ndim(args[1]) > 0) or "knots" in kwargs:
             self._checked(self._init_from_knots, args, kwargs)
         else:
             self._checked(self._init_uniform, args, kwargs)
@@ -206,6 +206,7 @@ class BsplineBasis(ScalarBase):
 
     def EvaluateBasisFunctionI(self, i: int, parameter_value: Scalar) -> Scalar:
         """Value of basis function `i`."""
+        i = operator.index(i)
         u = as_scalar(self._T, parameter_value)
         self._check_parameter("EvaluateBasisFunctionI", u)
         first, values = self._active_values(u)

@@ -65,7 +65,8 @@ class RollPitchYaw(ScalarBase):
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `RollPitchYaw(rpy)` with shape (3,), `RollPitchYaw(roll, pitch, yaw)`, `RollPitchYaw(R)`,
-        `RollPitchYaw(quaternion)`, `RollPitchYaw(matrix)` with shape (3, 3), `RollPitchYaw(other)`.
+        `RollPitchYaw(quaternion)`, `RollPitchYaw(matrix)` with shape (3, 3), taken for a rotation unchecked,
+        `RollPitchYaw(other)`.
         """
         if len(args) == 1 and self._T is float and (rpy := _angles_of(args[0])) is not None and not kwargs:
             self._rpy = rpy
@@ -104,7 +105,7 @@ class RollPitchYaw(ScalarBase):
             self._set(M, quaternion._wxyz.tolist())
 
         def from_matrix(self: Any, M: np.ndarray) -> None:
-            from_rotation(self, RotationMatrix_[T](M))
+            from_rotation(self, RotationMatrix_[T]._make(M))
 
         return [
             overload(copy_of, other=instance_of(cls)),

@@ -226,7 +226,7 @@ class RotationMatrix(ScalarBase):
         Raises:
             RuntimeError: `b_A` is too short or not finite, or `axis_index` is not 0, 1 or 2.
         """
-        array = cls._argument("MakeFromOneVector", vector(cls._T, 3), b_A=b_A)
+        array, axis_index = cls._argument("MakeFromOneVector", vector(cls._T, 3), b_A=b_A), operator.index(axis_index)
         if axis_index not in (0, 1, 2):
             raise RuntimeError(f"RotationMatrix.MakeFromOneVector(): axis_index is {axis_index}, not 0, 1 or 2.")
         b = array.tolist()
@@ -295,9 +295,9 @@ class RotationMatrix(ScalarBase):
         return self._M[:, self._in_range("col", index)]
 
     def _in_range(self, call: str, index: int) -> int:
-        if index not in (0, 1, 2):
+        if operator.index(index) not in (0, 1, 2):
             raise IndexError(f"RotationMatrix.{call}(): index is {index}, not 0, 1 or 2.")
-        return index
+        return int(index)
 
     def inverse(self) -> RotationMatrix:
         """R_BA of this R_AB."""

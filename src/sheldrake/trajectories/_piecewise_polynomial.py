@@ -35,6 +35,10 @@ EPSILON_OF_A_JOINT = 1e-10
 """Ends and beginnings closer than this [s] are the same time."""
 
 
+_FLAGS = (bool, np.bool_, int, np.integer, type(None))
+"""What is taken for a bool where slopes may stand as well."""
+
+
 class PiecewisePolynomial(PiecewiseTrajectory):
     """A matrix of polynomials in time for each segment between two breaks.
 
@@ -539,7 +543,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             RuntimeError: as `ZeroOrderHold`.
         """
         call = "CubicWithContinuousSecondDerivatives"
-        if sample_dot_at_end is _NOT_GIVEN and isinstance(sample_dot_at_start, (bool, np.bool_)):
+        if sample_dot_at_end is _NOT_GIVEN and isinstance(sample_dot_at_start, _FLAGS):
             periodic_end, sample_dot_at_start = bool(sample_dot_at_start), _NOT_GIVEN
         clamped = sample_dot_at_start is not _NOT_GIVEN
         times, y = cls._samples(call, breaks, samples, 2 if clamped else 3)

@@ -87,3 +87,37 @@ def test_what_python_finds_wrong_it_says_itself():
 
 def test_keeps_name_and_documentation():
     assert Car.paint.__doc__ == "Paints." and Car.paint.__qualname__ == "Car.paint"
+
+
+class Speed:
+    @checked
+    def set(self, value: float, limit: float | None = None) -> tuple:
+        return value, limit
+
+
+@pytest.mark.parametrize("value", [1, True, np.float32(1), np.int64(1), np.float64(1), np.array(1.0), np.array(1)])
+def test_numbers_arrive_as_floats(value):
+    speed = Speed()
+    for given in ((value,), (value, value), (1.0, value), (value, None)):
+        for _ in range(2):  # the second time, the types are known
+            got = speed.set(*given)
+            assert [type(x) for x in got if x is not None] == [float] * (2 - got.count(None))
+            assert all(x in (1.0, None) for x in got)
+    assert type(speed.set(value=value, limit=value)[1]) is float
+
+
+@pytest.mark.parametrize("value", [[1.0], (1.0,), np.array([1.0]), 1j, "1", b"1", None, {}])
+def test_what_is_no_number_is_refused_even_where_its_type_may_be_one(value):
+    speed = Speed()
+    speed.set(np.array(1.0))
+    with pytest.raises(TypeError, match=r"Speed\.set\(\).*value must be float"):
+        speed.set(value)
+    with pytest.raises(TypeError, match=r"Speed\.set\(\).*value must be float"):
+        speed.set(value=value)
+
+
+def test_other_scalars_pass_as_they_are():
+    from sheldrake.autodiffutils import AutoDiffXd
+
+    dual = AutoDiffXd(1.0, [1.0])
+    assert Speed().set(dual, dual) == (dual, dual)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 from sheldrake.systems.framework._vector import plain
 
@@ -19,6 +20,7 @@ class CoulombFriction:
 
     __slots__ = ("_dynamic", "_static")
 
+    @checked
     def __init__(self, static_friction: float = 0.0, dynamic_friction: float = 0.0) -> None:
         dynamic, static = plain(dynamic_friction), plain(static_friction)
         for name, value in (("dynamic", dynamic), ("static", static)):

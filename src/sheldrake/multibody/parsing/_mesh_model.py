@@ -11,7 +11,11 @@ from ._reading.reading import Reading, make_pose
 
 
 def read_mesh_model(reading: Reading, model_name: str = "") -> ModelDescription:
-    """The model made of the mesh file that is being read; model and body are named after the file.
+    """The model made of the mesh file that is being read; model and body have the same name.
+
+    Args:
+        reading: Its surroundings.
+        model_name: Used instead of the file's name without its suffix when not empty.
 
     Raises:
         ParseError: When the file is not a usable mesh.
@@ -25,7 +29,8 @@ def read_mesh_model(reading: Reading, model_name: str = "") -> ModelDescription:
     volume, centroid, inertia = solid_properties(shape, where, f"'{stem}'", reading)
     moments, products = np.diag(inertia), (inertia[0, 1], inertia[0, 2], inertia[1, 2])
     I_BBcm_B = RotationalInertia(*(FALLBACK_DENSITY * value for value in (*moments, *products)))
-    body = BodyDescription(where, stem)
+    name = model_name or stem
+    body = BodyDescription(where, name)
     body.M_BBo_B = SpatialInertia.MakeFromCentralInertia(FALLBACK_DENSITY * volume, centroid, I_BBcm_B)
     if reading.wants_geometry:
         X_BG = make_pose(np.zeros(3), np.zeros(3))
@@ -33,4 +38,4 @@ def read_mesh_model(reading: Reading, model_name: str = "") -> ModelDescription:
         visual.illustration, visual.perception = IllustrationProperties(), PerceptionProperties()
         body.visuals.append(visual)
         body.collisions.append(GeometryDescription(where, "collision", X_BG, shape, proximity=ProximityProperties()))
-    return ModelDescription(where, model_name or stem, [body])
+    return ModelDescription(where, name, [body])

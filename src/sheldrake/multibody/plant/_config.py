@@ -34,7 +34,7 @@ class MultibodyPlantConfig(Options):
         penetration_allowance: Penetration under a body's weight, where geometry says no stiffness [m].
         stiction_tolerance: Slip below which friction counts as sticking [m/s].
         contact_model: "point", "hydroelastic" or "hydroelastic_with_fallback".
-        discrete_contact_approximation: "tamsi", "sap", "similar" or "lagged".
+        discrete_contact_approximation: "tamsi", "sap", "similar" or "lagged"; empty is "lagged".
         sap_near_rigid_threshold: How stiff contact may be before kSap softens it.
         contact_surface_representation: "triangle" or "polygon".
         adjacent_bodies_collision_filters: Whether neighbours in the tree may not touch.
@@ -70,7 +70,8 @@ def ApplyMultibodyPlantConfig(config: MultibodyPlantConfig, plant: MultibodyPlan
         )
     plant._parts.elements.require_not_finalized("ApplyMultibodyPlantConfig")
     model = _choice("contact_model", _CONTACT_MODELS, config.contact_model)
-    approximation = _choice("discrete_contact_approximation", _APPROXIMATIONS, config.discrete_contact_approximation)
+    kind = config.discrete_contact_approximation or MultibodyPlantConfig.discrete_contact_approximation
+    approximation = _choice("discrete_contact_approximation", _APPROXIMATIONS, kind)
     surface = _choice("contact_surface_representation", _REPRESENTATIONS, config.contact_surface_representation)
     plant.set_penetration_allowance(config.penetration_allowance)
     plant.set_stiction_tolerance(config.stiction_tolerance)

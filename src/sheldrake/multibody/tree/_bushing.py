@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kernels.generic import tanh
 from sheldrake.common._options import Options
 from sheldrake.multibody.math import SpatialForce_
@@ -75,14 +76,17 @@ class DoorHinge(JointElement):
             c.static_friction_torque, c.viscous_friction, c.motion_threshold,
         ]  # fmt: skip
 
+    @checked
     def CalcHingeTorque(self, angle: float, angular_rate: float) -> float:
         """All of its torque at an angle [rad] and rate [rad/s], [N m]."""
         return forces.hinge_torque(self._defaults(), 0, angle, angular_rate)
 
+    @checked
     def CalcHingeSpringTorque(self, angle: float) -> float:
         """Torque of spring and catch at an angle [rad], [N m]."""
         return self.CalcHingeTorque(angle, 0.0)
 
+    @checked
     def CalcHingeFrictionalTorque(self, angular_rate: float) -> float:
         """Torque of friction at a rate [rad/s], [N m]."""
         numbers = self._defaults()

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _FLOAT64 = np.dtype(np.float64)
 _FLOATS = frozenset((float, np.float64))
+_PLAIN = frozenset((float, int, bool, np.float64, np.float32, np.int64, np.int32, np.bool_))
 
 
 class Element:
@@ -131,7 +132,7 @@ def vector(call: str, name: str, value: Scalars, size: int) -> np.ndarray:
     if type(value) is np.ndarray and value.dtype is _FLOAT64 and value.shape == (size,):
         return value.copy()
     array = np.asarray(value)
-    if array.dtype != object:
+    if array.dtype != object or _PLAIN.issuperset(map(type, array.flat)):
         try:
             array = array.astype(float)
         except (TypeError, ValueError):
@@ -146,6 +147,32 @@ def vector(call: str, name: str, value: Scalars, size: int) -> np.ndarray:
     return array.copy()
 
 
+def default_values(call: str, name: str, value: Scalars, size: int) -> np.ndarray:
+    """`value` as a new array of `size` finite floats.
+
+    Raises:
+        TypeError: it is something else.
+        RuntimeError: one is infinite or nan.
+    """
+    array = vector(call, name, value, size)
+    if array.dtype == object:
+        raise Mismatch(f"{call}(): incompatible function arguments. {name} must be floats, not {value!r}.")
+    return finite(call, name, array)
+
+
+def distributions(call: str, name: str, value: Scalars, size: int) -> list[Any]:
+    """What `size` random numbers are drawn from: expressions, or numbers.
+
+    Raises:
+        TypeError: it is something else.
+    """
+    drawn = vector(call, name, value, size).tolist()
+    for item in drawn:
+        if not (isinstance(item, float) or type(item).__name__ in ("Expression", "Variable")):
+            raise Mismatch(f"{call}(): incompatible function arguments. {name} takes expressions, not {item!r}.")
+    return drawn
+
+
 def require_numbers(call: str, values: Iterable[object]) -> None:
     """Makes sure that each value is a number, of whatever type.
 
@@ -153,7 +180,7 @@ def require_numbers(call: str, values: Iterable[object]) -> None:
         TypeError: one is text, None or a sequence.
     """
     for value in values:
-        if value is None or isinstance(value, (str, list, tuple, np.ndarray)):
+        if value is None or isinstance(value, (str, list, tuple, complex)) or np.ndim(value) > 0:  # type: ignore[arg-type]
             raise Mismatch(f"{call}(): incompatible function arguments. Takes a number, not {value!r}.")
 
 

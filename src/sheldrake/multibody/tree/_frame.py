@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.tree._element import NamedElement, finite_pose, of_scalar
@@ -65,18 +66,22 @@ class Frame(NamedElement):
         """R_BF by default."""
         return self.GetFixedPoseInBodyFrame().rotation()
 
+    @checked
     def GetFixedOffsetPoseInBody(self, X_FQ: RigidTransform) -> RigidTransform:
         """X_BQ of a frame Q given in F, by default."""
         return self.GetFixedPoseInBodyFrame() @ X_FQ
 
+    @checked
     def GetFixedRotationMatrixInBody(self, R_FQ: RotationMatrix) -> RotationMatrix:
         """R_BQ of a frame Q given in F, by default."""
         return self.GetFixedRotationMatrixInBodyFrame() @ R_FQ
 
+    @checked
     def CalcOffsetPoseInBody(self, context: Context, X_FQ: RigidTransform) -> RigidTransform:
         """X_BQ of a frame Q given in F."""
         return self.CalcPoseInBodyFrame(context) @ X_FQ
 
+    @checked
     def CalcOffsetRotationMatrixInBody(self, context: Context, R_FQ: RotationMatrix) -> RotationMatrix:
         """R_BQ of a frame Q given in F."""
         return self.CalcRotationMatrixInBodyFrame(context) @ R_FQ
@@ -106,6 +111,7 @@ class Frame(NamedElement):
         """w_WF expressed in W [rad/s], shape (3,)."""
         return self.CalcSpatialVelocityInWorld(context).rotational().copy()
 
+    @checked
     def CalcAngularVelocity(self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame) -> np.ndarray:
         """w_MF expressed in E [rad/s], shape (3,)."""
         return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational().copy()
@@ -114,18 +120,21 @@ class Frame(NamedElement):
         """V_WF expressed in W, a SpatialVelocity."""
         return self._finalized("CalcSpatialVelocityInWorld").kinematics.velocity_of_frame(context, self)
 
+    @checked
     def CalcSpatialVelocity(self, context: Context, frame_M: Frame, frame_E: Frame) -> SpatialVelocity:
         """V_MF expressed in E, a SpatialVelocity."""
         kinematics = self._finalized("CalcSpatialVelocity").kinematics
         M, E = expect("CalcSpatialVelocity", frame_M, Frame), expect("CalcSpatialVelocity", frame_E, Frame)
         return kinematics.relative_velocity(context, self, M, E)
 
+    @checked
     def CalcRelativeSpatialVelocityInWorld(self, context: Context, other_frame: Frame) -> SpatialVelocity:
         """V_WF - V_WB of another frame B, expressed in W."""
         kinematics = self._finalized("CalcRelativeSpatialVelocityInWorld").kinematics
         other = expect("CalcRelativeSpatialVelocityInWorld", other_frame, Frame)
         return kinematics.velocity_of_frame(context, self) - kinematics.velocity_of_frame(context, other)
 
+    @checked
     def CalcRelativeSpatialVelocity(
         self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialVelocity:
@@ -138,6 +147,7 @@ class Frame(NamedElement):
         """A_WF expressed in W, a SpatialAcceleration."""
         return self._finalized("CalcSpatialAccelerationInWorld").accelerations.of_point(context, ORIGIN, self)
 
+    @checked
     def CalcSpatialAcceleration(
         self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
@@ -146,12 +156,14 @@ class Frame(NamedElement):
         M, E = expect(call, measured_in_frame, Frame), expect(call, expressed_in_frame, Frame)
         return owner.accelerations.of_point(context, ORIGIN, self, M, E)
 
+    @checked
     def CalcRelativeSpatialAccelerationInWorld(self, context: Context, other_frame: Frame) -> SpatialAcceleration:
         """A_WF - A_WB of another frame B, expressed in W."""
         self._finalized("CalcRelativeSpatialAccelerationInWorld")
         other = expect("CalcRelativeSpatialAccelerationInWorld", other_frame, Frame)
         return self.CalcSpatialAccelerationInWorld(context) - other.CalcSpatialAccelerationInWorld(context)
 
+    @checked
     def CalcRelativeSpatialAcceleration(
         self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
@@ -225,6 +237,7 @@ class FixedOffsetFrame(Frame):
         owner = self._finalized("GetPoseInParentFrame")
         return owner.contexts.transform(context, owner.contexts.numbers(context, self._group))
 
+    @checked
     def SetPoseInParentFrame(self, context: Context, X_PF: RigidTransform) -> None:
         """Changes X_PF in a context."""
         owner = self._finalized("SetPoseInParentFrame")

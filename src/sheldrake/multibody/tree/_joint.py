@@ -13,7 +13,9 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.math import RigidTransform
+from sheldrake.multibody.math import SpatialVelocity
 from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from sheldrake.common._types import Scalars, Vector
-    from sheldrake.common.eigen_geometry import Quaternion
-    from sheldrake.multibody.math import SpatialVelocity
     from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.multibody.tree._rigid_body import RigidBody
     from sheldrake.systems.framework import Context
@@ -39,6 +39,11 @@ def _no_limits(size: int) -> tuple[np.ndarray, np.ndarray]:
     lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
     lower.flags.writeable = upper.flags.writeable = False
     return lower, upper
+
+
+def _number_of(call: str, array: np.ndarray) -> Any:
+    require_numbers(call, [array])
+    return array.item()
 
 
 class Joint(NamedElement):
@@ -304,12 +309,14 @@ class Joint(NamedElement):
             self._checked_damping(damping)
         owner.contexts.write_numbers(context, self._group, damping)
 
+    @checked
     def AddInDamping(self, context: Context, forces: MultibodyForces) -> None:
         """Adds its damping forces to `forces`."""
         v = self._velocities(context, "AddInDamping")
         tau = forces.mutable_generalized_forces()
         tau[self._v_start : self._v_start + len(v)] -= self.GetDampingVector(context) * v
 
+    @checked
     def AddInOneForce(self, context: Context, joint_dof: int, joint_tau: float, forces: MultibodyForces) -> None:
         """Adds a force or torque on one of its velocities to `forces`.
 
@@ -367,6 +374,7 @@ class Joint(NamedElement):
         X_FM = self.GetDefaultPose()
         return X_FM.rotation().ToQuaternion(), X_FM.translation()
 
+    @checked
     def SetDefaultPosePair(self, q_FM: Quaternion, p_FM: Scalars) -> None:
         """Sets the default positions from a Quaternion and p_FM."""
         self.SetDefaultPose(RigidTransform(q_FM, p_FM))
@@ -377,6 +385,7 @@ class Joint(NamedElement):
     def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Vector:
         raise RuntimeError(f"The function {call}() has not been implemented for {self.kTypeName} joints.")
 
+    @checked
     def SetPose(self, context: Context, X_FM: RigidTransform) -> Self:
         """Sets the positions that put M at X_FM."""
         return self._write_q(context, "SetPose", self._positions_of_pose("SetPose", X_FM))
@@ -385,6 +394,7 @@ class Joint(NamedElement):
         """X_FM."""
         return of_scalar(self._pose_at(self._q(context, "GetPose")), context._system._scalar)
 
+    @checked
     def SetSpatialVelocity(self, context: Context, V_FM: SpatialVelocity) -> Self:
         """Sets the velocities that give M the spatial velocity V_FM, expressed in F."""
         return self._write_v(context, "SetSpatialVelocity", self._velocities_of(V_FM))
@@ -451,6 +461,8 @@ class Joint(NamedElement):
         return self
 
     def _write_one_q(self, context: Context, call: str, value: Any, at: int = 0) -> Self:
+        if type(value) is np.ndarray:
+            value = _number_of(call, value)
         if self._finalized(call).contexts.write(context, "q", self._q_start + at, value):
             return self
         return self._write_q(context, call, [value], at)
@@ -464,6 +476,8 @@ class Joint(NamedElement):
         return self
 
     def _write_one_v(self, context: Context, call: str, value: Any, at: int = 0) -> Self:
+        if type(value) is np.ndarray:
+            value = _number_of(call, value)
         if self._finalized(call).contexts.write(context, "v", self._v_start + at, value):
             return self
         return self._write_v(context, call, [value], at)

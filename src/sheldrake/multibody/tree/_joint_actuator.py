@@ -39,6 +39,7 @@ class JointActuator(NamedElement):
 
     _index_type = JointActuatorIndex
 
+    @checked
     def __init__(self, name: str, joint: Joint, effort_limit: float = np.inf):
         super().__init__(name, joint.model_instance())
         if not effort_limit > 0.0:
@@ -56,6 +57,7 @@ class JointActuator(NamedElement):
         """Largest effort [N m or N]."""
         return self._effort_limit
 
+    @checked
     def set_effort_limit(self, effort_limit: float) -> None:
         """Sets the largest effort [N m or N].
 
@@ -74,6 +76,7 @@ class JointActuator(NamedElement):
         """Inertia of the rotor about its axis [kg m²]."""
         return self._rotor_inertia
 
+    @checked
     def set_default_rotor_inertia(self, rotor_inertia: float) -> None:
         """Sets the rotor inertia of a default context [kg m²]."""
         if not rotor_inertia >= 0.0:
@@ -84,6 +87,7 @@ class JointActuator(NamedElement):
         """Turns of the rotor for one of the joint (or [rad/m] for a prismatic joint)."""
         return self._gear_ratio
 
+    @checked
     def set_default_gear_ratio(self, gear_ratio: float) -> None:
         """Sets the gear ratio of a default context.
 
@@ -104,10 +108,12 @@ class JointActuator(NamedElement):
         """Gear ratio as the context has it."""
         return self._finalized("gear_ratio").contexts.numbers(context, self._group + 1).item(0)
 
+    @checked
     def SetRotorInertia(self, context: Context, rotor_inertia: float) -> None:
         """Changes the rotor inertia in a context [kg m²]."""
         self._finalized("SetRotorInertia").contexts.write_numbers(context, self._group, [rotor_inertia])
 
+    @checked
     def SetGearRatio(self, context: Context, gear_ratio: float) -> None:
         """Changes the gear ratio in a context."""
         self._finalized("SetGearRatio").contexts.write_numbers(context, self._group + 1, [gear_ratio])

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import scalar_of
+from sheldrake.multibody.tree._element import distributions, scalar_of
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joints_axis import OneVelocityJoint
 from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory, PiecewiseConstantCurvatureTrajectory_
@@ -114,7 +114,7 @@ class CurvilinearJoint(OneVelocityJoint):
 
     def set_random_distance_distribution(self, distance: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the distance."""
-        self._random_q = [distance]
+        self._random_q = distributions("set_random_distance_distribution", "distance", np.atleast_1d(distance), 1)
 
     def AddInForce(self, context: Context, force: float, forces: MultibodyForces) -> None:
         """Adds a force along the path's tangent [N] to `forces`."""

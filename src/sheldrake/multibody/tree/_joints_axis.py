@@ -14,7 +14,7 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.eigen_geometry import AngleAxis_
 from sheldrake.math import RigidTransform, RigidTransform_
-from sheldrake.multibody.tree._element import finite, scalar_of, vector
+from sheldrake.multibody.tree._element import distributions, finite, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
@@ -38,6 +38,7 @@ class OneDampingJoint(Joint):
         """Viscous damping as the context has it [N m s or N s/m]."""
         return self.GetDampingVector(context).item(0)
 
+    @checked
     def SetDamping(self, context: Context, damping: float) -> None:
         """Changes the damping in a context [N m s or N s/m]."""
         self.SetDampingVector(context, [damping])
@@ -201,7 +202,7 @@ class RevoluteJoint(_AxisJoint):
     @checked
     def set_random_angle_distribution(self, angle: Expression) -> None:
         """Sets the expression from which SetRandomState() draws the angle."""
-        self._random_q = [angle]
+        self._random_q = distributions("set_random_angle_distribution", "angle", [angle], 1)
 
 
 class PrismaticJoint(_AxisJoint):
@@ -247,7 +248,7 @@ class PrismaticJoint(_AxisJoint):
     @checked
     def set_random_translation_distribution(self, translation: Expression) -> None:
         """Sets the expression from which SetRandomState() draws the translation."""
-        self._random_q = [translation]
+        self._random_q = distributions("set_random_translation_distribution", "translation", [translation], 1)
 
 
 class ScrewJoint(OneDampingJoint):
@@ -326,6 +327,7 @@ class ScrewJoint(OneDampingJoint):
         """The translation along the axis [m]."""
         return self._one_q(context, "get_translation") * self._lead()
 
+    @checked
     def set_translation(self, context: Context, translation: float) -> ScrewJoint:
         """Sets the translation along the axis [m]."""
         return self._write_one_q(context, "set_translation", self._angle_of("set_translation", translation))
@@ -342,6 +344,7 @@ class ScrewJoint(OneDampingJoint):
         """The speed along the axis [m/s]."""
         return self._one_v(context, "get_translational_velocity") * self._lead()
 
+    @checked
     def set_translational_velocity(self, context: Context, translation_dot: float) -> ScrewJoint:
         """Sets the speed along the axis [m/s]."""
         rate = self._angle_of("set_translational_velocity", translation_dot)
@@ -351,6 +354,7 @@ class ScrewJoint(OneDampingJoint):
         """The angle in a default context [rad]."""
         return float(self._default_q[0])
 
+    @checked
     def set_default_rotation(self, theta: float) -> None:
         """Sets the angle in a default context [rad]."""
         self.set_default_positions([theta])
@@ -359,13 +363,14 @@ class ScrewJoint(OneDampingJoint):
         """The translation in a default context [m]."""
         return float(self._default_q[0]) * self._lead()
 
+    @checked
     def set_default_translation(self, z: float) -> None:
         """Sets the translation in a default context [m]."""
         self.set_default_positions([self._angle_of("set_default_translation", z)])
 
     def set_random_pose_distribution(self, theta: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the angle."""
-        self._random_q = list(np.ravel(np.asarray(theta)))
+        self._random_q = distributions("set_random_pose_distribution", "theta", np.atleast_1d(theta), 1)
 
 
 class WeldJoint(Joint):

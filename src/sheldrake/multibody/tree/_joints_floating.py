@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._rotations import matrix_to_canonical_quaternion, numbers_to_matrix
 from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix
-from sheldrake.multibody.tree._element import finite, scalar_of, vector
+from sheldrake.multibody.tree._element import default_values, distributions, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
@@ -100,7 +101,7 @@ class _FloatingJoint(Joint):
 
     def _set_default_translation(self, p_FM: Scalars) -> None:
         call = "set_default_translation"
-        self._default_q[self._p_start :] = finite(call, "p_FM", vector(call, "p_FM", p_FM, 3))
+        self._default_q[self._p_start :] = default_values(call, "p_FM", p_FM, 3)
 
 
 class QuaternionFloatingJoint(_FloatingJoint):
@@ -124,6 +125,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         w, x, y, z = wxyz.tolist()
         return RigidTransform._make(numbers_to_matrix(w / length, x / length, y / length, z / length), q[4:].copy())
 
+    @checked
     def SetPose(self, context: Context, X_FM: RigidTransform) -> Self:
         """Sets the positions that put M at X_FM."""
         contexts = self._finalized("SetPose").contexts
@@ -131,6 +133,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
             return self
         return super().SetPose(context, X_FM)
 
+    @checked
     def SetOrientation(self, context: Context, R: RotationMatrix) -> Self:
         """Turns M to R, which is R_FM."""
         return self._write_q(context, "SetOrientation", self._rotation_positions(R))
@@ -140,6 +143,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         q = self._q(context, "get_quaternion")
         return Quaternion_[scalar_of(q)]._make(q[:4].copy())
 
+    @checked
     def SetQuaternion(self, context: Context, q_FM: Quaternion) -> QuaternionFloatingJoint:
         """Sets the quaternion."""
         return self._write_q(context, "SetQuaternion", q_FM.wxyz())
@@ -148,6 +152,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         """The quaternion in a default context."""
         return Quaternion._make(self._default_q[:4].copy())
 
+    @checked
     def set_default_quaternion(self, q_FM: Quaternion) -> None:
         """Sets the quaternion in a default context."""
         self._default_q[:4] = q_FM.wxyz()
@@ -156,6 +161,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         """Sets p_FM in a default context [m]."""
         self._set_default_translation(translation)
 
+    @checked
     def set_random_quaternion_distribution(self, q_FM: Quaternion) -> None:
         """Sets the quaternion of expressions from which SetRandomState() draws."""
         self._random_q = [*q_FM.wxyz(), *(self._random_q or list(self._default_q))[4:]]
@@ -166,7 +172,11 @@ class QuaternionFloatingJoint(_FloatingJoint):
 
     def set_random_translation_distribution(self, translation: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws p_FM."""
-        self._random_q = [*(self._random_q or list(self._default_q))[:4], *np.ravel(np.asarray(translation))]
+        call = "set_random_translation_distribution"
+        self._random_q = [
+            *(self._random_q or list(self._default_q))[:4],
+            *distributions(call, "translation", translation, 3),
+        ]
 
 
 class RpyFloatingJoint(_FloatingJoint):
@@ -182,6 +192,7 @@ class RpyFloatingJoint(_FloatingJoint):
         T = scalar_of(q)
         return RigidTransform_[T](RollPitchYaw_[T](q[:3]), q[3:])
 
+    @checked
     def SetOrientation(self, context: Context, R_FM: RotationMatrix) -> Self:
         """Turns M to R_FM."""
         return self._write_q(context, "SetOrientation", self._rotation_positions(R_FM))
@@ -201,7 +212,7 @@ class RpyFloatingJoint(_FloatingJoint):
     def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
         call = "set_default_angles"
-        self._default_q[:3] = finite(call, "angles", vector(call, "angles", angles, 3))
+        self._default_q[:3] = default_values(call, "angles", angles, 3)
 
     def set_default_translation(self, p_FM: Scalars) -> None:
         """Sets p_FM in a default context [m]."""
@@ -209,8 +220,10 @@ class RpyFloatingJoint(_FloatingJoint):
 
     def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
-        self._random_q = [*np.ravel(np.asarray(angles)), *(self._random_q or list(self._default_q))[3:]]
+        call = "set_random_angles_distribution"
+        self._random_q = [*distributions(call, "angles", angles, 3), *(self._random_q or list(self._default_q))[3:]]
 
     def set_random_translation_distribution(self, p_FM: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws p_FM."""
-        self._random_q = [*(self._random_q or list(self._default_q))[:3], *np.ravel(np.asarray(p_FM))]
+        call = "set_random_translation_distribution"
+        self._random_q = [*(self._random_q or list(self._default_q))[:3], *distributions(call, "p_FM", p_FM, 3)]

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix_
-from sheldrake.multibody.tree._element import finite, scalar_of, vector
+from sheldrake.multibody.tree._element import default_values, distributions, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
@@ -60,6 +61,7 @@ class PlanarJoint(Joint):
         """Sets the angle about z [rad]."""
         return self._write_one_q(context, "set_rotation", theta, 2)
 
+    @checked
     def set_pose(self, context: Context, p_FoMo_F: Scalars, theta: float) -> PlanarJoint:
         """Sets x and y [m] and the angle [rad]."""
         return self._write_q(context, "set_pose", [*vector("set_pose", "p_FoMo_F", p_FoMo_F, 2), theta])
@@ -88,24 +90,28 @@ class PlanarJoint(Joint):
     def set_default_translation(self, p_FoMo_F: Scalars) -> None:
         """Sets x and y in a default context [m]."""
         call = "set_default_translation"
-        self._default_q[:2] = finite(call, "p_FoMo_F", vector(call, "p_FoMo_F", p_FoMo_F, 2))
+        self._default_q[:2] = default_values(call, "p_FoMo_F", p_FoMo_F, 2)
 
     def get_default_rotation(self) -> float:
         """The angle in a default context [rad]."""
         return float(self._default_q[2])
 
+    @checked
     def set_default_rotation(self, theta: float) -> None:
         """Sets the angle in a default context [rad]."""
-        self._default_q[2] = finite("set_default_rotation", "theta", theta)
+        (self._default_q[2],) = default_values("set_default_rotation", "theta", [theta], 1)
 
+    @checked
     def set_default_pose(self, p_FoMo_F: Scalars, theta: float) -> None:
         """Sets x and y [m] and the angle [rad] in a default context."""
-        self.set_default_translation(p_FoMo_F)
-        self.set_default_rotation(theta)
+        call = "set_default_pose"
+        p, angle = default_values(call, "p_FoMo_F", p_FoMo_F, 2), default_values(call, "theta", [theta], 1)
+        self._default_q = np.append(p, angle)
 
     def set_random_pose_distribution(self, p_FoMo_F: Scalars, theta: Scalar | Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws x, y and the angle."""
-        self._random_q = [*np.ravel(np.asarray(p_FoMo_F)), theta]
+        call = "set_random_pose_distribution"
+        self._random_q = [*distributions(call, "p_FoMo_F", p_FoMo_F, 2), *distributions(call, "theta", [theta], 1)]
 
 
 class UniversalJoint(Joint):
@@ -146,11 +152,11 @@ class UniversalJoint(Joint):
 
     def set_default_angles(self, angles: Scalars) -> None:
         """Sets both angles in a default context [rad]."""
-        self._default_q = finite("set_default_angles", "angles", vector("set_default_angles", "angles", angles, 2))
+        self._default_q = default_values("set_default_angles", "angles", angles, 2)
 
     def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
-        self._random_q = list(np.ravel(np.asarray(angles)))
+        self._random_q = distributions("set_random_angles_distribution", "angles", angles, 2)
 
 
 class BallRpyJoint(Joint):
@@ -197,8 +203,8 @@ class BallRpyJoint(Joint):
 
     def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
-        self._default_q = finite("set_default_angles", "angles", vector("set_default_angles", "angles", angles, 3))
+        self._default_q = default_values("set_default_angles", "angles", angles, 3)
 
     def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
-        self._random_q = list(np.ravel(np.asarray(angles)))
+        self._random_q = distributions("set_random_angles_distribution", "angles", angles, 3)

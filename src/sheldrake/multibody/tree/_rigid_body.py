@@ -17,6 +17,7 @@ from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialFor
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._frame import Frame, RigidBodyFrame
 from sheldrake.multibody.tree._index import BodyIndex, ModelInstanceIndex, default_model_instance
+from sheldrake.multibody.tree._multibody_forces import MultibodyForces
 from sheldrake.systems.framework._vector import lifted
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
     from sheldrake.multibody.tree._joint import Joint
-    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
 
 
@@ -40,6 +40,8 @@ class RigidBody(NamedElement):
             model_instance: Where it belongs; the default instance when left out.
             M_BBo_B: Its spatial inertia about its origin, in its own frame; zero when left out.
         """
+        if body_name == "":
+            raise RuntimeError("RigidBody(): a body must have a name, not ''.")
         model_instance, M_BBo_B = body_arguments("RigidBody", args, kwargs)
         super().__init__(body_name, default_model_instance() if model_instance is None else model_instance)
         self._M_BBo_B = M_BBo_B
@@ -86,6 +88,7 @@ class RigidBody(NamedElement):
         owner = self._finalized("CalcSpatialInertiaInBodyFrame")
         return owner.contexts.spatial_inertia(context, self._group)
 
+    @checked
     def SetMass(self, context: Context, mass: float) -> None:
         """Changes the mass [kg] in a context; the unit inertia stays, so the rotational inertia scales.
 

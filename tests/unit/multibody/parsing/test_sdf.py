@@ -295,3 +295,40 @@ def test_frames_in_a_long_chain_are_resolved_once_each(monkeypatch):
     )
     assert plant.GetFrameByName("f1500").GetFixedPoseInBodyFrame().translation().tolist() == [1500.0, 0.0, 0.0]
     assert len(calls) < 5000
+
+
+BALL = "<collision name='c'>{}<geometry><sphere><radius>0.1</radius></sphere></geometry></collision>"
+
+
+@pytest.mark.parametrize(
+    ("link", "error"),
+    [
+        ("<inertial auto='true'/>", "no <collision>"),
+        ("<inertial auto='true'/><collision name='c'><geometry><plane/></geometry></collision>", "<plane> has no mass"),
+        ("<inertial auto='true'/>" + BALL.format("<density>-1</density>"), "the density is not positive"),
+        ("<inertial auto='true'><mass>0</mass></inertial>" + BALL.format(""), "a mass of 0 kg"),
+        ("<inertial auto='true'/><collision name='c'><geometry><empty/></geometry></collision>", "without mass"),
+    ],
+)
+def test_inertia_that_collisions_do_not_give(link, error):
+    plant = MultibodyPlant(0.0)
+    with pytest.raises(ParseError, match=error):
+        add(plant, document(f"<link name='a'>{link}</link>"))
+    assert plant.num_bodies() == 1
+
+
+def test_inertia_of_collisions_is_the_same_without_geometry():
+    """With and without a SceneGraph."""
+    text = document(f"<link name='a'><inertial auto='true'/>{BALL.format('<pose>1 2 3 0.1 0.2 0.3</pose>')}</link>")
+    alone = MultibodyPlant(0.0)
+    add(alone, text)
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    add(plant, text)
+    M, other = (p.GetBodyByName("a").default_spatial_inertia().CopyToFullMatrix6() for p in (alone, plant))
+    assert M[3, 3] == pytest.approx(1000.0 * 4.0 / 3.0 * np.pi * 1e-3, rel=1e-15) and np.array_equal(M, other)
+
+
+@pytest.mark.parametrize("body", ["<link name='a::b'/>", "<link name='a'/><frame name='f::g' attached_to='a'/>"])
+def test_names_without_separators(body):
+    with pytest.raises(ParseError, match="must not contain '::'"):
+        add(MultibodyPlant(0.0), document(body))

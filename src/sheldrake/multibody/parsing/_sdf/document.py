@@ -5,13 +5,13 @@ import numpy as np
 from .._files.xml import Element
 from .._model.check import check_model
 from .._model.description import BodyDescription, FrameDescription, FrameReference, JointDescription, ModelDescription
-from .._reading.inertia import make_spatial_inertia
 from .._reading.reading import Reading
-from .children import child_number, child_vector
+from .children import child_vector
 from .extensions import EXTENSION_READERS
 from .frames import MODEL_FRAME, SdfScope, read_pose, reference_of_pose
 from .gearbox import make_couplers, read_gearbox
-from .geometry import read_collision, read_link_pose, read_visual, without_drake_prefix
+from .geometry import read_collision, read_visual, without_drake_prefix
+from .inertial import read_inertial
 from .joints import drop_impossible_couplers, read_drake_joint, read_joint
 from .prepare import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
 
@@ -144,7 +144,7 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
     if gravity is not None and not reading.parse_bool(gravity.text, gravity.where, "<gravity>"):
         reading.warn(gravity, f"Link '{name}': gravity cannot be switched off for one link; <gravity> is ignored.")
     body = BodyDescription(element.where, name, default_pose=X_WM @ scope.pose(name, element.where))
-    body.M_BBo_B = _read_inertial(element, name, scope, reading)
+    body.M_BBo_B = read_inertial(element, name, scope, reading)
     axis = element.find("drake:surface_velocity_axis")
     if axis is not None:
         body.surface_velocity_axis = reading.parse_vector(axis.text, 3, axis.where, "<drake:surface_velocity_axis>")
@@ -159,31 +159,6 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
         for child in element.find_all("collision"):
             read_collision(child, body, scope, reading)
     description.bodies.append(body)
-
-
-def _read_inertial(link: Element, name: str, scope: SdfScope, reading: Reading):
-    """M_BBo_B; what the file does not say is 1 kg and 1 kg m^2."""
-    from sheldrake.math import RigidTransform
-
-    element = link.find("inertial")
-    if element is None:
-        return make_spatial_inertia(1.0, RigidTransform(), [1.0] * 3, [0.0] * 3, lambda text: None)
-    reading.warn_unknown(element, ("pose", "mass", "inertia"), ("auto",))
-    auto = element.get("auto")
-    if auto is not None and reading.parse_bool(auto, element.where_attribute("auto"), "attribute 'auto'"):
-        raise NotImplementedError(f"{element.where}: <inertial auto='true'> is not implemented.")
-    mass = child_number(element, "mass", reading, 1.0)
-    inertia = element.find("inertia")
-    moments, products = [1.0] * 3, [0.0] * 3
-    if inertia is not None:
-        tags = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        reading.warn_unknown(inertia, tags)
-        moments = [child_number(inertia, tag, reading, 1.0) for tag in tags[:3]]
-        products = [child_number(inertia, tag, reading, 0.0) for tag in tags[3:]]
-    X_BI = read_link_pose(element, name, scope, reading)
-    return make_spatial_inertia(
-        mass, X_BI, moments, products, lambda text: reading.warn(element, f"Link '{name}': {text}")
-    )
 
 
 def _describe_joints(model: PreparedModel, X_WM, description: ModelDescription) -> None:

@@ -135,7 +135,8 @@ def read_visual(element: Element, body: BodyDescription, scope: SdfScope, readin
 
 def read_collision(element: Element, body: BodyDescription, scope: SdfScope, reading: Reading) -> None:
     """Adds a `<collision>` to a body."""
-    reading.warn_unknown(element, ("pose", "geometry", "surface", "drake:proximity_properties"), ("name",))
+    tags = ("pose", "geometry", "surface", "density", "drake:proximity_properties")
+    reading.warn_unknown(element, tags, ("name",), silent=("auto_inertia_params",))
     description = _read_placed_shape(element, body, scope, reading, body.collisions)
     if description is None:
         return

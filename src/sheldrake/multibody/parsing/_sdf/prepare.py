@@ -58,7 +58,7 @@ def prepare_model(
 ) -> PreparedModel:
     """Reads everything that has a name and a pose."""
     reading.warn_unknown(element, _MODEL_TAGS, _MODEL_ATTRIBUTES, SILENT_TAGS)
-    name = name or reading.name(element, "<model>")
+    name = name or _plain_name(element, reading)
     static = element.find("static")
     is_static = is_static or (static is not None and reading.parse_bool(static.text, static.where, "<static>"))
     scope = SdfScope(name, element.where, reading)
@@ -66,6 +66,13 @@ def prepare_model(
     gather(model)
     _choose_canonical_link(model)
     return model
+
+
+def _plain_name(element: Element, reading: Reading) -> str:
+    name = reading.name(element, f"<{element.tag}>")
+    if "::" in name:
+        reading.fail(element, f"The name {name!r} of a <{element.tag}> must not contain '::', which separates names.")
+    return name
 
 
 def gather(model: PreparedModel) -> None:
@@ -82,7 +89,7 @@ def gather(model: PreparedModel) -> None:
 
 
 def _read_place(element: Element, reading: Reading) -> Place:
-    name = reading.name(element, f"<{element.tag}>")
+    name = _plain_name(element, reading)
     pose = element.find("pose")
     place = Place(element.where, element.tag, name, read_pose(pose, reading), reference_of_pose(pose))
     if element.tag == "frame":

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sheldrake.common._checked import checked
+from sheldrake.math import RigidTransform
 from sheldrake.multibody.plant._building.elements import ConstraintRecord, Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._building.settings import Settings
@@ -244,7 +245,9 @@ class Constraints:
         return self._add(call, "ball", body_A, body_B, finite(call, "the points", points), open_point=p_BQ is None)
 
     @checked
-    def AddWeldConstraint(self, body_A: RigidBody, X_AP: Any, body_B: RigidBody, X_BQ: Any) -> MultibodyConstraintId:
+    def AddWeldConstraint(
+        self, body_A: RigidBody, X_AP: RigidTransform, body_B: RigidBody, X_BQ: RigidTransform
+    ) -> MultibodyConstraintId:
         """Keeps a frame P of body A and a frame Q of body B together.
 
         Raises:

@@ -230,6 +230,11 @@ class Elements:
                 "instance."
             )
         instance = default_model_instance() if model_instance is None else self._checked_instance(model_instance)
+        if int(instance) == int(world_model_instance()):
+            raise RuntimeError(
+                f"AddRigidBody(): body {name!r}: model instance 0 is the world's and has no other body; give another "
+                "one, such as default_model_instance()."
+            )
         return self._add_body(RigidBody(name, instance, inertia))
 
     def _add_body(self, body: RigidBody) -> RigidBody:
@@ -288,6 +293,7 @@ class Elements:
         """The body of a name."""
         return self.bodies.by_name("GetRigidBodyByName", name, model_instance)
 
+    @checked
     def GetBodyIndices(self, model_instance: ModelInstanceIndex) -> list[BodyIndex]:
         """Bodies of a model instance."""
         self.require_instance("GetBodyIndices", model_instance)
@@ -337,6 +343,7 @@ class Elements:
         """
         return self.frames.by_name("GetFrameByName", name, model_instance)
 
+    @checked
     def GetFrameIndices(self, model_instance: ModelInstanceIndex) -> list[FrameIndex]:
         """Frames of a model instance."""
         self.require_instance("GetFrameIndices", model_instance)
@@ -448,6 +455,7 @@ class Elements:
         """The joint of a name."""
         return self.joints.by_name("GetMutableJointByName", name, model_instance)
 
+    @checked
     def GetJointIndices(self, model_instance: ModelInstanceIndex | None = None) -> list[JointIndex]:
         """All joints, or those of a model instance."""
         return self.joints.indices("GetJointIndices", model_instance)
@@ -519,10 +527,12 @@ class Elements:
         """
         return self.actuators.by_name("GetJointActuatorByName", name, model_instance)
 
+    @checked
     def GetJointActuatorIndices(self, model_instance: ModelInstanceIndex | None = None) -> list[JointActuatorIndex]:
         """All actuators, or those of a model instance."""
         return self.actuators.indices("GetJointActuatorIndices", model_instance)
 
+    @checked
     def GetActuatedJointIndices(self, model_instance: ModelInstanceIndex) -> list[JointIndex]:
         """Joints of a model instance with actuators, in the order of the actuators."""
         self.instances.get(model_instance, "GetActuatedJointIndices")

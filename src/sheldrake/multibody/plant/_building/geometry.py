@@ -258,11 +258,13 @@ class PlantGeometry:
         """Number of collision geometries of all bodies."""
         return sum(map(len, self.collision_ids.values()))
 
+    @checked
     def GetCollisionGeometriesForBody(self, body: RigidBody) -> list[GeometryId]:
         """Collision geometries of a body."""
         self._elements.require_mine("GetCollisionGeometriesForBody", body)
         return list(self.collision_ids.get(int(body.index()), []))
 
+    @checked
     def GetVisualGeometriesForBody(self, body: RigidBody) -> list[GeometryId]:
         """Visual geometries of a body."""
         self._elements.require_mine("GetVisualGeometriesForBody", body)
@@ -282,10 +284,12 @@ class PlantGeometry:
         """The body of a SceneGraph frame, None if it is not of this plant."""
         return self.body_of_frame.get(frame_id)
 
+    @checked
     def GetBodyFrameIdIfExists(self, body_index: BodyIndex) -> FrameId | None:
         """The SceneGraph frame of a body, None if there is none."""
         return self.frame_of_body.get(int(body_index))
 
+    @checked
     def GetBodyFrameIdOrThrow(self, body_index: BodyIndex) -> FrameId:
         """The SceneGraph frame of a body.
 

@@ -200,6 +200,7 @@ class ModelInstances(Numbered[ModelInstance]):
         """
         if not isinstance(name, str):
             raise Mismatch(f"AddModelInstance(): incompatible function arguments. name must be a str, not {name!r}.")
+        _require_name("AddModelInstance", name)
         if self.has_name(name):
             raise RuntimeError(
                 f"This model already contains a model instance named '{name}'. Model instance names must be unique "
@@ -219,6 +220,7 @@ class ModelInstances(Numbered[ModelInstance]):
             RuntimeError: another has it.
         """
         instance = self.get(index, call)
+        _require_name(call, name)
         if name == instance.name():
             return
         if self.has_name(name):
@@ -241,3 +243,8 @@ class ModelInstances(Numbered[ModelInstance]):
         raise RuntimeError(
             f"{call}(): There is no model instance named '{name}'. The current model instances are {names}."
         )
+
+
+def _require_name(call: str, name: str) -> None:
+    if not name:
+        raise RuntimeError(f"{call}(): a model instance must have a name, not {name!r}.")

@@ -54,10 +54,12 @@ class Topology:
             groups.setdefault(find(int(body.index())), []).append(body)
         return list(groups.values())
 
+    @checked
     def GetBodiesWeldedTo(self, body: RigidBody) -> list[RigidBody]:
         """The bodies that move with a body because of welds, itself included."""
         return list(self._group("GetBodiesWeldedTo", body))
 
+    @checked
     def IsAnchored(self, body: RigidBody) -> bool:
         """Whether a body is the world or welded to it."""
         return self._group("IsAnchored", body)[0] is self._elements.world

@@ -439,14 +439,14 @@ class Coordinates:
         """Writes the positions of a model instance into an array of all, in place."""
         at = self.indices("SetPositionsInArray", "q", model_instance)
         _of_size("q", q, self._model.nq)
-        q[at] = _of_size("q_instance", q_instance, len(at))
+        q[at] = np.reshape(_of_size("q_instance", q_instance, len(at)), np.shape(q[at]))
 
     @checked
     def SetVelocitiesInArray(self, model_instance: ModelInstanceIndex, v_instance: ArrayLike, v: np.ndarray) -> None:
         """Writes the velocities of a model instance into an array of all, in place."""
         at = self.indices("SetVelocitiesInArray", "v", model_instance)
         _of_size("v", v, self._model.nv)
-        v[at] = _of_size("v_instance", v_instance, len(at))
+        v[at] = np.reshape(_of_size("v_instance", v_instance, len(at)), np.shape(v[at]))
 
     @checked
     def GetActuationFromArray(self, model_instance: ModelInstanceIndex, u: ArrayLike) -> np.ndarray:
@@ -459,7 +459,7 @@ class Coordinates:
         """Writes the actuation of a model instance into an array of all, in place."""
         at = self.input_indices("SetActuationInArray", model_instance)
         _of_size("u", u, self._model.nu)
-        u[at] = _of_size("u_instance", u_instance, len(at))
+        u[at] = np.reshape(_of_size("u_instance", u_instance, len(at)), np.shape(u[at]))
 
     # --- defaults
 
@@ -490,7 +490,7 @@ class Coordinates:
             raise RuntimeError(f"{call}(): expected {len(at)} positions, but the given array has {array.size}.")
         model = self._model
         new = model.default_positions()
-        new[at] = array
+        new[at] = finite(call, "the positions", array)
         for joint in model.joints_by_coordinate:
             joint._default_q = new[joint._q_start : joint._q_start + len(joint._default_q)]  # nobody else has it
 

@@ -250,10 +250,12 @@ class FreeBodies:
         step = self._elements.model(call).inboard_of(body) if self._elements.is_finalized() else None
         return step.joint if step is not None and step.joint.num_velocities() == 6 else None
 
+    @checked
     def GetDefaultFloatingBaseBodyPose(self, body: RigidBody) -> RigidTransform:
         """The pose that a floating base body has in default contexts."""
         return self._default_free_pose("GetDefaultFloatingBaseBodyPose", body)
 
+    @checked
     def GetDefaultFreeBodyPose(self, body: RigidBody) -> RigidTransform:
         """The retired name of `GetDefaultFloatingBaseBodyPose`."""
         _warn_of_retired("GetDefaultFreeBodyPose()", "GetDefaultFloatingBaseBodyPose()")

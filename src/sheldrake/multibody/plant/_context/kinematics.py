@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.common._checked import checked
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.calls import Query
 from sheldrake.math import RigidTransform, RotationMatrix, RotationMatrix_
 from sheldrake.multibody.math import (
@@ -75,7 +75,7 @@ class Kinematics:
             RuntimeError: the body or the context is not of this plant.
         """
         view = self._contexts.view(context)
-        if not self._elements.has(body):
+        if not self._elements.has(expect("EvalBodyPoseInWorld", body, RigidBody)):
             self._elements.require_mine("EvalBodyPoseInWorld", body)
         return view.body_pose(body, view.frozen.row_of(body))
 
@@ -87,7 +87,7 @@ class Kinematics:
                 return view.twists[body]()
         except (AttributeError, KeyError, TypeError):
             pass
-        if not self._elements.has(body):
+        if not self._elements.has(expect("EvalBodySpatialVelocityInWorld", body, RigidBody)):
             self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
         view = self._contexts.view(context)
         return view.body_velocity(body, view.frozen.row_of(body))()
@@ -227,6 +227,7 @@ class Kinematics:
         slopes_p = p_BQi.T @ slopes_R + slopes[9:, None]  # by row of R: points, derivatives
         return filled(X[:9].reshape(3, 3) @ p_BQi + X[9:, None], slopes_p.reshape(p_BQi.size, -1))
 
+    @checked
     def CalcPointsVelocities(
         self, context: Context, frame_B: Frame, p_BQi: ArrayLike, frame_A: Frame, frame_E: Frame
     ) -> np.ndarray:

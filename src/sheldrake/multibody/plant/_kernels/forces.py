@@ -116,18 +116,22 @@ def add_controlled_actuation(plant_model, q, v, p, u, force, net_actuation):
 
 @kernel
 def add_actuation(plant_model, u, force, net_actuation, pd):
-    """Adds actuation clamped to the effort limits; fills net_actuation [N m or N].
+    """Adds actuation clamped to the effort limits; fills net_actuation [N m or N]; whether no input holds NaN.
 
     With `pd`, an actuator that has gains adds nothing here: the solver does. Without a desired state it does nothing at
     all; its net actuation is reported as if it did, as Drake reports it.
     """
+    unknown = 0
     for i in range(len(plant_model.actuators)):
         actuator = plant_model.actuators[i]
         effort = commanded_effort(plant_model, u, i)
+        if effort != effort:
+            unknown = 1
         effort = within_limit(plant_model, i, effort)
         net_actuation[i] = effort
         if not pd or actuator.desired_port < 0:
             force[actuator.dof] += effort
+    return unknown == 0
 
 
 @kernel

@@ -184,7 +184,8 @@ def smooth_motion(
     put_passive_forces(tree_model, p, tree.bias, v, step.force)
     add_element_forces(tree_model, force_model, p, tree, xd, v, step.v_next, step.force)
     add_applied_forces(plant_model, u, step.applied_force, step.force)
-    add_actuation(plant_model, u, step.force, step.net_actuation, implicit)
+    if not add_actuation(plant_model, u, step.force, step.net_actuation, implicit):
+        return MOTION_NOT_FINITE  # also where a joint is locked, or an actuator without a desired state does nothing
     if not implicit:
         add_limit_penalties(plant_model, xd, v, step.force)
     lock_motion(plant_model, p, v, step.force)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.multibody.math import SpatialAcceleration, SpatialAcceleration_
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
@@ -65,6 +66,7 @@ class Accelerations:
         kernels.body_accelerations(view.model, work.tree, A)
         return A
 
+    @checked
     def EvalBodySpatialAccelerationInWorld(self, context: Context, body: RigidBody) -> SpatialAcceleration:
         """A_WB of the body origin, expressed in W, at the present state.
 
