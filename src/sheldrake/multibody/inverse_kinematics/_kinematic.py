@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._kinds import called, instance_of
 from sheldrake.common._overloads import incompatible
+from sheldrake.multibody.inverse_kinematics._kernels.forms import Form, Forms, form_slopes, form_values
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
@@ -18,6 +19,8 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.common.calls import Query
+    from sheldrake.multibody.plant._context.view import View
     from sheldrake.systems.framework import Context
 
 QDOT = JacobianWrtVariable.kQDot
@@ -54,6 +57,24 @@ class KinematicFunction:
         elif parts_of(self._plant).contexts.view(self._context).q.tobytes() != q.tobytes():
             self._plant.SetPositions(self._context, q)
 
+    def _forms(self) -> list[np.ndarray] | None:
+        """Values as a `Form` each, of `_frames`; None if they are no forms."""
+        return None
+
+    def _frames(self) -> tuple[Frame, Frame]:
+        """A and B of the forms."""
+        raise NotImplementedError
+
+    _asked: _AskedForms | None = None
+
+    def _ask_forms(self) -> _AskedForms | None:
+        """Queries of the forms for the context as it is; None if there are none, or the plant is none of floats."""
+        if self._asked is not None and self._asked.view is parts_of(self._plant).contexts.view(self._context):
+            return self._asked
+        forms = self._forms() if self._is_float else None
+        self._asked = None if forms is None else _AskedForms.of(self._plant, self._context, *self._frames(), forms)
+        return self._asked
+
     def _value(self, more: np.ndarray) -> np.ndarray:
         """Values at the positions in the context."""
         raise NotImplementedError
@@ -68,6 +89,9 @@ class KinematicFunction:
     def _eval(self, x: np.ndarray) -> np.ndarray:
         q, more = self._split(x)
         self._place(q)
+        asked = self._ask_forms()
+        if asked is not None:
+            return asked.values()
         y = _vector(self._value(more))
         return _arrays.values_and_gradient(y)[0] if y.dtype == object else y
 
@@ -76,6 +100,10 @@ class KinematicFunction:
             return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))
         q, more = self._split(x)
         self._place(q)
+        asked = self._ask_forms()
+        if asked is not None:
+            found = asked.slopes()
+            return found[:, 0], asked.by_q(found[:, 1:], self._context)
         slope = self._slope(more)
         return _vector(self._value(more)), slope if slope.ndim == 2 else slope.reshape(1, -1)
 
@@ -116,10 +144,41 @@ class KinematicFunction:
             return parts_of(self._plant).kinematics.relative_pose(self._context, frame_A, frame_B)[:9].reshape(3, 3)
         return self._plant.CalcRelativeTransform(self._context, frame_A, frame_B).rotation().matrix()
 
-    def _rotation_slope(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
-        """W with w_AB_A = W qdot, shape (3, nq)."""
-        J: np.ndarray = self._plant.CalcJacobianSpatialVelocity(self._context, QDOT, frame_B, _ORIGIN, frame_A, frame_A)
-        return J[:3]
+
+class _AskedForms(NamedTuple):
+    """Queries for values of forms, and for these with their derivatives by v, at the positions in a context."""
+
+    view: View
+    plant: MultibodyPlant
+    values: Query
+    slopes: Query
+
+    @classmethod
+    def of(
+        cls, plant: MultibodyPlant, context: Context, frame_A: Frame, frame_B: Frame, forms: list[np.ndarray]
+    ) -> _AskedForms:
+        """Those of frame B in frame A."""
+        parts = parts_of(plant)
+        view = parts.contexts.view(context)
+        ends = (*parts.kinematics.place(view, frame_A), *parts.kinematics.place(view, frame_B))
+        table = Forms(np.array([ends] * len(forms), np.int64), np.array(forms))
+        values, found = np.zeros(len(forms)), np.zeros((len(forms), 1 + view.nv))
+        tree = view.model, view.p, view.work, table
+        ask_values = view.calls.query(form_values, *tree, values, needs=view.POSES, answer=values)
+        ask_slopes = view.calls.query(form_slopes, *tree, found, needs=view.POSES, answer=found)
+        return cls(view, plant, ask_values, ask_slopes)
+
+    def by_q(self, by_v: np.ndarray, context: Context) -> np.ndarray:
+        """Derivatives by q from those by v."""
+        return by_v if self.view.frozen.v_is_qdot else by_v @ parts_of(self.plant).dynamics.qdot_to_velocity(context)
+
+
+def form(**given: ArrayLike) -> np.ndarray:
+    """A `Form`; what is not given is zero."""
+    out = np.zeros(Form.SIZE)
+    for name, value in given.items():
+        out[getattr(Form, name).columns] = np.ravel(value)
+    return out
 
 
 def _vector(y: Any) -> np.ndarray:
