@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._kinds import called, instance_of
 from sheldrake.common._overloads import incompatible
-from sheldrake.multibody.inverse_kinematics._kernels.forms import Form, Forms, form_slopes, form_values
+from sheldrake.multibody.inverse_kinematics._kernels.forms import Between, Form, Forms, form_slopes, form_values
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
@@ -19,7 +19,6 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from sheldrake.common.calls import Query
     from sheldrake.multibody.plant._context.view import View
     from sheldrake.systems.framework import Context
 
@@ -65,15 +64,23 @@ class KinematicFunction:
         """A and B of the forms."""
         raise NotImplementedError
 
-    _asked: _AskedForms | None = None
+    _own_forms: Forms | None = None
 
     def _ask_forms(self) -> _AskedForms | None:
         """Queries of the forms for the context as it is; None if there are none, or the plant is none of floats."""
-        if self._asked is not None and self._asked.view is parts_of(self._plant).contexts.view(self._context):
-            return self._asked
-        forms = self._forms() if self._is_float else None
-        self._asked = None if forms is None else _AskedForms.of(self._plant, self._context, *self._frames(), forms)
-        return self._asked
+        forms = self._own_forms
+        if forms is None:
+            found = self._forms() if self._is_float else None
+            if found is None:
+                return None
+            forms = self._own_forms = _table(self._plant, self._context, *self._frames(), found)
+        view = parts_of(self._plant).contexts.view(self._context)
+        count = len(forms.form)
+        asked: _AskedForms | None = view.forms.get(count)
+        if asked is None:
+            asked = view.forms[count] = _AskedForms(view, count)
+        asked.take(forms)
+        return asked
 
     def _value(self, more: np.ndarray) -> np.ndarray:
         """Values at the positions in the context."""
@@ -103,7 +110,7 @@ class KinematicFunction:
         asked = self._ask_forms()
         if asked is not None:
             found = asked.slopes()
-            return found[:, 0], asked.by_q(found[:, 1:], self._context)
+            return found[:, 0], self._by_q(found[:, 1:])
         slope = self._slope(more)
         return _vector(self._value(more)), slope if slope.ndim == 2 else slope.reshape(1, -1)
 
@@ -126,6 +133,12 @@ class KinematicFunction:
 
     # Kinematics of the plant
 
+    def _by_q(self, by_v: np.ndarray) -> np.ndarray:
+        """Derivatives by q from those by v."""
+        parts = parts_of(self._plant)
+        is_same = parts.contexts.view(self._context).frozen.v_is_qdot
+        return by_v if is_same else by_v @ parts.dynamics.qdot_to_velocity(self._context)
+
     def _point(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """p_AQ, shape (3,)."""
         if self._is_float:
@@ -145,32 +158,30 @@ class KinematicFunction:
         return self._plant.CalcRelativeTransform(self._context, frame_A, frame_B).rotation().matrix()
 
 
-class _AskedForms(NamedTuple):
-    """Queries for values of forms, and for these with their derivatives by v, at the positions in a context."""
+class _AskedForms:
+    """Queries for values of so many forms, and for these with their derivatives by v, at the positions of a view."""
 
-    view: View
-    plant: MultibodyPlant
-    values: Query
-    slopes: Query
+    def __init__(self, view: View, count: int):
+        self._room = Forms(np.zeros((count, Between.SIZE), np.int64), np.zeros((count, Form.SIZE)))
+        values, found = np.zeros(count), np.zeros((count, 1 + view.nv))
+        tree = view.model, view.p, view.work, self._room
+        self.values = view.calls.query(form_values, *tree, values, needs=view.POSES, answer=values)
+        self.slopes = view.calls.query(form_slopes, *tree, found, needs=view.POSES, answer=found)
+        self._taken: Forms | None = None
 
-    @classmethod
-    def of(
-        cls, plant: MultibodyPlant, context: Context, frame_A: Frame, frame_B: Frame, forms: list[np.ndarray]
-    ) -> _AskedForms:
-        """Those of frame B in frame A."""
-        parts = parts_of(plant)
-        view = parts.contexts.view(context)
-        ends = (*parts.kinematics.place(view, frame_A), *parts.kinematics.place(view, frame_B))
-        table = Forms(np.array([ends] * len(forms), np.int64), np.array(forms))
-        values, found = np.zeros(len(forms)), np.zeros((len(forms), 1 + view.nv))
-        tree = view.model, view.p, view.work, table
-        ask_values = view.calls.query(form_values, *tree, values, needs=view.POSES, answer=values)
-        ask_slopes = view.calls.query(form_slopes, *tree, found, needs=view.POSES, answer=found)
-        return cls(view, plant, ask_values, ask_slopes)
+    def take(self, forms: Forms) -> None:
+        """Has these be what is asked for."""
+        if forms is not self._taken:
+            self._taken = forms
+            self._room.between[:], self._room.form[:] = forms
 
-    def by_q(self, by_v: np.ndarray, context: Context) -> np.ndarray:
-        """Derivatives by q from those by v."""
-        return by_v if self.view.frozen.v_is_qdot else by_v @ parts_of(self.plant).dynamics.qdot_to_velocity(context)
+
+def _table(plant: MultibodyPlant, context: Context, frame_A: Frame, frame_B: Frame, forms: list[np.ndarray]) -> Forms:
+    """Forms of frame B in frame A."""
+    parts = parts_of(plant)
+    view, place = parts.contexts.view(context), parts.kinematics.place
+    ends = (*place(view, frame_A), *place(view, frame_B))
+    return Forms(np.array([ends] * len(forms), np.int64), np.array(forms))
 
 
 def form(**given: ArrayLike) -> np.ndarray:

@@ -350,6 +350,50 @@ def solve_quadratic(program, equal):
     return INFEASIBLE
 
 
+@kernel(outline=True)
+def solve_by_rows(program, equal, count):
+    """Tries whether the same rows hold with equality as when the program was solved last; how many, or -1 if not."""
+    Q, q, A, b, x = program.Q, program.q, program.A, program.b, program.x
+    active, multipliers = program.active, program.multipliers
+    if solve_with_rows(program.K, Q, q, A, b, active, count, x, multipliers) != 0:
+        return INFEASIBLE
+    is_found = is_optimal(Q, q, A, b, equal, active, count, x, multipliers, EXACT)
+    return count if is_found != 0 else INFEASIBLE
+
+
+@kernel(top=True)
+def least_of_free(H: Matrix, g: Vector, free: Vector, G: Matrix, r: Vector, x: Vector) -> None:
+    """Where 1/2 x'Hx + g'x is least, x being 0 where it is not free; 0 if there is no least.
+
+    Args:
+        H: Shape (n, n), symmetric.
+        g: Shape (n,).
+        free: Above zero where x is free, shape (n,).
+        G: Scratch, shape (n, n).
+        r: Scratch, shape (n,).
+        x: Filled, shape (n,).
+    """
+    n, count = len(g), 0
+    for i in range(n):
+        x[i] = 0.0
+        if free[i] > 0.0:
+            own = 0
+            for k in range(i + 1):
+                if free[k] > 0.0:
+                    G[count, own] = H[i, k]
+                    own += 1
+            r[count] = -g[i]
+            count += 1
+    if factor(G, count) == 0:
+        forward(G, count, r)
+        backward(G, count, r)
+        count = 0
+        for i in range(n):
+            if free[i] > 0.0:
+                x[i] = r[count]
+                count += 1
+
+
 @kernel(top=True)
 def solve_dense_program(program: Quadratic, equal: int) -> int:
     """Finds where a program is least: how many rows hold with equality there, or -1 if none is found.
