@@ -186,7 +186,12 @@ class LearnedTerms(Terms):
         self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
         self._has_begun = False
         self._evaluators = [
-            (k, evaluator, self._values[k, end - evaluator._num_outputs : end], self._J[k, end - evaluator._num_outputs : end])
+            (
+                k,
+                evaluator,
+                self._values[k, end - evaluator._num_outputs : end],
+                self._J[k, end - evaluator._num_outputs : end],
+            )
             for k, found in enumerate(evaluators)
             for evaluator, end in zip(found, itertools.accumulate([e._num_outputs for e in found]))
         ]  # with where their values and derivatives go
