@@ -114,6 +114,12 @@ class ConicForm:
         self.num_rows += A.shape[0]
         return slice(start, self.num_rows)
 
+    def add_empty_row(self) -> None:
+        """Adds a row that always holds, 0 <= 1, before `A` is asked for."""
+        self._add(np.zeros((1, 0)), np.zeros(0, int), np.ones(1))
+        self._cone("nonnegative", 1)
+        self.b = np.concatenate(self._b)
+
     def _cone(self, kind: str, size: int) -> None:
         if size:
             self.cones.append(Cone(kind, size))
@@ -333,4 +339,4 @@ class LinearObjective:
         """c and constant as the costs have them now."""
         slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self._quadratic), *[e._a for e in self._linear]])
         constant = sum([e._c for e in self._quadratic]) + sum([e._b for e in self._linear])
-        return np.bincount(self._at, slopes, self._n), float(constant)
+        return np.bincount(self._at, slopes, self._n).astype(float, copy=False), float(constant)

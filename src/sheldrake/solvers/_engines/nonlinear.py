@@ -90,7 +90,8 @@ class NonlinearSolver(SolverInterface):
         else:
             kind = SolutionResult.kIterationLimit if spent else SolutionResult.kSolverSpecificError
         result._finish(kind, y * form.scale, cost)
-        result._cost = float(cost)  # That of the point where it stopped, feasible or not.
+        if kind is not SolutionResult.kUnbounded:
+            result._cost = float(cost)  # That of the point where it stopped, feasible or not.
         # Functions are called now: later they may be others. What is made of their values can wait.
         multipliers, F = functools.cache(_multipliers(form, y, outcome.dual)), np.append(cost, rows)
         result._set_details_late(lambda: self._details(kind, outcome, seconds, F, multipliers()))
