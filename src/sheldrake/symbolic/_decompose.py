@@ -195,7 +195,15 @@ class _Keys:
 
     def monomial(self, key: Any) -> Monomial:
         """The monomial of a key."""
-        return key if key.__class__ is Monomial else Monomial._ordered(dict(self.powers(key)))
+        if key.__class__ is Monomial:
+            return key
+        variables, powers = self._variables, {}
+        while key:  # as `powers`, which takes longer to be asked one by one
+            i = ((key & -key).bit_length() - 1) // _BITS
+            n = (key >> _BITS * i) & _MASK
+            key ^= n << _BITS * i
+            powers[variables[i]] = n
+        return Monomial._ordered(powers)
 
     def powers(self, key: int) -> Iterator[tuple[Variable, int]]:
         """The variables that a number stands for, in order, and their exponents."""
