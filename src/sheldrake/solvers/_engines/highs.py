@@ -162,7 +162,8 @@ _CLP_CODES = {result: _CLP_STATUS[status] for status, result in _RESULTS.items()
 class ClpSolver(SolverInterface):
     """Solves linear programs, and such with convex quadratic costs.
 
-    In sheldrake the former are solved by HiGHS, by way of SciPy, or if they are small by a simplex method of its own; the latter by Clarabel. Results say so: "HiGHS", "Simplex" or "Clarabel".
+    In sheldrake the former are solved by HiGHS, by way of SciPy, or if they are small by a simplex method of its own;
+    the latter by Clarabel. Results say so: "HiGHS", "Simplex" or "Clarabel".
     """
 
     _name = "Clp"
