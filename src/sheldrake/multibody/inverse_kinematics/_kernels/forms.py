@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from sheldrake.common._kernels.vec import add3, compose, cross3, dot3, rotate, scale3, sub3, transpose
-from sheldrake.common.kernel import IntMatrix, Matrix, Vector, kernel
+from sheldrake.common._kernels.vec import add3, compose, cross3, dot3, read3, rotate, scale3, sub3, transpose
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integer, number, numbers, table
 from sheldrake.multibody.tree._kernels.kinematics import from_root, pose_of_frame, relative_pose
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
@@ -94,6 +94,35 @@ def form_slopes(model: TreeModel, p: Vector, work: TreeWork, forms: Forms, found
         p_WQ = add3(p_WA, rotate(R_WA, add3(d, form.p_AS)))
         add_power(model, work, form.body_B, p_WQ, force_W, torque_W, 1.0, found, i)
         add_power(model, work, form.body_A, p_WQ, force_W, torque_W, -1.0, found, i)
+
+
+@kernel(top=True, short_loops=True)
+def distance_slope(model: TreeModel, work: TreeWork, bodies: IntVector, nearest: Vector, slope: Vector) -> None:
+    """By each v, how the distance of two bodies changes; needs `position_kinematics`.
+
+    Args:
+        model: The tree.
+        work: Its workspace.
+        bodies: Rows of A and B.
+        nearest: p_WCa and p_WCb, where they are nearest [m], and nhat_BA_W, shape (9,).
+        slope: Filled, shape (nv,).
+    """
+    for k in range(len(slope)):
+        slope[k] = 0.0
+    nhat_W = read3(nearest, 6)
+    add_along(model, work, bodies[0], read3(nearest, 0), nhat_W, 1.0, slope)
+    add_along(model, work, bodies[1], read3(nearest, 3), nhat_W, -1.0, slope)
+
+
+@kernel
+def add_along(model, work, b, p_WQ, n_W, sign, slope):
+    """Adds, by each v, sign times the velocity along n of the point Q of body b."""
+    torque_Root = cross3(from_root(model, work, b, p_WQ), n_W)
+    k = model.bodies[b].tip
+    while k >= 0:
+        w, u = work.dofs[k].S
+        slope[k] += sign * (dot3(w, torque_Root) + dot3(u, n_W))
+        k = model.dofs[k].parent
 
 
 @kernel
