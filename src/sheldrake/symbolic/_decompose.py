@@ -159,7 +159,8 @@ def degree_of_product(e: Expression) -> int:
 
 def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
     """Adds a term; one that cancels is taken out."""
-    total = _build.add(out[m], c) if m in out else c
+    known = out.get(m)
+    total = c if known is None else _build.add(known, c)
     if is_zero(total):
         out.pop(m, None)
     else:
@@ -579,6 +580,8 @@ class _Decomposition:
 
 def expanded(c: Coefficients) -> Coefficients:
     """The same with coefficients multiplied out."""
+    if all(map(is_linear, c.values())) and not any(map(is_zero, c.values())):
+        return dict(c)  # asks no monomial for its hash
     out: Coefficients = {}
     for m, e in c.items():
         new = e if is_linear(e) else e.Expand()
