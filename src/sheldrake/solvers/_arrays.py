@@ -187,6 +187,8 @@ def kind_of(x: object) -> tuple[np.ndarray, str]:
     Raises:
         TypeError: it is no vector of numbers, AutoDiffXd or expressions.
     """
+    if type(x) is np.ndarray and x.dtype == _FLOAT and x.ndim == 1:
+        return x.copy(), FLOATS  # what is given most often
     array = np.asarray(x)
     if array.ndim == 2 and 1 in array.shape:
         array = array.ravel()

@@ -41,6 +41,7 @@ class MathematicalProgramResult:
         self._variables, self._places, self._solver = variables, places, solver
         self._cost, self._result = np.nan, SolutionResult.kSolutionResultNotSet
         self._details: Any = None
+        self._late_details: Callable[[], Any] | None = None
         self._duals: dict[tuple, np.ndarray] = {}
         self._late_duals: Callable[[], Iterable[tuple[BindingBase, ArrayLike]]] | None = None
         self._more: list[tuple[np.ndarray, float]] = []
@@ -67,6 +68,10 @@ class MathematicalProgramResult:
         """Duals that are computed when somebody asks for one."""
         self._late_duals = duals
 
+    def _set_details_late(self, details: Callable[[], Any]) -> None:
+        """What the solver tells, made when somebody asks."""
+        self._late_details = details
+
     def _all_duals(self) -> dict[tuple, np.ndarray]:
         if self._late_duals is not None:
             for binding, dual in self._late_duals():
@@ -76,6 +81,8 @@ class MathematicalProgramResult:
 
     def __getstate__(self) -> dict[str, Any]:
         self._all_duals()  # what computes them belongs to the program
+        if self._late_details is not None:
+            self.get_solver_details()
         return self.__dict__
 
     # How it ended
@@ -103,6 +110,8 @@ class MathematicalProgramResult:
         Raises:
             RuntimeError: it tells nothing.
         """
+        if self._late_details is not None:
+            self._details, self._late_details = self._late_details(), None
         if self._details is None:
             raise RuntimeError("The solver_details has not been set yet.")
         return self._details

@@ -159,7 +159,8 @@ def degree_of_product(e: Expression) -> int:
 
 def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
     """Adds a term; one that cancels is taken out."""
-    total = _build.add(out[m], c) if m in out else c
+    known = out.get(m)
+    total = c if known is None else _build.add(known, c)
     if is_zero(total):
         out.pop(m, None)
     else:
@@ -195,7 +196,15 @@ class _Keys:
 
     def monomial(self, key: Any) -> Monomial:
         """The monomial of a key."""
-        return key if key.__class__ is Monomial else Monomial._ordered(dict(self.powers(key)))
+        if key.__class__ is Monomial:
+            return key
+        variables, powers = self._variables, {}
+        while key:  # as `powers`, which takes longer to be asked one by one
+            i = ((key & -key).bit_length() - 1) // _BITS
+            n = (key >> _BITS * i) & _MASK
+            key ^= n << _BITS * i
+            powers[variables[i]] = n
+        return Monomial._ordered(powers)
 
     def powers(self, key: int) -> Iterator[tuple[Variable, int]]:
         """The variables that a number stands for, in order, and their exponents."""
@@ -571,6 +580,8 @@ class _Decomposition:
 
 def expanded(c: Coefficients) -> Coefficients:
     """The same with coefficients multiplied out."""
+    if all(map(is_linear, c.values())) and not any(map(is_zero, c.values())):
+        return dict(c)  # asks no monomial for its hash
     out: Coefficients = {}
     for m, e in c.items():
         new = e if is_linear(e) else e.Expand()

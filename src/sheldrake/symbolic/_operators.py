@@ -66,11 +66,19 @@ class Operators:
         return NotImplemented if e is None else _build.subtract(e, own)
 
     def __mul__(self, other: Symbolic) -> Expression:
+        if other.__class__ is float and other - other == 0.0 and other != -1.0:  # most frequent: no node is made
+            return _build.scale(
+                other, self if self.__class__ is _Expression else self._expression or _build.variable(self)
+            )
         e = other if other.__class__ is _Expression else _build.as_expression(other)
         own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.multiply(own, e)
 
     def __rmul__(self, other: Symbolic) -> Expression:
+        if other.__class__ is float and other - other == 0.0 and other != -1.0:
+            return _build.scale(
+                other, self if self.__class__ is _Expression else self._expression or _build.variable(self)
+            )
         e = other if other.__class__ is _Expression else _build.as_expression(other)
         own = self if self.__class__ is _Expression else self._expression or _build.variable(self)
         return NotImplemented if e is None else _build.multiply(e, own)

@@ -72,7 +72,9 @@ class Polynomial:
         self._known_indeterminates, self._known_decisions = chosen, variables_of(e) - chosen
 
     def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
-        self._made, self._numbers = {m: c for m, c in coefficients.items() if not is_zero(c)}, None
+        has_zeros = any(map(is_zero, coefficients.values()))  # a copy asks no monomial for its hash
+        kept = {m: c for m, c in coefficients.items() if not is_zero(c)} if has_zeros else dict(coefficients)
+        self._made, self._numbers = kept, None
         self._known_indeterminates = self._known_decisions = None
 
     @property

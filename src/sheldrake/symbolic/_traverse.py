@@ -110,8 +110,26 @@ def evaluate(
     return _compiled.values(expressions, values)
 
 
+def _plain_sum(e: Expression, env: dict[Variable, float]) -> float | None:
+    """The value of a sum of numbers times variables; None of another sum, and where a variable has no value."""
+    total: float
+    total, terms = e._args
+    for t, c in terms:
+        if t._kind != k.VAR:
+            return None
+        x = env.get(t._made[0])
+        if x is None:
+            return None
+        total += c * x
+    return total
+
+
 def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]) -> list[float]:
     """Values of expressions, the environment already checked."""
+    if len(expressions) == 1 and expressions[0]._kind == k.ADD:
+        total = _plain_sum(expressions[0], env)
+        if total is not None:
+            return [total]
 
     def value(e: Expression, of: Callable[[Expression], float]) -> float:
         kind, args = e._kind, e._args

@@ -44,7 +44,7 @@ def test_curvature_is_known_from_the_first_point_on():
     x = prog.NewContinuousVariables(3)
     evaluator = prog.AddCost(lambda v: 5.0 * v.dot(v) + v[0], vars=x).evaluator()
     for are_costs, expected in ((True, 10.0 * np.eye(3)), (False, np.zeros((3, 3)))):
-        terms = LearnedTerms([evaluator], np.arange(3)[None], np.zeros((1, 1), int), are_costs)
+        terms = LearnedTerms([[evaluator]], np.arange(3)[None], np.zeros((1, 1), int), are_costs)
         terms.slopes(np.array([1.0, -2.0, 3.0]))
         H = terms.hessian(np.zeros(3), np.ones(1)).reshape(3, 3)
         np.testing.assert_allclose(H, expected, rtol=1e-6, atol=1e-12)

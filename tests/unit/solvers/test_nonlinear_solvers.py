@@ -134,3 +134,24 @@ def test_duals_are_those_of_the_program_that_was_solved():
         # At (0.5, 1) the cost falls by 3 and 32 per unit; the row takes 3 of both, the bound of x(1) the rest.
         np.testing.assert_allclose(found.GetDualSolution(tight), [0.0, -29.0], rtol=1e-4)
         np.testing.assert_allclose(found.GetDualSolution(row), [-3.0], rtol=1e-4)
+
+
+def test_programs_without_a_limit_cost_minus_infinity():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddQuadraticCost(np.diag([1.0, -1.0]), np.ones(2), x, is_convex=False)
+    result = SnoptSolver().Solve(prog, np.zeros(2), None)
+    assert result.get_solution_result().name == "kUnbounded" and result.get_optimal_cost() == -np.inf
+
+
+def test_details_and_duals_belong_to_the_time_of_the_solve():
+    limit = 1.0
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(1, "x")
+    prog.AddCost(lambda v: (v[0] - 3.0) ** 2, x)
+    bound = prog.AddConstraint(lambda v: np.array([limit * v[0]]), [-1.0], [1.0], x)
+    result = SnoptSolver().Solve(prog, np.zeros(1), None)
+    limit = 5.0  # what is made of it when somebody asks must not see that
+    assert result.GetDualSolution(bound)[0] == pytest.approx(-4.0, abs=1e-4)
+    assert result.get_solver_details().F == pytest.approx([4.0, 1.0], abs=1e-5)
+    assert copy.deepcopy(result).get_solver_details().info == 1

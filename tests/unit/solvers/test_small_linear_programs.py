@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from sheldrake.solvers import MathematicalProgram, Solve
+from sheldrake.solvers import ClpSolver, MathematicalProgram, Solve
 from sheldrake.solvers._engines import highs, linear
 from sheldrake.solvers._kernels.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNDECIDED
 
@@ -137,14 +137,34 @@ def test_mathematical_programs_have_the_solutions_and_duals_of_highs(seed, monke
         )
 
 
-def test_programs_without_a_solution_say_what_highs_says():
+@pytest.mark.parametrize("kind", ["no rows", "unbounded", "infeasible", "rows apart", "nothing"])
+def test_programs_without_a_solution_say_what_highs_says(kind, monkeypatch):
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(2)
-    prog.AddLinearCost(x[0])
-    unbounded = Solve(prog)
-    prog.AddLinearConstraint(x[0] + x[1] >= 1.0)
-    prog.AddBoundingBoxConstraint(0.0, 0.25, x)
-    infeasible = Solve(prog)
-    assert unbounded.get_solution_result().name == "kUnbounded" and unbounded.get_optimal_cost() == -np.inf
-    assert infeasible.get_solution_result().name == "kInfeasibleConstraints"
-    assert infeasible.get_solver_id().name() == "HiGHS" and infeasible.get_optimal_cost() == np.inf
+    if kind != "nothing":
+        prog.AddLinearCost(x[0] + 2.0)
+    if kind == "unbounded":
+        prog.AddLinearConstraint(x[0] + x[1] <= 1.0)
+        prog.AddBoundingBoxConstraint(-1.0, 3.0, x[1])
+    elif kind == "infeasible":
+        prog.AddLinearConstraint(x[0] + x[1] >= 1.0)
+        prog.AddBoundingBoxConstraint(0.0, 0.25, x)
+    elif kind == "rows apart":
+        prog.AddLinearConstraint(x[0] + x[1] >= 1.0)
+        prog.AddLinearConstraint(2.0 * x[0] + 2.0 * x[1] <= 1.0)
+    found = ClpSolver().Solve(prog)
+    monkeypatch.setattr(highs, "_solve_small", lambda *_: False)
+    wanted = ClpSolver().Solve(prog)
+    assert found.get_solver_id().name() == "Simplex" and wanted.get_solver_id().name() == "HiGHS"
+    assert found.get_solution_result() == wanted.get_solution_result()
+    assert found.get_optimal_cost() == wanted.get_optimal_cost()
+    assert found.get_solver_details() == wanted.get_solver_details()
+
+    def missed(result):
+        slacks = [c.evaluator().Eval(result.GetSolution(c.variables())) for c in prog.GetLinearConstraints()]
+        bounds = [(c.evaluator().lower_bound(), c.evaluator().upper_bound()) for c in prog.GetLinearConstraints()]
+        return sum(np.maximum(0.0, np.maximum(low - y, y - high)).sum() for y, (low, high) in zip(slacks, bounds))
+
+    assert missed(found) == pytest.approx(missed(wanted), abs=1e-9)
+    for box in prog.bounding_box_constraints():
+        assert box.evaluator().CheckSatisfied(found.GetSolution(box.variables()))

@@ -348,3 +348,15 @@ import scipy.linalg
 assert scipy.linalg.cython_blas.__pyx_capi__ and scipy.linalg.cython_lapack.__pyx_capi__
 """
     subprocess.run([sys.executable, "-c", program], check=True, timeout=120)
+
+
+@pytest.mark.parametrize("curvature, kind", [(1.0, "kSolutionFound"), (0.0, "kUnbounded")])
+def test_scs_takes_programs_without_constraints(curvature, kind):
+    pytest.importorskip("scs")
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddQuadraticCost(np.diag([1.0, curvature]), np.ones(2), x)
+    result = _Scs().Solve(prog)
+    assert result.get_solution_result().name == kind
+    if curvature:
+        np.testing.assert_allclose(result.GetSolution(x), [-1.0, -1.0], atol=1e-6)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
+from sheldrake.multibody.inverse_kinematics._kernels.forms import distance_slope
+from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.planning._kernels.distances import Bound
 from sheldrake.planning._native_distances import NativeDistances
 from sheldrake.solvers import Constraint
@@ -43,18 +45,16 @@ class _Distances(KinematicFunction):
 
     def _pair_slope(self, query: QueryObject, pair: Any) -> np.ndarray:
         """Derivative of a signed distance by q, shape (nq,): its normal times the velocities of the nearest points."""
-        W = self._plant.world_frame()
-        total = np.zeros(self._plant.num_positions())
-        for sign, geometry, point in ((1.0, pair.id_A, pair.p_ACa), (-1.0, pair.id_B, pair.p_BCb)):
-            inspector = query.inspector()
-            body = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-            assert body is not None  # all geometries in contact are the plant's
-            p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(point)
-            J = self._plant.CalcJacobianTranslationalVelocity(
-                self._context, QDOT, body.body_frame(), p_BC.reshape(3, 1), W, W
-            )
-            total += sign * pair.nhat_BA_W @ J
-        return total
+        parts = parts_of(self._plant)
+        view, inspector = parts.contexts.view(self._context), query.inspector()
+        rows, room = parts.kernel_models.rows_of_frames(), view.integers("nearest bodies", 2)
+        room[:] = [rows[inspector.GetFrameId(geometry)] for geometry in (pair.id_A, pair.id_B)]
+        nhat_W, p_WCa = pair.nhat_BA_W, query.GetPoseInWorld(pair.id_A) @ pair.p_ACa
+        p_WCb = p_WCa - pair.distance * nhat_W
+        slope = view.buffer("distance slope", view.nv)
+        arguments = view.model, view.work, room, view.buffer("nearest", 9), slope
+        ask = view.query(distance_slope, *arguments, given=("nearest",), needs=view.POSES, answer=slope)
+        return self._by_q(ask(np.concatenate((p_WCa, p_WCb, nhat_W))))
 
 
 class DistanceConstraint(_Distances, Constraint):
@@ -87,9 +87,13 @@ class DistanceConstraint(_Distances, Constraint):
     def _value(self, more: np.ndarray) -> np.ndarray:
         return np.array([self._query().ComputeSignedDistancePairClosestPoints(*self._pair).distance])
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if not self._is_float:
+            return super()._eval_with_jacobian(x)
+        self._place(x)
         query = self._query()
-        return self._pair_slope(query, query.ComputeSignedDistancePairClosestPoints(*self._pair))
+        pair = query.ComputeSignedDistancePairClosestPoints(*self._pair)
+        return np.array([pair.distance]), self._pair_slope(query, pair).reshape(1, -1)
 
 
 class _MinimumDistance(_Distances, _MinimumValueConstraint):

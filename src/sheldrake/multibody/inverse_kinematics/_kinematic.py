@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._kinds import called, instance_of
 from sheldrake.common._overloads import incompatible
+from sheldrake.multibody.inverse_kinematics._kernels.forms import Between, Form, Forms, form_slopes, form_values
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
@@ -18,6 +19,7 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.multibody.plant._context.view import View
     from sheldrake.systems.framework import Context
 
 QDOT = JacobianWrtVariable.kQDot
@@ -54,6 +56,32 @@ class KinematicFunction:
         elif parts_of(self._plant).contexts.view(self._context).q.tobytes() != q.tobytes():
             self._plant.SetPositions(self._context, q)
 
+    def _forms(self) -> list[np.ndarray] | None:
+        """Values as a `Form` each, of `_frames`; None if they are no forms."""
+        return None
+
+    def _frames(self) -> tuple[Frame, Frame]:
+        """A and B of the forms."""
+        raise NotImplementedError
+
+    _own_forms: Forms | None = None
+
+    def _ask_forms(self) -> _AskedForms | None:
+        """Queries of the forms for the context as it is; None if there are none, or the plant is none of floats."""
+        forms = self._own_forms
+        if forms is None:
+            found = self._forms() if self._is_float else None
+            if found is None:
+                return None
+            forms = self._own_forms = _table(self._plant, self._context, *self._frames(), found)
+        view = parts_of(self._plant).contexts.view(self._context)
+        count = len(forms.form)
+        asked: _AskedForms | None = view.forms.get(count)
+        if asked is None:
+            asked = view.forms[count] = _AskedForms(view, count)
+        asked.take(forms)
+        return asked
+
     def _value(self, more: np.ndarray) -> np.ndarray:
         """Values at the positions in the context."""
         raise NotImplementedError
@@ -68,6 +96,9 @@ class KinematicFunction:
     def _eval(self, x: np.ndarray) -> np.ndarray:
         q, more = self._split(x)
         self._place(q)
+        asked = self._ask_forms()
+        if asked is not None:
+            return asked.values()
         y = _vector(self._value(more))
         return _arrays.values_and_gradient(y)[0] if y.dtype == object else y
 
@@ -76,6 +107,10 @@ class KinematicFunction:
             return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))
         q, more = self._split(x)
         self._place(q)
+        asked = self._ask_forms()
+        if asked is not None:
+            found = asked.slopes()
+            return found[:, 0], self._by_q(found[:, 1:])
         slope = self._slope(more)
         return _vector(self._value(more)), slope if slope.ndim == 2 else slope.reshape(1, -1)
 
@@ -98,6 +133,12 @@ class KinematicFunction:
 
     # Kinematics of the plant
 
+    def _by_q(self, by_v: np.ndarray) -> np.ndarray:
+        """Derivatives by q from those by v."""
+        parts = parts_of(self._plant)
+        is_same = parts.contexts.view(self._context).frozen.v_is_qdot
+        return by_v if is_same else by_v @ parts.dynamics.qdot_to_velocity(self._context)
+
     def _point(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """p_AQ, shape (3,)."""
         if self._is_float:
@@ -116,10 +157,39 @@ class KinematicFunction:
             return parts_of(self._plant).kinematics.relative_pose(self._context, frame_A, frame_B)[:9].reshape(3, 3)
         return self._plant.CalcRelativeTransform(self._context, frame_A, frame_B).rotation().matrix()
 
-    def _rotation_slope(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
-        """W with w_AB_A = W qdot, shape (3, nq)."""
-        J: np.ndarray = self._plant.CalcJacobianSpatialVelocity(self._context, QDOT, frame_B, _ORIGIN, frame_A, frame_A)
-        return J[:3]
+
+class _AskedForms:
+    """Queries for values of so many forms, and for these with their derivatives by v, at the positions of a view."""
+
+    def __init__(self, view: View, count: int):
+        self._room = Forms(np.zeros((count, Between.SIZE), np.int64), np.zeros((count, Form.SIZE)))
+        values, found = np.zeros(count), np.zeros((count, 1 + view.nv))
+        tree = view.model, view.p, view.work, self._room
+        self.values = view.calls.query(form_values, *tree, values, needs=view.POSES, answer=values)
+        self.slopes = view.calls.query(form_slopes, *tree, found, needs=view.POSES, answer=found)
+        self._taken: Forms | None = None
+
+    def take(self, forms: Forms) -> None:
+        """Has these be what is asked for."""
+        if forms is not self._taken:
+            self._taken = forms
+            self._room.between[:], self._room.form[:] = forms
+
+
+def _table(plant: MultibodyPlant, context: Context, frame_A: Frame, frame_B: Frame, forms: list[np.ndarray]) -> Forms:
+    """Forms of frame B in frame A."""
+    parts = parts_of(plant)
+    view, place = parts.contexts.view(context), parts.kinematics.place
+    ends = (*place(view, frame_A), *place(view, frame_B))
+    return Forms(np.array([ends] * len(forms), np.int64), np.array(forms))
+
+
+def form(**given: ArrayLike) -> np.ndarray:
+    """A `Form`; what is not given is zero."""
+    out = np.zeros(Form.SIZE)
+    for name, value in given.items():
+        out[getattr(Form, name).columns] = np.ravel(value)
+    return out
 
 
 def _vector(y: Any) -> np.ndarray:

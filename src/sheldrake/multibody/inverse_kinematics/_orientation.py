@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, unit3
+from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, form, unit3
 from sheldrake.solvers import Constraint, Cost
 
 if TYPE_CHECKING:
@@ -41,11 +41,12 @@ class _Turn(KinematicFunction):
         R = self._R()
         return R[0, 0] + R[1, 1] + R[2, 2]
 
-    def _trace_slope(self) -> np.ndarray:
-        """tr([w] R) is w' a with a from the antisymmetric part of R."""
-        R = self._R()
-        a = np.array([R[1, 2] - R[2, 1], R[2, 0] - R[0, 2], R[0, 1] - R[1, 0]])
-        return a @ (self._R_AAbar @ self._rotation_slope(self._Abar, self._Bbar))
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._Abar, self._Bbar
+
+    def _trace_form(self, factor: float, constant: float) -> list[np.ndarray]:
+        """factor * trace + constant."""
+        return [form(turn=factor * (self._R_BbarB @ self._R_AAbar).T, constant=constant)]
 
 
 class OrientationConstraint(_Turn, Constraint):
@@ -82,8 +83,8 @@ class OrientationConstraint(_Turn, Constraint):
     def _value(self, more: np.ndarray) -> np.ndarray:
         return np.array([self._trace()])
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        return self._trace_slope()
+    def _forms(self) -> list[np.ndarray]:
+        return self._trace_form(1.0, 0.0)
 
 
 class OrientationCost(_Turn, Cost):
@@ -115,8 +116,8 @@ class OrientationCost(_Turn, Cost):
     def _value(self, more: np.ndarray) -> np.ndarray:
         return np.array([self._c * (3.0 - self._trace()) * 0.5])
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        return -0.5 * self._c * self._trace_slope()
+    def _forms(self) -> list[np.ndarray]:
+        return self._trace_form(-0.5 * self._c, 1.5 * self._c)
 
 
 class _Angle(KinematicFunction):
@@ -133,11 +134,12 @@ class _Angle(KinematicFunction):
     def _cos(self) -> Any:
         return self._a @ (self._rotation(self._A, self._B) @ self._b)
 
-    def _cos_slope(self) -> np.ndarray:
-        b_A = self._rotation(self._A, self._B) @ self._b
-        x, y, z = b_A
-        a, b, c = self._a
-        return np.array([y * c - z * b, z * a - x * c, x * b - y * a]) @ self._rotation_slope(self._A, self._B)
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._A, self._B
+
+    def _cos_form(self, factor: float, constant: float) -> list[np.ndarray]:
+        """factor * cos + constant."""
+        return [form(turn=factor * np.outer(self._a, self._b), constant=constant)]
 
 
 class AngleBetweenVectorsConstraint(_Angle, Constraint):
@@ -176,8 +178,8 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
     def _value(self, more: np.ndarray) -> np.ndarray:
         return np.array([self._cos()])
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        return self._cos_slope()
+    def _forms(self) -> list[np.ndarray]:
+        return self._cos_form(1.0, 0.0)
 
 
 class AngleBetweenVectorsCost(_Angle, Cost):
@@ -209,5 +211,5 @@ class AngleBetweenVectorsCost(_Angle, Cost):
     def _value(self, more: np.ndarray) -> np.ndarray:
         return np.array([self._c * (1.0 - self._cos())])
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        return -self._c * self._cos_slope()
+    def _forms(self) -> list[np.ndarray]:
+        return self._cos_form(-self._c, self._c)

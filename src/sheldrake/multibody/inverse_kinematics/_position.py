@@ -15,6 +15,7 @@ from sheldrake.multibody.inverse_kinematics._kinematic import (
     POINT,
     POSE,
     KinematicFunction,
+    form,
     unit3,
     vector3,
 )
@@ -76,9 +77,15 @@ class PositionConstraint(KinematicFunction, Constraint):
         p_AbarB = self._point(self._B, np.zeros(3), self._A)
         return self._R @ (p_AbarB + self._rotation(self._A, self._B) @ more) + self._p
 
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._A, self._B
+
+    def _forms(self) -> list[np.ndarray] | None:
+        if self._p_BQ is None:
+            return None
+        return [form(p_BQ=self._p_BQ, slope=along, constant=start) for along, start in zip(self._R, self._p)]
+
     def _slope(self, more: np.ndarray) -> np.ndarray:
-        if self._p_BQ is not None:
-            return self._R @ self._point_slope(self._B, self._p_BQ, self._A)
         by_point = self._rotation(self._A, self._B)
         return self._R @ np.hstack((self._point_slope(self._B, more, self._A), by_point))
 
@@ -127,9 +134,11 @@ class PositionCost(KinematicFunction, Cost):
         e = self._point(self._B, self._p_BQ, self._A) - self._p_AP
         return np.atleast_1d(e @ (self._C @ e))
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        e = self._point(self._B, self._p_BQ, self._A) - self._p_AP
-        return ((self._C + self._C.T) @ e) @ self._point_slope(self._B, self._p_BQ, self._A)
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._A, self._B
+
+    def _forms(self) -> list[np.ndarray]:
+        return [form(p_AS=self._p_AP, p_BQ=self._p_BQ, square=0.5 * (self._C + self._C.T))]
 
 
 class PointToPointDistanceConstraint(KinematicFunction, Constraint):
@@ -167,9 +176,11 @@ class PointToPointDistanceConstraint(KinematicFunction, Constraint):
         d = self._point(self._B2, self._P2, self._B1) - self._P1
         return np.atleast_1d(d @ d)
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        d = self._point(self._B2, self._P2, self._B1) - self._P1
-        return 2.0 * d @ self._point_slope(self._B2, self._P2, self._B1)
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._B1, self._B2
+
+    def _forms(self) -> list[np.ndarray]:
+        return [form(p_AS=self._P1, p_BQ=self._P2, square=np.eye(3))]
 
 
 def squared_bounds(call: str, lower: float, upper: float) -> tuple[np.ndarray, np.ndarray]:
@@ -222,9 +233,11 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
         d = self._across @ (self._point(self._B1, self._P, self._B2) - self._Q)
         return np.atleast_1d(d @ d)
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        d = self._across @ (self._point(self._B1, self._P, self._B2) - self._Q)
-        return 2.0 * d @ self._point_slope(self._B1, self._P, self._B2)
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._B2, self._B1
+
+    def _forms(self) -> list[np.ndarray]:
+        return [form(p_AS=self._Q, p_BQ=self._P, square=self._across)]  # a projection: its square is itself
 
 
 class PolyhedronConstraint(KinematicFunction, Constraint):
@@ -314,6 +327,9 @@ class GazeTargetConstraint(KinematicFunction, Constraint):
         p = self._point(self._B, self._T, self._A) - self._S
         return np.array([self._n @ p, p @ (self._M @ p)])
 
-    def _slope(self, more: np.ndarray) -> np.ndarray:
-        p = self._point(self._B, self._T, self._A) - self._S
-        return np.stack((self._n, 2.0 * self._M @ p)) @ self._point_slope(self._B, self._T, self._A)
+    def _frames(self) -> tuple[Frame, Frame]:
+        return self._A, self._B
+
+    def _forms(self) -> list[np.ndarray]:
+        ends = {"p_AS": self._S, "p_BQ": self._T}
+        return [form(**ends, slope=self._n), form(**ends, square=self._M)]

@@ -13,7 +13,20 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
 from sheldrake.solvers._functions.bindings import BindingBase
-from sheldrake.solvers._functions.costs import QuadraticCost
+from sheldrake.solvers._functions.cone_constraints import (
+    ExponentialConeConstraint,
+    LinearMatrixInequalityConstraint,
+    LorentzConeConstraint,
+    PositiveSemidefiniteConstraint,
+    RotatedLorentzConeConstraint,
+)
+from sheldrake.solvers._functions.constraints import (
+    BoundingBoxConstraint,
+    LinearConstraint,
+    LinearEqualityConstraint,
+)
+from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
+from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._kernels.rows import conic_rows
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -35,7 +48,8 @@ class ConicForm:
     """
 
     def __init__(self, prog: MathematicalProgram):
-        self.prog, self.num_vars = prog, prog.num_vars()
+        self.prog, parts = prog, parts_of(prog)
+        self._bindings, self.num_vars = parts.bindings, parts.variables.num_vars()
         self._rows: list[np.ndarray] = []
         self._cols: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
@@ -50,7 +64,7 @@ class ConicForm:
         self._matrices()
         self._exponential()
         self.b = np.concatenate(self._b)
-        del self.prog  # which keeps its form: no need to wait for the collector of cycles
+        del self.prog, self._bindings  # which keeps its form: no need to wait for the collector of cycles
         self.idle: list[Any] = []  # what a solver keeps for the next program with these matrices
 
     @functools.cached_property
@@ -76,11 +90,11 @@ class ConicForm:
         return Columns.of_triplets(rows, cols, values, (self.num_rows, self.num_vars))
 
     def _objective(self) -> None:
-        quadratic = self.prog.quadratic_costs()
+        quadratic = self._bindings.of(QuadraticCost)
         rows, cols, values = entries(*QuadraticCost.matrices([b._evaluator for b in quadratic]))
-        at = parts_of(self.prog).bindings.places(*quadratic)
+        at = self._bindings.places(*quadratic)
         self._triplets_P = at[rows], at[cols], values
-        slacks = len(self.prog.l2norm_costs())
+        slacks = len(self._bindings.of(L2NormCost))
         self._first_slack = self.num_vars
         self.num_vars += slacks
         self._linear_objective = LinearObjective(self.prog)
@@ -100,15 +114,20 @@ class ConicForm:
         self.num_rows += A.shape[0]
         return slice(start, self.num_rows)
 
+    def add_empty_row(self) -> None:
+        """Adds a row that always holds, 0 <= 1, before `A` is asked for."""
+        self._add(np.zeros((1, 0)), np.zeros(0, int), np.ones(1))
+        self._cone("nonnegative", 1)
+        self.b = np.concatenate(self._b)
+
     def _cone(self, kind: str, size: int) -> None:
         if size:
             self.cones.append(Cone(kind, size))
 
     def _linear(self) -> None:
         """Linear constraints: first equations, then upper bounds, then lower bounds."""
-        prog = self.prog
-        linear = prog.linear_constraints(), prog.linear_equality_constraints(), prog.bounding_box_constraints()
-        table = self._table = LinearRows(prog, [b for kind in linear for b in kind])
+        of, linear = self._bindings.of, (LinearConstraint, LinearEqualityConstraint, BoundingBoxConstraint)
+        table = self._table = LinearRows(self.prog, [b for kind in linear for b in of(kind)])
         found = self._conic = ConicRows.of(table)
         self._rows.append(found.rows)
         self._cols.append(found.cols)
@@ -139,43 +158,43 @@ class ConicForm:
         return out
 
     def _norms_and_lorentz(self) -> None:
-        for k, b in enumerate(self.prog.l2norm_costs()):
+        for k, b in enumerate(self._bindings.of(L2NormCost)):
             A = np.asarray(b._evaluator.GetDenseA())
             M = np.zeros((A.shape[0] + 1, A.shape[1] + 1))
             M[0, 0], M[1:, 1:] = 1.0, A
-            cols = np.concatenate(([self._first_slack + k], parts_of(self.prog).bindings.places(b)))
+            cols = np.concatenate(([self._first_slack + k], self._bindings.places(b)))
             self._add(-M, cols, np.concatenate(([0.0], b._evaluator._b)))
             self._cone("second_order", M.shape[0])
-        for cone in self.prog.lorentz_cone_constraints():
+        for cone in self._bindings.of(LorentzConeConstraint):
             c = cone.evaluator()
-            rows = self._add(-c._A, parts_of(self.prog).bindings.places(cone), c._b)
+            rows = self._add(-c._A, self._bindings.places(cone), c._b)
             self._cone("second_order", c._A.shape[0])
             self._duals.append((cone, _part(rows)))
 
     def _rotated(self) -> None:
         """z_0 z_1 >= |r|^2 is (z_0 + z_1) / 2 >= |((z_0 - z_1) / 2, r)|."""
-        for b in self.prog.rotated_lorentz_cone_constraints():
+        for b in self._bindings.of(RotatedLorentzConeConstraint):
             n = b._evaluator._A.shape[0]
             T = np.eye(n)
             T[:2, :2] = [[0.5, 0.5], [0.5, -0.5]]
-            rows = self._add(-(T @ b._evaluator._A), parts_of(self.prog).bindings.places(b), T @ b._evaluator._b)
+            rows = self._add(-(T @ b._evaluator._A), self._bindings.places(b), T @ b._evaluator._b)
             self._cone("second_order", n)
             self._duals.append((b, _part(rows, T.T)))
 
     def _matrices(self) -> None:
-        for b in self.prog.positive_semidefinite_constraints():
+        for b in self._bindings.of(PositiveSemidefiniteConstraint):
             n = b._evaluator.matrix_rows()
             i, j, scale = upper_triangle(n)
             select = np.zeros((len(i), n * n))
             select[np.arange(len(i)), i * n + j] = scale  # of variables that may differ, the lower triangle's, as Drake
-            rows = self._add(-select, parts_of(self.prog).bindings.places(b), np.zeros(len(i)))
+            rows = self._add(-select, self._bindings.places(b), np.zeros(len(i)))
             self._psd(b, n, rows)
-        for inequality in self.prog.linear_matrix_inequality_constraints():
+        for inequality in self._bindings.of(LinearMatrixInequalityConstraint):
             n = inequality.evaluator().matrix_rows()
             i, j, scale = upper_triangle(n)
             F = [f[i, j] * scale for f in inequality.evaluator()._F]
             M = np.stack(F[1:], axis=1) if len(F) > 1 else np.zeros((len(i), 0))
-            self._psd(inequality, n, self._add(-M, parts_of(self.prog).bindings.places(inequality), F[0]))
+            self._psd(inequality, n, self._add(-M, self._bindings.places(inequality), F[0]))
 
     def _psd(self, b: BindingBase, n: int, rows: slice) -> None:
         self._cone("psd", n)
@@ -189,9 +208,9 @@ class ConicForm:
 
     def _exponential(self) -> None:
         """Ours is z_0 >= z_1 exp(z_2 / z_1); that of solvers has (z_2, z_1, z_0)."""
-        for b in self.prog.exponential_cone_constraints():
+        for b in self._bindings.of(ExponentialConeConstraint):
             A, c = b._evaluator._A[::-1], b._evaluator._b[::-1]
-            rows = self._add(-A, parts_of(self.prog).bindings.places(b), c)
+            rows = self._add(-A, self._bindings.places(b), c)
             self._cone("exponential", 3)
             self._duals.append((b, _part(rows, np.eye(3)[::-1])))
 
@@ -311,12 +330,13 @@ class LinearObjective:
     """
 
     def __init__(self, prog: MathematicalProgram) -> None:
-        quadratic, linear = prog.quadratic_costs(), prog.linear_costs()
+        parts = parts_of(prog)
+        quadratic, linear = parts.bindings.of(QuadraticCost), parts.bindings.of(LinearCost)
         self._quadratic, self._linear = [b._evaluator for b in quadratic], [b._evaluator for b in linear]
-        self._at, self._n = parts_of(prog).bindings.places(*quadratic, *linear), prog.num_vars()
+        self._at, self._n = parts.bindings.places(*quadratic, *linear), parts.variables.num_vars()
 
     def now(self) -> tuple[np.ndarray, float]:
         """c and constant as the costs have them now."""
         slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self._quadratic), *[e._a for e in self._linear]])
         constant = sum([e._c for e in self._quadratic]) + sum([e._b for e in self._linear])
-        return np.bincount(self._at, slopes, self._n), float(constant)
+        return np.bincount(self._at, slopes, self._n).astype(float, copy=False), float(constant)

@@ -11,11 +11,12 @@ import numpy as np
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.conic import LinearObjective
 from sheldrake.solvers._engines.interface import SolverInterface
-from sheldrake.solvers._engines.linear import SMALL, maximize_small
+from sheldrake.solvers._engines.linear import SMALL, maximize, maximize_small
 from sheldrake.solvers._engines.linear_rows import LinearRows, another
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._kernels.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNDECIDED
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import LINEAR
@@ -149,6 +150,11 @@ class ClpSolverDetails(NamedTuple):
     status: int
 
 
+_OUTCOMES = {
+    OPTIMAL: SolutionResult.kSolutionFound,
+    INFEASIBLE: SolutionResult.kInfeasibleConstraints,
+    UNBOUNDED: SolutionResult.kUnbounded,
+}
 _CLP_STATUS = {0: 0, 1: 3, 2: 1, 3: 2}
 _CLP_CODES = {result: _CLP_STATUS[status] for status, result in _RESULTS.items()} | {SolutionResult.kDualInfeasible: 2}
 
@@ -156,8 +162,8 @@ _CLP_CODES = {result: _CLP_STATUS[status] for status, result in _RESULTS.items()
 class ClpSolver(SolverInterface):
     """Solves linear programs, and such with convex quadratic costs.
 
-    In sheldrake the former are solved by HiGHS, by way of SciPy, or if they are small and have a solution by a simplex
-    method of its own; the latter by Clarabel. Results say so: "HiGHS", "Simplex" or "Clarabel".
+    In sheldrake the former are solved by HiGHS, by way of SciPy, or if they are small by a simplex method of its own;
+    the latter by Clarabel. Results say so: "HiGHS", "Simplex" or "Clarabel".
     """
 
     _name = "Clp"
@@ -217,18 +223,21 @@ class ClpSolver(SolverInterface):
 
 
 def _solve_small(form: LinearForm, result: MathematicalProgramResult) -> bool:
-    """Solves a small program by the simplex method; whether there is a solution, which is then proven."""
+    """Solves a small program by the simplex method; whether it has an answer, which is then proven."""
     m, n = form.rows.num_rows, len(form.c)
     if 2 * (m + n) * n > SMALL:
         return False
     A, b, above, below = form.inequalities
     found = maximize_small(-form.c, A, b)
-    if found.x is None or found.y is None:
+    if found.status == UNDECIDED:
         return False
-    result._solver = "Simplex"
-    result._details = ClpSolverDetails(_CLP_STATUS[0])
-    result._finish(SolutionResult.kSolutionFound, found.x, form.c @ found.x + form.constant)
-
+    outcome = _OUTCOMES[found.status]
+    result._solver, result._details = "Simplex", ClpSolverDetails(_CLP_CODES[outcome])
+    if found.x is None or found.y is None:
+        is_row = np.concatenate((np.flatnonzero(above), np.flatnonzero(below))) < m
+        result._finish(outcome, _closest(A, b, is_row), np.nan)
+        return True
+    result._finish(outcome, found.x, form.c @ found.x + form.constant)
     gains = found.y
 
     def duals() -> Iterator[tuple[BindingBase, np.ndarray]]:
@@ -241,6 +250,17 @@ def _solve_small(form: LinearForm, result: MathematicalProgramResult) -> bool:
 
     result._set_duals_late(duals)
     return True
+
+
+def _closest(A: np.ndarray, b: np.ndarray, may_miss: np.ndarray) -> np.ndarray:
+    """The point with A x <= b but for rows that may be missed, with the least sum of what these are missed by."""
+    n, (missed,) = A.shape[1], np.nonzero(may_miss)
+    k = len(missed)
+    slack = np.zeros((len(b), k))
+    slack[missed, np.arange(k)] = -1.0
+    rows = np.vstack((np.hstack((A, slack)), np.hstack((np.zeros((k, n)), -np.eye(k)))))
+    found = maximize(np.append(np.zeros(n), -np.ones(k)), rows, np.append(b, np.zeros(k)))
+    return np.zeros(n) if found.x is None else found.x[:n]
 
 
 def _least_violation(

@@ -148,9 +148,11 @@ class SolverInterface:
         """`Solve` of a program that this solver is known to take."""
         out = object.__new__(MathematicalProgramResult) if result is None else result
         out._start(prog, self._method or self._name)
-        guess = prog.initial_guess() if initial_guess is None else np.asarray(initial_guess, dtype=float).ravel()
-        if guess.size != prog.num_vars():
-            raise ValueError(f"Solve expects initial guess of size {prog.num_vars()}, got {guess.size} instead.")
+        variables = parts_of(prog).variables
+        count = variables.num_vars()
+        guess = variables.initial_guess() if initial_guess is None else np.asarray(initial_guess, dtype=float).ravel()
+        if guess.size != count:
+            raise ValueError(f"Solve expects initial guess of size {count}, got {guess.size} instead.")
         options = prog.solver_options()._merged(solver_options)
         self._do_solve(prog, guess, options, out)
         return out if result is None else None

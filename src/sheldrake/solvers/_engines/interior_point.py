@@ -265,6 +265,7 @@ class Factors:
         )  # fmt: skip
 
 
+_ROUNDING = 10.0 * float(np.finfo(float).eps)  # of a cost, relative to it or 1
 _SMALL = 40  # Up to this size full factors take less time than looking for an order does.
 
 
@@ -446,7 +447,7 @@ class InteriorPoint:
         if not math.isfinite(now.f_trial) or not theta_new <= self._theta_max:
             now.theta_trial = np.inf
             return False
-        rounding = 10.0 * np.finfo(float).eps * max(1.0, abs(phi))
+        rounding = _ROUNDING * max(1.0, abs(phi))
         if not self._is_outside(theta_new, phi_new - rounding):
             return False
         descends = m < 0.0 and alpha * (-m) ** 2.3 > theta**1.1

@@ -43,7 +43,9 @@ def maximize(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
 def maximize_small(c: np.ndarray, A: np.ndarray, b: np.ndarray) -> LinearAnswer:
     """The same, UNDECIDED where it is not small or there is no proof."""
     m, n = A.shape
-    if m and n and m * n <= SMALL and np.isfinite(b).all():
+    if m == 0:
+        return LinearAnswer(UNBOUNDED) if c.any() else LinearAnswer(OPTIMAL, np.zeros(n), np.zeros(0))
+    if n and m * n <= SMALL and np.isfinite(b).all():
         return _at_once(c, A, b)
     return LinearAnswer(UNDECIDED)
 

@@ -100,12 +100,14 @@ class LinearRows:
     """
 
     def __init__(self, prog: MathematicalProgram, bindings: Sequence[BindingBase[LinearConstraint]]):
-        self._bindings, self._sizes = bindings, [b._evaluator._num_outputs for b in bindings]
+        self._bindings = bindings
         blocks: list[Block] = []
         for b in bindings:
             e = b._evaluator
-            is_box = isinstance(e, BoundingBoxConstraint)
-            blocks.append(None if is_box else e._A if e._row is None else e._row[0])
+            row = e._row
+            is_box = e.__class__ is BoundingBoxConstraint or isinstance(e, BoundingBoxConstraint)
+            blocks.append(None if is_box else e._A if row is None else row[0])
+        self._sizes = [b._evaluator._num_outputs for b in bindings]
         self.rows, columns, self.values = entries(blocks, self._sizes)
         self.cols = parts_of(prog).bindings.places(*bindings)[columns]
         self._take_bounds()
@@ -121,8 +123,9 @@ class LinearRows:
                 lower += e._lower.tolist()
                 upper += e._upper.tolist()
             else:
-                lower.append(row[1])
-                upper.append(row[2])
+                _, low, high = row
+                lower.append(low)
+                upper.append(high)
         self.lower, self.upper = np.array(lower, dtype=float), np.array(upper, dtype=float)
 
     @functools.cached_property

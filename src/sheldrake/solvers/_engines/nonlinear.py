@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import time
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,15 +90,17 @@ class NonlinearSolver(SolverInterface):
         else:
             kind = SolutionResult.kIterationLimit if spent else SolutionResult.kSolverSpecificError
         result._finish(kind, y * form.scale, cost)
-        result._cost = float(cost)  # That of the point where it stopped, feasible or not.
-        multipliers = _multipliers(form, y, outcome.dual)
-        result._details = self._details(kind, outcome, seconds, np.append(cost, rows), multipliers)
+        if kind is not SolutionResult.kUnbounded:
+            result._cost = float(cost)  # That of the point where it stopped, feasible or not.
+        # Functions are called now: later they may be others. What is made of their values can wait.
+        multipliers, F = functools.cache(_multipliers(form, y, outcome.dual)), np.append(cost, rows)
+        result._set_details_late(lambda: self._details(kind, outcome, seconds, F, multipliers()))
         if kind is SolutionResult.kSolutionFound:
             own, boxes = form.rows, form.boxes
             result._set_duals_late(
                 lambda: itertools.chain(
-                    ((row.binding, multipliers.rows[row.rows]) for row in own),
-                    boxes.duals(multipliers.low, multipliers.high),
+                    ((row.binding, multipliers().rows[row.rows]) for row in own),
+                    boxes.duals(multipliers().low, multipliers().high),
                 )
             )
 
@@ -114,16 +117,18 @@ class NonlinearSolver(SolverInterface):
         raise NotImplementedError
 
 
-def _multipliers(form: NonlinearForm, y: np.ndarray, dual: np.ndarray | None) -> Multipliers:
+def _multipliers(form: NonlinearForm, y: np.ndarray, dual: np.ndarray | None) -> Callable[[], Multipliers]:
     """Those of rows and of bounds of variables: what of the cost's gradient those of rows leave."""
     if dual is None:
-        return Multipliers(*form.multipliers(y))
+        at = form.slopes(y)
+        return lambda: Multipliers(*form.multipliers(at))
     _, entries = form.constraints(y)
     left: np.ndarray = form.cost(y)[1] - np.bincount(form.J_cols, entries * dual[form.J_rows], form.num_vars)
     near = 1e-5 * np.maximum(1.0, np.abs(y))
     left = left / form.scale
     low = np.where(y - form.x_lower <= near, np.maximum(left, 0.0), 0.0)
-    return Multipliers(dual, low, np.where(form.x_upper - y <= near, np.minimum(left, 0.0), 0.0))
+    found = Multipliers(dual, low, np.where(form.x_upper - y <= near, np.minimum(left, 0.0), 0.0))
+    return lambda: found
 
 
 def number(values: dict, key: Hashable, default: float) -> float:

@@ -209,27 +209,38 @@ class NonlinearForm:
         for evaluator, at in self._callbacks:
             evaluator._eval(x[at])
 
-    def multipliers(self, y: np.ndarray, tol: float = 1e-5) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def slopes(self, y: np.ndarray) -> Slopes:
+        """Derivatives at y."""
+        return Slopes(y, self.cost(y)[1], *self.dense_constraints(y))
+
+    def multipliers(self, at: Slopes, tol: float = 1e-5) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Derivatives of the cost by the active bounds: of rows, of lower and of upper bounds of x.
 
         Least squares of the condition that the cost's gradient is a combination of those of the active constraints.
         """
-        gradient = self.cost(y)[1]
-        values, J = self.dense_constraints(y)
 
         def close(a: np.ndarray, bound: np.ndarray) -> np.ndarray:
             size = np.maximum(1.0, np.abs(np.where(np.isfinite(bound), bound, 0.0)))
             return np.isfinite(bound) & (np.abs(a - bound) <= tol * size)
 
-        rows = np.flatnonzero(close(values, self.lower) | close(values, self.upper))
-        fixed = np.flatnonzero(close(y, self.x_lower) | close(y, self.x_upper))
-        stack = np.vstack((J[rows], np.eye(self.num_vars)[fixed]))
-        found = np.linalg.lstsq(stack.T, gradient, rcond=None)[0] if len(stack) else np.zeros(0)
+        rows = np.flatnonzero(close(at.values, self.lower) | close(at.values, self.upper))
+        fixed = np.flatnonzero(close(at.y, self.x_lower) | close(at.y, self.x_upper))
+        stack = np.vstack((at.J[rows], np.eye(self.num_vars)[fixed]))
+        found = np.linalg.lstsq(stack.T, at.gradient, rcond=None)[0] if len(stack) else np.zeros(0)
         dual = np.zeros(self.num_rows)
         dual[rows] = found[: len(rows)]
         box = np.zeros(self.num_vars)
         box[fixed] = found[len(rows) :] / self.scale[fixed]
         return dual, np.maximum(box, 0.0), np.minimum(box, 0.0)
+
+
+class Slopes(NamedTuple):
+    """A point, the cost's gradient, and the values of all rows and their Jacobian there."""
+
+    y: np.ndarray
+    gradient: np.ndarray
+    values: np.ndarray
+    J: np.ndarray
 
 
 def _placed(

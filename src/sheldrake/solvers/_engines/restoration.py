@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._kernels.active_set import least_of_free
 
 _MOST = 60  # steps: most of those that end well need 5 to 40
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-10, 1e6
@@ -42,23 +43,27 @@ def aside(form: NonlinearForm, start: np.ndarray, part: float) -> np.ndarray:
 
 def restore(form: NonlinearForm, start: np.ndarray, feasibility: float) -> Restored:
     """A point near `start` with the least squares of violations, inside of the bounds of the variables."""
-    y, (r, J), damping, is_slow = start, form.excess(start), _DAMPING, False
-    curvature = np.zeros((len(y), len(y)))
+    y, (r, J), damping, is_slow, n = start, form.excess(start), _DAMPING, False, len(start)
+    curvature, damped, (g, reach, scratch, d) = np.zeros((n, n)), np.zeros((n, n)), np.zeros((4, n))
+    step = least_of_free.bind(damped, g, reach, np.zeros((n, n)), scratch, d)
     for _ in range(_MOST):
-        squares, g = float(r @ r), J.T @ r
+        squares, g[:] = float(r @ r), J.T @ r
         most = np.abs(r).max(initial=0.0)
         room = np.where(g > 0.0, y - form.x_lower, form.x_upper - y)
-        reach = np.minimum(room, _FAR * (1.0 + np.abs(y)))
+        reach[:] = np.minimum(room, _FAR * (1.0 + np.abs(y)))
         is_least = np.abs(g) @ reach <= _LEFT * squares
         is_zero = most <= 0.5 * feasibility
         if is_zero or is_least or not np.isfinite(squares):
             return Restored(y, squares, bool(is_zero), bool(is_least and most > _CLEARLY * feasibility))
         H = J.T @ J
-        unit = H.trace() / len(y) * np.eye(len(y))
+        unit = H.trace() / n
         if is_slow:
             H = H + curvature
         while True:
-            trial = form.clip(y + _step(H + damping * unit, g, reach > 0.0))
+            damped[:] = H
+            damped.ravel()[:: n + 1] += damping * unit
+            step()
+            trial = form.clip(y + d)
             r_trial, J_trial = form.excess(trial)
             left = float(r_trial @ r_trial)
             if left < squares:
@@ -72,17 +77,6 @@ def restore(form: NonlinearForm, start: np.ndarray, feasibility: float) -> Resto
         _learn(curvature, s, (J_trial - J).T @ r_trial, J_trial.T @ r_trial - g)
         y, r, J, is_slow = trial, r_trial, J_trial, left > 0.5 * squares
     return Restored(y, float(r @ r), False, False)
-
-
-def _step(H: np.ndarray, g: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """To the least of a quadratic function of the free variables; none where it has no least."""
-    d, own = np.zeros(len(g)), np.ix_(free, free)
-    try:
-        np.linalg.cholesky(H[own])
-    except np.linalg.LinAlgError:
-        return d
-    d[free] = -np.linalg.solve(H[own], g[free])
-    return d
 
 
 def _learn(curvature: np.ndarray, s: np.ndarray, wanted: np.ndarray, change: np.ndarray) -> None:

@@ -235,6 +235,8 @@ class ScsSolver(SolverInterface):
         from scipy.sparse import csc_matrix
 
         form = ConicForm(prog)
+        if form.num_rows == 0:  # of which SCS takes none
+            form.add_empty_row()
         order = _rows_for_scs(form)
         cones: dict[str, Any] = {"z": 0, "l": 0, "q": [], "s": [], "ep": 0}
         for cone in form.cones:

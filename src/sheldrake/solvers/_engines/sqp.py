@@ -117,7 +117,7 @@ class Sqp:
         work.B[:], work.trial[:] = self._first_hessian(), self._start
         self._evaluate(memory)
         do(sequential.GO)
-        now.penalty, gain, stalls = 1.0, np.inf, 0
+        now.penalty, now.held, gain, stalls = 1.0, 0.0, np.inf, 0
         for _ in range(self._settings.iterations):
             status = do(sequential.STEP)
             if status == sequential.NOT_FINITE:

@@ -6,6 +6,7 @@ numbers whose rows and columns never change, so that solvers lay out their matri
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -154,7 +155,7 @@ _LOOK = 1e-6  # How far away a second gradient is taken, relative to variables a
 
 
 class LearnedTerms(Terms):
-    """Evaluators of equal shape of which no more than first derivatives are known.
+    """Evaluators of which no more than first derivatives are known: points, and as many values at each.
 
     The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
     those that were only tried), by symmetric rank one updates (Griewank and Toint, 1982; Conn, Gould and Toint, 1991):
@@ -162,17 +163,21 @@ class LearnedTerms(Terms):
     begin as a multiple of the identity: with none, nothing would say how far to go where no constraint does.
 
     Args:
-        evaluators: The evaluators.
-        columns: Of the variables of each, shape (evaluators, n).
-        rows: Of the values of each, shape (evaluators, m).
+        evaluators: The evaluators at each point, one after the other.
+        columns: Of the variables of each point, shape (points, n).
+        rows: Of the values of each, shape (points, m).
         are_costs: Whether they are costs, which have one value each.
     """
 
     def __init__(
-        self, evaluators: Sequence[EvaluatorBase], columns: np.ndarray, rows: np.ndarray, are_costs: bool = False
+        self,
+        evaluators: Sequence[Sequence[EvaluatorBase]],
+        columns: np.ndarray,
+        rows: np.ndarray,
+        are_costs: bool = False,
     ):
         (count, m), n = rows.shape, columns.shape[1]
-        self._evaluators, self._columns, self.places = list(evaluators), columns, rows.ravel()
+        self._columns, self.places = columns, rows.ravel()
         self.J_rows, self.J_cols = np.repeat(self.places, n), np.repeat(columns, m, axis=0).ravel()
         self.H_rows, self.H_cols = np.repeat(columns, n), np.repeat(columns, n, axis=0).ravel()
         self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
@@ -180,17 +185,28 @@ class LearnedTerms(Terms):
         self._J_before, self._are_costs = np.zeros((count * m, n)), are_costs
         self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
         self._has_begun = False
+        self._evaluators = [
+            (
+                k,
+                evaluator,
+                self._values[k, end - evaluator._num_outputs : end],
+                self._J[k, end - evaluator._num_outputs : end],
+            )
+            for k, found in enumerate(evaluators)
+            for evaluator, end in zip(found, itertools.accumulate([e._num_outputs for e in found]))
+        ]  # with where their values and derivatives go
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        for values, evaluator, own in zip(self._values, self._evaluators, x[self._columns]):
-            values[:] = evaluator._eval(own)
+        points = x[self._columns]
+        for k, evaluator, values, _ in self._evaluators:
+            values[:] = evaluator._eval(points[k])
         return self._values.flatten()
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         points = x[self._columns]
         self._points[:] = points
-        for values, J, evaluator, own in zip(self._values, self._J, self._evaluators, points):
-            values[:], J[:] = evaluator._eval_with_jacobian(own)
+        for k, evaluator, values, J in self._evaluators:
+            values[:], J[:] = evaluator._eval_with_jacobian(points[k])
         if math.isnan(np.add.reduce(self._J, axis=None)):
             self._J[:] = without_nan(self._J)
         return self._values.flatten(), self._J.flatten()
@@ -216,7 +232,9 @@ class LearnedTerms(Terms):
     def _look_around(self) -> None:
         """Begins with the curvature of each cost downhill, in all directions."""
         n = self._points.shape[1]
-        for H, evaluator, own, slope in zip(self._H, self._evaluators, self._points, self._J[:, 0].copy()):
+        slopes = self._J.reshape(self._J_before.shape).copy()
+        for H, (k, evaluator, _, _), slope in zip(self._H, self._evaluators, slopes):
+            own = self._points[k]
             steepness = float(np.linalg.norm(slope))
             if steepness > 0.0:
                 step = -_LOOK * max(1.0, float(np.abs(own).max())) * slope / steepness
@@ -230,7 +248,7 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool
     from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
 
     linear, quadratic = [], []
-    rest: dict[Any, list[tuple[Any, np.ndarray, np.ndarray]]] = {}
+    points: dict[bytes, list[tuple[Any, np.ndarray, np.ndarray]]] = {}
     alike: dict[Any, list[tuple[Any, np.ndarray, np.ndarray]]] = {}
     for evaluator, columns, rows in found:
         if isinstance(evaluator, (LinearCost, LinearConstraint)):
@@ -244,7 +262,7 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool
         else:
             key = evaluator._alike()
             if key is None:
-                rest.setdefault((len(columns), len(rows)), []).append((evaluator, columns, rows))
+                points.setdefault(columns.tobytes(), []).append((evaluator, columns, rows))
             else:
                 alike.setdefault(key, []).append((evaluator, columns, rows))
     out: list[Terms] = []
@@ -255,7 +273,11 @@ def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool
     for members in alike.values():
         columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
         out.append(AlikeTerms(members[0][0]._many(), columns, rows))
-    for members in rest.values():
-        columns, rows = np.array([c for _, c, _ in members]), np.array([r for *_, r in members])
-        out.append(LearnedTerms([e for e, *_ in members], columns, rows, are_costs))
+    rest: dict[Any, list[list[tuple[Any, np.ndarray, np.ndarray]]]] = {}
+    for members in points.values():  # those at one point are evaluated one after the other: what they share is there
+        rest.setdefault((len(members[0][1]), sum([len(r) for *_, r in members])), []).append(members)
+    for group in rest.values():
+        columns = np.array([members[0][1] for members in group])
+        rows = np.array([np.concatenate([r for *_, r in members]) for members in group])
+        out.append(LearnedTerms([[e for e, *_ in members] for members in group], columns, rows, are_costs))
     return out

@@ -144,7 +144,7 @@ def bind(kind: type[Evaluator], evaluator: Evaluator, vars: np.ndarray) -> Bindi
 
 
 def bind_list(kind: type[Evaluator], evaluator: Evaluator, vars: list[Variable]) -> BindingBase[Evaluator]:
-    """The same of a list of variables that nobody else has, as many as the evaluator takes."""
+    """The same of a list of variables that nobody changes, as many as the evaluator takes."""
     out: BindingBase[Evaluator] = object.__new__(_classes[kind])
     out._evaluator, out._list = evaluator, vars
     return out
@@ -154,6 +154,4 @@ def as_kind(kind: type[Evaluator], binding: BindingBase) -> BindingBase[Evaluato
     """The same evaluator and variables as Binding[kind]."""
     if type(binding) is _classes[kind]:
         return binding
-    out: BindingBase[Evaluator] = object.__new__(_classes[kind])
-    out.__dict__.update(binding.__dict__)
-    return out
+    return bind_list(kind, binding._evaluator, binding._list)  # asking for its __dict__ would make one

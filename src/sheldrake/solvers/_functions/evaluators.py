@@ -227,7 +227,7 @@ class Constraint(EvaluatorBase):
 
     def _is_satisfied(self, x: np.ndarray, tol: float) -> bool:
         y = self._eval(x)
-        return bool(np.all(y >= self._lower - tol) and np.all(y <= self._upper + tol))
+        return bool((y >= self._lower - tol).all() and (y <= self._upper + tol).all())
 
     def _formula(self, x: np.ndarray) -> Formula:
         parts = []

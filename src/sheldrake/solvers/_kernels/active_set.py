@@ -75,47 +75,63 @@ def product(M, i, j, n):
 
 
 @kernel
-def combination(M, active, count, G, j, n, r):
-    """r becomes what row j is of the active rows, nearest; what is left of its square."""
+def factor_active(M, active, count, G, n):
+    """Factors the products of the active rows, in G; whether they depend on each other."""
     for a in range(count):
         for b in range(a + 1):
             G[a, b] = product(M, active[a], active[b], n)
+    return factor(G, count)
+
+
+@kernel
+def combination(M, active, count, G, j, n, r):
+    """r becomes what row j is of the active rows, nearest; what is left of its square.
+
+    G holds the factor of the active rows, and gets the row that it has more if j becomes active.
+    """
+    for a in range(count):
         r[a] = product(M, active[a], j, n)
     square = product(M, j, j, n)
-    if factor(G, count) != 0:
-        return -1.0
     forward(G, count, r)
     left = square
     for a in range(count):
         left -= r[a] ** 2
+    if count < n:
+        for a in range(count):
+            G[count, a] = r[a]
+        G[count, count] = max(left, 0.0) ** 0.5
     backward(G, count, r)
     return left if left > _DEPENDENT * square else 0.0
 
 
 @kernel
-def most_violated(M, d, u, equal, rows, n, active, count, noise):
+def most_violated(M, d, u, sizes, equal, rows, n, active, count, noise):
     """The row furthest beyond its bound, by equations first; -1 if there is none."""
     found, most = -1, 0.0
     for j in range(rows):
-        taken = 0
-        for a in range(count):
-            if active[a] == j:
-                taken = 1
-        if taken == 0:
-            s, square = -d[j], 1e-300
-            for k in range(n):
-                s += M[j, k] * u[k]
-                square += M[j, k] ** 2
-            if j < equal:
+        if j < equal:
+            if is_among(active, count, j) == 0:
                 return j
-            s = (s - _NOISE * abs(d[j])) / square**0.5 - noise
-            if s > most:
-                found, most = j, s
+            continue
+        s = -d[j]
+        for k in range(n):
+            s += M[j, k] * u[k]
+        s = (s - _NOISE * abs(d[j])) / sizes[j] - noise
+        if s > most and is_among(active, count, j) == 0:
+            found, most = j, s
     return found
 
 
 @kernel
-def active_rows(H, f, A, b, equal, G, M, d, u, r, x0, multipliers, active):
+def is_among(active, count, j):
+    for a in range(count):
+        if active[a] == j:
+            return 1
+    return 0
+
+
+@kernel
+def active_rows(H, f, A, b, equal, G, M, d, u, r, sizes, x0, multipliers, active):
     """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1."""
     rows, n = A.shape
     if factor(H, n) != 0:
@@ -137,9 +153,13 @@ def active_rows(H, f, A, b, equal, G, M, d, u, r, x0, multipliers, active):
                 x -= H[i, k] * M[j, k]
             M[j, i] = x / H[i, i]
             d[j] += M[j, i] * u[i]
+        square = 1e-300
+        for k in range(n):
+            square += M[j, k] ** 2
+        sizes[j] = square**0.5
     for k in range(n):
         u[k] = 0.0
-    count, j, own = 0, most_violated(M, d, u, equal, rows, n, active, 0, noise), 0.0
+    count, j, own = 0, most_violated(M, d, u, sizes, equal, rows, n, active, 0, noise), 0.0
     for _ in range(_ROUNDS * (rows + 1)):
         if j < 0:
             for k in range(n):
@@ -147,8 +167,6 @@ def active_rows(H, f, A, b, equal, G, M, d, u, r, x0, multipliers, active):
             backward(H, n, x0)
             return count
         left = combination(M, active, count, G, j, n, r)
-        if left < 0.0:
-            return INFEASIBLE
         s = -d[j]
         for k in range(n):
             s += M[j, k] * u[k]
@@ -177,12 +195,14 @@ def active_rows(H, f, A, b, equal, G, M, d, u, r, x0, multipliers, active):
             multipliers[count] = own
             count += 1
             own = 0.0
-            j = most_violated(M, d, u, equal, rows, n, active, count, noise)
+            j = most_violated(M, d, u, sizes, equal, rows, n, active, count, noise)
         else:
             for a in range(leaves, count - 1):
                 active[a] = active[a + 1]
                 multipliers[a] = multipliers[a + 1]
             count -= 1
+            if factor_active(M, active, count, G, n) != 0:
+                return INFEASIBLE
     return INFEASIBLE
 
 
@@ -283,6 +303,7 @@ class Quadratic(NamedTuple):
         G: Scratch, shape (n, n).
         M: Scratch, shape (rows, n).
         d: Scratch, shape (rows,).
+        sizes: Scratch, shape (rows,).
         u: Scratch, shape (n,).
         r: Scratch, shape (n,).
         f: Scratch, shape (n,).
@@ -301,6 +322,7 @@ class Quadratic(NamedTuple):
     G: Matrix
     M: Matrix
     d: Vector
+    sizes: Vector
     u: Vector
     r: Vector
     f: Vector
@@ -314,8 +336,8 @@ def make_quadratic(rows: int, n: int) -> Quadratic:
     return Quadratic(
         Q=np.zeros((n, n)), q=next(vectors), A=np.zeros((rows, n)), b=np.zeros(rows), x=next(vectors),
         multipliers=np.zeros(n + 1), active=np.zeros(n + 1, dtype=np.int64), H=np.zeros((n, n)), G=np.zeros((n, n)),
-        M=np.zeros((rows, n)), d=np.zeros(rows), u=next(vectors), r=next(vectors), f=next(vectors),
-        center=next(vectors), K=np.zeros((2 * n, 2 * n + 1)),
+        M=np.zeros((rows, n)), d=np.zeros(rows), sizes=np.zeros(rows), u=next(vectors), r=next(vectors),
+        f=next(vectors), center=next(vectors), K=np.zeros((2 * n, 2 * n + 1)),
     )  # fmt: skip
 
 
@@ -339,8 +361,9 @@ def solve_quadratic(program, equal):
             H[i, i] += weight
             f[i] = q[i] - weight * center[i]
         count = active_rows(
-            H, f, A, b, equal, program.G, program.M, program.d, program.u, program.r, center, multipliers, active
-        )
+            H, f, A, b, equal, program.G, program.M, program.d, program.u, program.r, program.sizes, center,
+            multipliers, active,
+        )  # fmt: skip
         if count < 0:
             return INFEASIBLE
         tolerance = EXACT if point < _POINTS - 1 else CLOSE
@@ -348,6 +371,50 @@ def solve_quadratic(program, equal):
             if is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance) != 0:
                 return count
     return INFEASIBLE
+
+
+@kernel(outline=True)
+def solve_by_rows(program, equal, count):
+    """Tries whether the same rows hold with equality as when the program was solved last; how many, or -1 if not."""
+    Q, q, A, b, x = program.Q, program.q, program.A, program.b, program.x
+    active, multipliers = program.active, program.multipliers
+    if solve_with_rows(program.K, Q, q, A, b, active, count, x, multipliers) != 0:
+        return INFEASIBLE
+    is_found = is_optimal(Q, q, A, b, equal, active, count, x, multipliers, EXACT)
+    return count if is_found != 0 else INFEASIBLE
+
+
+@kernel(top=True)
+def least_of_free(H: Matrix, g: Vector, free: Vector, G: Matrix, r: Vector, x: Vector) -> None:
+    """Where 1/2 x'Hx + g'x is least, x being 0 where it is not free; 0 if there is no least.
+
+    Args:
+        H: Shape (n, n), symmetric.
+        g: Shape (n,).
+        free: Above zero where x is free, shape (n,).
+        G: Scratch, shape (n, n).
+        r: Scratch, shape (n,).
+        x: Filled, shape (n,).
+    """
+    n, count = len(g), 0
+    for i in range(n):
+        x[i] = 0.0
+        if free[i] > 0.0:
+            own = 0
+            for k in range(i + 1):
+                if free[k] > 0.0:
+                    G[count, own] = H[i, k]
+                    own += 1
+            r[count] = -g[i]
+            count += 1
+    if factor(G, count) == 0:
+        forward(G, count, r)
+        backward(G, count, r)
+        count = 0
+        for i in range(n):
+            if free[i] > 0.0:
+                x[i] = r[count]
+                count += 1
 
 
 @kernel(top=True)

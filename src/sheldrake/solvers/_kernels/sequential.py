@@ -7,7 +7,7 @@ from typing import NamedTuple
 from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, number
-from sheldrake.solvers._kernels.active_set import Quadratic, solve_quadratic
+from sheldrake.solvers._kernels.active_set import INFEASIBLE, Quadratic, solve_by_rows, solve_quadratic
 
 INFINITE = float("inf")
 REACH = 0.5  # of one step, relative to the point and 1
@@ -74,6 +74,7 @@ class Progress(Record):
     slope = number("of the penalty function along the step")
     longest = number("the largest change of a variable")
     alpha = number("the part of the step that is tried")
+    held = number("how many rows held with equality at the last step")
 
 
 @kernel
@@ -210,7 +211,12 @@ def take_step(work, plain, missed, progress):
         return NOT_FINITE
     fill(work, plain)
     progress.left = 0.0
-    count = solve_quadratic(plain, 0)
+    count = INFEASIBLE
+    if progress.held > 0.0:  # near the solution these stay the same
+        count = solve_by_rows(plain, 0, int(progress.held))
+    if count < 0:
+        count = solve_quadratic(plain, 0)
+    progress.held = max(0.0, count)
     if count >= 0 and largest(plain.x, n) < LONGEST:
         take(work, plain, count)
     elif least_miss(work, missed, progress) != 0:
@@ -247,14 +253,16 @@ def is_good(work, progress):
 
 
 @kernel(outline=True)
-def correct(work, plain):
+def correct(work, plain, progress):
     """The trial point of a full step that heeds how rows curve, by what they are beyond bounds there; 1 if none."""
     for a in range(len(work.sides)):
         ahead = 0.0
         for j in range(len(work.y)):
             ahead += plain.A[a, j] * work.d[j]
         plain.b[a] = ahead - beyond(work, work.rows_trial, a)
-    if solve_quadratic(plain, 0) < 0:
+    count = solve_quadratic(plain, 0)
+    progress.held = max(0.0, count)
+    if count < 0:
         return 1
     set_trial(work, 1.0, plain.x)
     return 0
@@ -321,7 +329,7 @@ def sequential_step(work: Sequence, plain: Quadratic, missed: Quadratic, progres
     if what == JUDGE:
         return is_good(work, progress)
     if what == CORRECT:
-        return correct(work, plain)
+        return correct(work, plain, progress)
     if what == TRY:
         set_trial(work, progress.alpha, work.d)
         return 0

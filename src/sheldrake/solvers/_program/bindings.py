@@ -305,7 +305,11 @@ class ProgramBindings:
             raise RuntimeError(
                 f"GetBindingVariableValues(): expected {count} values of decision variables, got shape {values.shape}."
             )
-        return values[[self._variables.FindDecisionVariableIndex(v) for v in binding.variables()]]
+        try:
+            return values[self._variables.places_in((binding,))]
+        except KeyError:
+            self._variables.FindDecisionVariableIndices(binding.variables())  # says which one is none
+            raise
 
     def EvalBinding(self, binding: BindingBase, prog_var_vals: ArrayLike) -> np.ndarray:
         """Returns the value of a cost or constraint for values of all decision variables."""

@@ -77,6 +77,8 @@ class View:
         """What reaction forces are computed in, once they were asked for."""
         self.distances: Any = None
         """What finds distances of geometries for those who plan, once they were asked for."""
+        self.forms: dict[int, Any] = {}
+        """What computes so many numbers of where frames are in others, for constraints, once they were asked for."""
         self._in_step: tuple[Any, Query] | None = None
         """The tree of a step, and the query of accelerations there, once they were asked for."""
         self.applied_force: np.ndarray | None = None
