@@ -84,6 +84,7 @@ class Layout(Memory):
         self.log_of: dict[int, int] = {}
         self._models: dict[int, dict] = {}
         self._stages: dict[int, list[int]] = {}
+        self._declared: dict[int, list[EventDeclaration]] = {}  # of each leaf that has events
         self._events: dict[tuple[int, str], list[tuple[int, int]]] = {}  # by kind and trigger: leaf and row of each
         self._events_under: dict[tuple[int, int, str], list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
@@ -109,6 +110,7 @@ class Layout(Memory):
             self.systems[n]._ports_are_lookups or Ticket.ALL_SOURCES in self.systems[n]._outputs[j].tickets
             for n, j in self.ports
         ]
+        del self._declared
         del self.systems  # a layout is owned by the root system: it must not own it in turn
 
     def _shift(self, span: Span, by: int) -> Span:
@@ -129,7 +131,10 @@ class Layout(Memory):
                 out = self._shift(place.xc, self.xdot[0] - self.xc[0])
                 stages = calc.choose(system, RootView(self, n)) if isinstance(calc, Stages) else [calc]
                 place.derivatives = self._add_stages([_stage_row(stage, n, DERIVATIVES, out) for stage in stages])
-            for event in system._all_events():
+            declared = system._all_events()
+            if declared:
+                self._declared[n] = declared
+            for event in declared:
                 place.events.append(self._event_row(n, place, event, chosen))
                 self._events.setdefault((event.kind, event.trigger), []).append((n, place.events[-1]))
         for row in self.rows:
@@ -338,13 +343,14 @@ class Layout(Memory):
             clocks: Numbers of clocks by offset and period, to which new ones are added.
         """
         found = []
-        for event, row in zip(self.systems[n]._all_events(), self.places[n].events):
+        for event, row in zip(self._declared.get(n, ()), self.places[n].events):
             clock = _CLOCK_OF.get(event.trigger, 0)
             if event.trigger == "periodic":
                 clock = clocks.setdefault((event.offset, event.period), len(clocks))
             if event.trigger != "forced":
                 found.append((event.kind, clock, self.stages(row) if row != NO_ROW else []))
-        found.sort(key=lambda act: _RANK_OF.get(act[1], len(_RANK_OF)))
+        if len(found) > 1:
+            found.sort(key=lambda act: _RANK_OF.get(act[1], len(_RANK_OF)))
         if self.systems[n]._has_witnesses():
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 row = self.witness_rows[n, kind] = self._add(Row(-1, kind, None, (0, 0)))
