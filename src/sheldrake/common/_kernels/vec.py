@@ -394,6 +394,25 @@ def subtract_scaled(L, to, s, of, n):
 
 
 @kernel
+def subtract_two_scaled(L, to, s, of, r, at, n):
+    """L[to ..] -= s L[of ..], then r L[at ..], of n numbers, the last ones four at a time."""
+    a = 0
+    while (n - a) % 4 != 0:
+        L[to + a] = L[to + a] - s * L[of + a] - r * L[at + a]
+        a += 1
+    while a < n:
+        t, o, i = to + a, of + a, at + a
+        four = (
+            L[t] - s * L[o] - r * L[i],
+            L[t + 1] - s * L[o + 1] - r * L[i + 1],
+            L[t + 2] - s * L[o + 2] - r * L[i + 2],
+            L[t + 3] - s * L[o + 3] - r * L[i + 3],
+        )
+        L[t], L[t + 1], L[t + 2], L[t + 3] = four
+        a += 4
+
+
+@kernel
 def subtract_scaled_six(x, s, y):
     """x - s y of six numbers."""
     return (x[0] - s * y[0], x[1] - s * y[1], x[2] - s * y[2], x[3] - s * y[3], x[4] - s * y[4], x[5] - s * y[5])

@@ -32,6 +32,7 @@ from sheldrake.common._kernels.vec import (
     subtract_dot_six,
     subtract_scaled,
     subtract_scaled_six,
+    subtract_two_scaled,
     take_row,
     write3,
     write4,
@@ -270,12 +271,20 @@ def ltdl(model: TreeModel, L: Vector) -> int:
     bad = -1
     for t in range(len(model.trees) - 1, -1, -1):
         first, begin, end = dofs_beyond_base(model, t)
-        for k in range(end - 1, begin - 1, -1):
-            pivot = model.dofs[k].row + model.dofs[k].depth
-            if not is_positive(L[pivot]):
+        k = end - 1
+        while k >= begin:
+            if not invert_pivot(model, L, k):
                 bad = k
-            L[pivot] = 1.0 / L[pivot]
-            take_from_rows_above(model, L, k, begin)
+            above = k - 1
+            if above >= begin and model.dofs[k].parent == above:  # nothing else hangs on it that is not taken yet
+                take_from_row(model, L, k, above)
+                if not invert_pivot(model, L, above):
+                    bad = above
+                take_two_from_rows_above(model, L, k, above, begin)
+                k -= 2
+            else:
+                take_from_rows_above(model, L, k, begin)
+                k -= 1
         if begin > first:
             row = model.dofs[first].row
             S = read_triangle(L, row)
@@ -289,21 +298,50 @@ def ltdl(model: TreeModel, L: Vector) -> int:
 
 
 @kernel
+def invert_pivot(model, L, k):
+    """Puts 1/D on the diagonal of row k; whether D is positive."""
+    pivot = model.dofs[k].row + model.dofs[k].depth
+    positive = is_positive(L[pivot])
+    L[pivot] = 1.0 / L[pivot]
+    return positive
+
+
+@kernel
+def take_from_row(model, L, k, i):
+    """Takes row k, with 1/D on its diagonal, from row i on the way to the base."""
+    row_k, depth = model.dofs[k].row, model.dofs[i].depth
+    a = L[row_k + depth] * L[row_k + model.dofs[k].depth]
+    subtract_scaled(L, model.dofs[i].row, a, row_k, depth + 1)
+    L[row_k + depth] = a
+
+
+@kernel
 def take_from_rows_above(model, L, k, begin):
-    """Takes row k, with 1/D on its diagonal, from those on the way to the base, down to dof `begin`."""
-    row_k = model.dofs[k].row
-    r = L[row_k + model.dofs[k].depth]
+    """`take_from_row` for all rows on the way to the base, down to dof `begin`."""
     i = model.dofs[k].parent
     while i >= begin:
+        run = max(model.dofs[i].run, begin)
+        for above in range(i, run - 1, -1):
+            take_from_row(model, L, k, above)
+        i = model.dofs[run].parent
+
+
+@kernel
+def take_two_from_rows_above(model, L, k, j, begin):
+    """`take_from_rows_above` for row k and then for row j, its parent's, each number being written once."""
+    row_k, row_j = model.dofs[k].row, model.dofs[j].row
+    r_k, r_j = L[row_k + model.dofs[k].depth], L[row_j + model.dofs[j].depth]
+    i = model.dofs[j].parent
+    while i >= begin:
         dof_i = model.dofs[i]
-        row_i, depth, first = dof_i.row, dof_i.depth, max(dof_i.run, begin)
-        for _ in range(first, i + 1):  # from the end of the run to its beginning
-            a = L[row_k + depth] * r
-            subtract_scaled(L, row_i, a, row_k, depth + 1)
-            L[row_k + depth] = a
+        row_i, depth, run = dof_i.row, dof_i.depth, max(dof_i.run, begin)
+        for _ in range(run, i + 1):  # from the end of the run to its beginning
+            a, b = L[row_k + depth] * r_k, L[row_j + depth] * r_j
+            subtract_two_scaled(L, row_i, a, row_k, b, row_j, depth + 1)
+            L[row_k + depth], L[row_j + depth] = a, b
             row_i -= depth
             depth -= 1
-        i = model.dofs[first].parent
+        i = model.dofs[run].parent
 
 
 @kernel
@@ -358,16 +396,11 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
     """Replaces x, shape (nv,), by the solution of the factored matrix times itself = x."""
     for t in range(len(model.trees)):
         first, begin, end = dofs_beyond_base(model, t)
+        next_x = 0.0 * x[end - 1]  # what dof k + 1 takes from x of dof k, its parent: it waits in no memory
         for k in range(end - 1, begin - 1, -1):
-            row = model.dofs[k].row
-            x_k = x[k]
-            i = model.dofs[k].parent
-            while i >= begin:
-                run = max(model.dofs[i].run, begin)
-                column = row + model.dofs[run].depth - run
-                for j in range(run, i + 1):
-                    x[j] -= L[column + j] * x_k
-                i = model.dofs[run].parent
+            x_k = x[k] - next_x
+            x[k] = x_k
+            next_x = substitute_forwards(model, L, x, k, x_k, begin)
         if begin > first:
             base = load_six(x, first)
             for k in range(end - 1, begin - 1, -1):
@@ -379,24 +412,43 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
 
 
 @kernel
-def substitute_back(model, L, x, k, first, begin):
-    """x of dof k from those of the dofs that it hangs on; the first ones, up to `begin`, are of a free body."""
+def substitute_forwards(model, L, x, k, x_k, begin):
+    """Takes x of dof k from those of the dofs that it hangs on, but for dof k - 1: what that one loses is returned."""
     row = model.dofs[k].row
-    x_k = x[k] * L[row + model.dofs[k].depth]
-    base_is_left = begin > first
-    i = model.dofs[k].parent
+    parent = model.dofs[k].parent
+    next_x = 0.0 * x_k
+    i = parent
+    if parent == k - 1 and parent >= begin:
+        next_x = L[row + model.dofs[parent].depth] * x_k
     while i >= begin:
-        run = model.dofs[i].run
-        if run < begin:
-            run = begin
-            x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
-            base_is_left = False
+        run = max(model.dofs[i].run, begin)
         column = row + model.dofs[run].depth - run
-        for j in range(run, i + 1):
+        for j in range(run, min(i + 1, k - 1)):
+            x[j] -= L[column + j] * x_k
+        i = model.dofs[run].parent
+    return next_x
+
+
+@kernel
+def substitute_back(model, L, x, k, first, begin):
+    """x of dof k from those of the dofs that it hangs on; the first ones, up to `begin`, are of a free body.
+
+    That of its parent, the last one that is known, comes last.
+    """
+    row = model.dofs[k].row
+    parent = model.dofs[k].parent
+    x_k = x[k] * L[row + model.dofs[k].depth]
+    if begin > first:
+        x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
+    i = parent
+    while i >= begin:
+        run = max(model.dofs[i].run, begin)
+        column = row + model.dofs[run].depth - run
+        for j in range(run, min(i + 1, parent)):
             x_k -= L[column + j] * x[j]
         i = model.dofs[run].parent
-    if base_is_left:
-        x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
+    if parent >= begin:
+        x_k -= L[row + model.dofs[parent].depth] * x[parent]
     return x_k
 
 
