@@ -273,16 +273,13 @@ def ltdl(model: TreeModel, L: Vector) -> int:
         first, begin, end = dofs_beyond_base(model, t)
         k = end - 1
         while k >= begin:
-            if not invert_pivot(model, L, k):
-                bad = k
             above = k - 1
             if above >= begin and model.dofs[k].parent == above:  # nothing else hangs on it that is not taken yet
-                take_from_row(model, L, k, above)
-                if not invert_pivot(model, L, above):
-                    bad = above
+                bad = invert_two_pivots(model, L, k, above, bad)
                 take_two_from_rows_above(model, L, k, above, begin)
                 k -= 2
             else:
+                bad = invert_pivot(model, L, k, bad)
                 take_from_rows_above(model, L, k, begin)
                 k -= 1
         if begin > first:
@@ -298,12 +295,30 @@ def ltdl(model: TreeModel, L: Vector) -> int:
 
 
 @kernel
-def invert_pivot(model, L, k):
-    """Puts 1/D on the diagonal of row k; whether D is positive."""
+def invert_pivot(model, L, k, bad):
+    """Puts 1/D on the diagonal of row k; k if D is not positive, else `bad`."""
     pivot = model.dofs[k].row + model.dofs[k].depth
-    positive = is_positive(L[pivot])
+    if not is_positive(L[pivot]):
+        bad = k
     L[pivot] = 1.0 / L[pivot]
-    return positive
+    return bad
+
+
+@kernel
+def invert_two_pivots(model, L, k, j, bad):
+    """`invert_pivot` of row k, and of row j, its parent's, from which row k is taken: no quotient waits for another."""
+    row_k, row_j, depth = model.dofs[k].row, model.dofs[j].row, model.dofs[j].depth
+    D_k, beside, D_j = L[row_k + depth + 1], L[row_k + depth], L[row_j + depth]
+    both = D_k * D_j - beside * beside
+    if not is_positive(both):
+        bad = j
+    if not is_positive(D_k):
+        bad = k
+    r_k = 1.0 / D_k
+    a = beside * r_k
+    subtract_scaled(L, row_j, a, row_k, depth)
+    L[row_k + depth + 1], L[row_k + depth], L[row_j + depth] = r_k, a, D_k / both
+    return bad
 
 
 @kernel
