@@ -103,13 +103,16 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         if kind == m.WELD:
             along = int(tuple(mobilizer.constants) == (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
         frames = mobilizer.frame_F, mobilizer.frame_M
+        carrier = row
+        if kind == m.WELD and root > 0 and falls_like(description, row, parent):
+            carrier = bodies[parent][_CARRIER]
         bodies.append(
             _body_row(
                 parent=parent, kind=kind, root=root, tree=tree, first_q=q, first_dof=first_dof, num_dofs=nv,
                 frame_F=frames[0], frame_M=frames[1], inertia=mobilizer.inertia, tip=above, along=along,
                 direct=all(f < 0 or description.frames[f][0] < 0 for f in frames),
                 path=first_piece, path_end=nb + len(pieces), gravity=mobilizer.added_gravity,
-                friction=mobilizer.friction,
+                friction=mobilizer.friction, carrier=carrier,
             )
         )  # fmt: skip
         constants.append(mobilizer.constants)
@@ -128,8 +131,14 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
 
 
 _BODY = {field.name: 0 for field in m.Body.FIELDS}
-_ROOT, _TREE = (list(_BODY).index(name) for name in ("root", "tree"))
+_ROOT, _TREE, _CARRIER = (list(_BODY).index(name) for name in ("root", "tree", "carrier"))
 _DEPTH, _RUN = int(m.Dof.depth), int(m.Dof.run)
+
+
+def falls_like(description: TreeDescription, row: int, other: int) -> bool:
+    """Whether two bodies have the same gravity, and will when its vector or what parameters add to it changes."""
+    a, b = (description.mobilizers[k - 1] for k in (row, other))
+    return (a.gravity, a.added_gravity) == (b.gravity, b.added_gravity)
 
 
 def _body_row(**numbers: int) -> list[int]:

@@ -46,7 +46,7 @@ from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork
 
 @kernel(top=True, short_loops=True)
 def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
-    """Fills `inertia` and (added) `gravity` from `X_WB` and the parameters; start of every algorithm below."""
+    """Fills `inertia`, `carried`, (added) `gravity` from `X_WB` and the parameters; start of every algorithm below."""
     for b in range(1, len(model.bodies)):
         body = work[b]
         added = model.bodies[b].gravity
@@ -67,6 +67,11 @@ def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
                 G = shift_unit_inertia(G_BBo_W, c_Bo_W, p_RootB)
                 h = scale3(add3(c_Bo_W, p_RootB), mass)
                 body.inertia = (mass, h, scale_symmetric(G, mass))
+        carrier = model.bodies[b].carrier
+        if carrier == b:
+            body.carried = body.inertia
+        elif not is_zero(mass):
+            work[carrier].carried = add_inertia(work[carrier].carried, body.inertia)
 
 
 @kernel
@@ -103,19 +108,22 @@ def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
     With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm.
     """
     for b in range(1, len(model.bodies)):
-        if model.bodies[b].tree >= 0:
-            mass = work[b].mass
+        if model.bodies[b].tree >= 0 and model.bodies[b].carrier == b:
+            I = work[b].carried
+            mass, _, _ = I
             if is_zero(mass):  # a link that stands for a frame
                 work[b].F = ((mass, mass, mass), (mass, mass, mass))
             else:
-                work[b].F = inertial_force(model, work, b, work[b].A_WB, gravity_scale)
-    project_forces(model, work, work.bias)
+                work[b].F = inertial_force(model, work, b, I, work[b].A_WB, gravity_scale)
+    project(model, work, work.bias, True)
 
 
 @kernel
-def inertial_force(model, work, b, A_WB, gravity_scale):
-    """The force that moves the body with acceleration A, gravity aside: I (A - a_g) + V x* I V (table 5.1)."""
-    I = work[b].inertia
+def inertial_force(model, work, b, I, A_WB, gravity_scale):
+    """The force that moves what has inertia I, and moves with a body, with acceleration A.
+
+    Gravity aside: I (A - a_g) + V x* I V (table 5.1).
+    """
     V_WB = work[b].V_WB
     alpha, a = A_WB
     A = (alpha, sub3(a, scale3(gravity_on(model, work, b), gravity_scale)))
@@ -137,18 +145,39 @@ def project_forces(model: TreeModel, work: TreeWork, tau: Vector) -> None:
 
     The second loop of table 5.1.
     """
+    project(model, work, tau, False)
+
+
+@kernel
+def carrier_of(model, b, carried):
+    """The body that carries b, if what is carried acts on it; else b itself."""
+    return model.bodies[b].carrier if carried else b
+
+
+@kernel
+def project(model, work, tau, carried):
+    """`project_forces`; if what is carried acts on its carrier, of forces on carriers alone."""
+    outboard = work[0].F  # of the body before this one, and on which it acts
+    to = -1
     for b in range(len(model.bodies) - 1, 0, -1):
+        if carrier_of(model, b, carried) != b:
+            continue
         body = model.bodies[b]
         dof = body.first_dof
         F = work[b].F
+        if to == b:
+            F = add6(F, outboard)
+            work[b].F = F
+        elif to >= 0:
+            work[to].F = add6(work[to].F, outboard)
+        to = -1
         if body.kind == FREE:
             write6(tau, dof, F)
         else:
             for k in range(dof, dof + body.num_dofs):
                 tau[k] = dot6(work.dofs[k].S, F)
             if model.bodies[body.parent].root > 0:
-                parent = work[body.parent]
-                parent.F = add6(parent.F, F)
+                outboard, to = F, carrier_of(model, body.parent, carried)
 
 
 @kernel
@@ -184,34 +213,34 @@ def reflected_inertia(model: TreeModel, p: Vector, i: int) -> float:
 
 @kernel
 def mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Vector) -> None:
-    """Fills `composite` and the packed M from `S` and `inertia`; reflected inertias of actuators included.
+    """Fills `composite` of carriers and the packed M from `S` and `carried`; reflected inertias of actuators included.
 
     I_parent += I_i, tip to base; then M_ij = S_jᵀ I_i S_i for each dof j on the way from i to the base (table 6.2).
     """
     for b in range(1, len(model.bodies)):
-        work[b].composite = work[b].inertia
-    outboard = work[0].composite  # of the body after this one, when this is its parent
-    parent = -1
+        work[b].composite = work[b].carried
+    outboard = work[0].composite  # of the body before this one, and by which it is moved
+    to = -1
     for b in range(len(model.bodies) - 1, 0, -1):
         body = model.bodies[b]
-        if body.tree < 0:
+        if body.tree < 0 or body.carrier != b:
             continue
         dof = body.first_dof
         I = work[b].composite
-        if parent == b:
+        if to == b:
             I = add_inertia(I, outboard)
             work[b].composite = I
+        elif to >= 0:
+            work[to].composite = add_inertia(work[to].composite, outboard)
+        to = -1
         if body.kind == FREE:
             store_free_rows(M, model.dofs[dof].row, I)
         else:
             first, begin, _end = dofs_beyond_base(model, body.tree)
             for k in range(dof, dof + body.num_dofs):
                 store_row(model, work, M, k, mul_inertia(I, work.dofs[k].S), first, begin)
-        parent = body.parent
-        if parent == b - 1:
-            outboard = I
-        elif model.bodies[parent].root > 0:
-            work[parent].composite = add_inertia(work[parent].composite, I)
+        if model.bodies[body.parent].root > 0:
+            outboard, to = I, model.bodies[body.parent].carrier
     for i in range(len(model.actuators)):
         driven = model.dofs[model.actuators[i].dof]
         M[driven.row + driven.depth] += reflected_inertia(model, p, i)

@@ -58,6 +58,7 @@ class Body(Record):
     path_end = integer("the piece after its last")
     gravity = integer("where in p is what is added to its gravity, three numbers; -1 for nothing")
     friction = integer("where in p is what its friction coefficients are multiplied with; -1 for nothing")
+    carrier = integer("row of the body that it is welded to, directly or through others, and falls with; else its own")
 
 
 class JointAxis(Record):
@@ -162,6 +163,12 @@ class BodyInertia(Record):
     inertia = numbers((1, 3, 6), "all three", "kg, kg m, kg m²", same_as=mass)
 
 
+class CarriedInertia(Record):
+    """About `root`, of a body that is its own carrier."""
+
+    carried = numbers((1, 3, 6), "inertia of a body and of all that it carries", "kg, kg m, kg m²")
+
+
 class BodyGravity(Record):
     """What acts on a body besides the model's gravity."""
 
@@ -198,6 +205,7 @@ class TreeWork(NamedTuple):
     V: Annotated[Matrix, BodyVelocity]
     A: Annotated[Matrix, BodyAcceleration]
     inertia: Annotated[Matrix, BodyInertia]
+    carried: Annotated[Matrix, CarriedInertia]
     gravity: Annotated[Matrix, BodyGravity]
     composite: Annotated[Matrix, CompositeInertia]
     F: Annotated[Matrix, BodyForce]
@@ -220,8 +228,8 @@ def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
 
     work = TreeWork(
         X_WB=zeros(nb, BodyPose.SIZE), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6),
-        inertia=zeros(nb, BodyInertia.SIZE), gravity=zeros(nb, 3), composite=zeros(nb, CompositeInertia.SIZE),
-        F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
+        inertia=zeros(nb, BodyInertia.SIZE), carried=zeros(nb, CarriedInertia.SIZE), gravity=zeros(nb, 3),
+        composite=zeros(nb, CompositeInertia.SIZE), F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
     )  # fmt: skip
     work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for row in np.flatnonzero(model.body[:, Body.kind] == FREE):
