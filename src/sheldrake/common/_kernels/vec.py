@@ -101,9 +101,13 @@ def compose(A, B):
 @kernel
 def rotation_about(axis, angle):
     """Rotation about a unit axis by an angle [rad] (Rodrigues)."""
+    return rotation_by(axis, sin(angle), cos(angle))
+
+
+@kernel
+def rotation_by(axis, s, c):
+    """`rotation_about` by an angle of sine s and cosine c."""
     x, y, z = axis
-    s = sin(angle)
-    c = cos(angle)
     t = 1.0 - c
     return (
         c + t * x * x, t * x * y - s * z, t * x * z + s * y,

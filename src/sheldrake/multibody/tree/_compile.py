@@ -69,6 +69,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     pieces: list[tuple[float, ...]] = []
     dofs: list[tuple[int, ...]] = []
     trees: list[list[int]] = []
+    turns: list[int] = []
     last_dof = {0: -1}
     packed = q = 0
     for row, mobilizer in enumerate(description.mobilizers, start=1):
@@ -102,6 +103,10 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         along = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
         if kind == m.WELD:
             along = int(tuple(mobilizer.constants) == (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
+        turn = -1
+        if kind in (m.REVOLUTE, m.SCREW):
+            turn = len(turns)
+            turns.append(q)
         frames = mobilizer.frame_F, mobilizer.frame_M
         carrier = row
         if kind == m.WELD and root > 0 and falls_like(description, row, parent):
@@ -112,7 +117,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
                 frame_F=frames[0], frame_M=frames[1], inertia=mobilizer.inertia, tip=above, along=along,
                 direct=all(f < 0 or description.frames[f][0] < 0 for f in frames),
                 path=first_piece, path_end=nb + len(pieces), gravity=mobilizer.added_gravity,
-                friction=mobilizer.friction, carrier=carrier,
+                friction=mobilizer.friction, turn=turn, carrier=carrier,
             )
         )  # fmt: skip
         constants.append(mobilizer.constants)
@@ -127,6 +132,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     return m.TreeModel(
         table(bodies, m.Body), joint, table(dofs, m.Dof), table(description.frames, m.OffsetFrame),
         table(trees, m.Tree), table(description.actuators, m.Actuator), gravity,
+        np.array(turns, np.int64),
     )  # fmt: skip
 
 
