@@ -417,6 +417,24 @@ def subtract_two_scaled(L, to, s, of, r, at, n):
 
 
 @kernel
+def pivots_of_two(L, row, above, n):
+    """Two rows of a packed symmetric matrix, the upper one of n numbers and its diagonal, the lower one of one more.
+
+    Takes the lower one from the upper one, and puts 1/D on both diagonals, so that no quotient waits for the other.
+
+    Returns:
+        (D of the lower row, and times that of the upper one): both are positive if the pivots are.
+    """
+    D, beside, D_above = L[row + n + 1], L[row + n], L[above + n]
+    both = D * D_above - beside * beside
+    r = 1.0 / D
+    a = beside * r
+    subtract_scaled(L, above, a, row, n)
+    L[row + n + 1], L[row + n], L[above + n] = r, a, D / both
+    return D, both
+
+
+@kernel
 def subtract_scaled_six(x, s, y):
     """x - s y of six numbers."""
     return (x[0] - s * y[0], x[1] - s * y[1], x[2] - s * y[2], x[3] - s * y[3], x[4] - s * y[4], x[5] - s * y[5])

@@ -17,6 +17,7 @@ from sheldrake.common._kernels.vec import (
     load6,
     load_six,
     mul_inertia,
+    pivots_of_two,
     read3,
     read6,
     read_symmetric,
@@ -335,19 +336,11 @@ def invert_pivot(model, L, k, bad):
 
 @kernel
 def invert_two_pivots(model, L, k, j, bad):
-    """`invert_pivot` of row k, and of row j, its parent's, from which row k is taken: no quotient waits for another."""
-    row_k, row_j, depth = model.dofs[k].row, model.dofs[j].row, model.dofs[j].depth
-    D_k, beside, D_j = L[row_k + depth + 1], L[row_k + depth], L[row_j + depth]
-    both = D_k * D_j - beside * beside
+    """`invert_pivot` of row k, and of row j, its parent's, from which row k is taken."""
+    D, both = pivots_of_two(L, model.dofs[k].row, model.dofs[j].row, model.dofs[j].depth)
     if not is_positive(both):
         bad = j
-    if not is_positive(D_k):
-        bad = k
-    r_k = 1.0 / D_k
-    a = beside * r_k
-    subtract_scaled(L, row_j, a, row_k, depth)
-    L[row_k + depth + 1], L[row_k + depth], L[row_j + depth] = r_k, a, D_k / both
-    return bad
+    return bad if is_positive(D) else k
 
 
 @kernel
