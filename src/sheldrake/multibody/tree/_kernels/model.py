@@ -242,6 +242,7 @@ def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
         inertia=zeros(nb, BodyInertia.SIZE), carried=zeros(nb, CarriedInertia.SIZE), gravity=zeros(nb, 3),
         composite=zeros(nb, CompositeInertia.SIZE), F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
     )  # fmt: skip
+    work.cosine[:] = 1.0  # of no angle: so it stays in the room behind the last joint
     work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for row in np.flatnonzero(model.body[:, Body.kind] == FREE):
         dof = model.bodies[row].first_dof
