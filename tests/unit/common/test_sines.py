@@ -53,5 +53,12 @@ def test_what_is_no_angle_has_no_sine():
     assert np.isnan(s).tolist() == np.isnan(c).tolist() == [True, False, True]
 
 
+def test_without_room_for_fours_nothing_beyond_is_touched():
+    x, s, c = np.random.default_rng(4).uniform(-3.0, 3.0, 6), np.full(7, 9.0), np.full(6, 9.0)
+    of_some.native(x, s, c, 6)
+    np.testing.assert_allclose(s, [*np.sin(x), 9.0], rtol=1e-15)
+    np.testing.assert_allclose(c, np.cos(x), rtol=1e-15)
+
+
 def test_no_angles_at_all():
     assert [len(part) for part in found(np.zeros(0))] == [0, 0]

@@ -38,7 +38,7 @@ exp, log, sqrt = _make("exp"), _make("log"), _make("sqrt")
 def sines_and_cosines(x: Any, n: int, s: Any, c: Any) -> None:
     """s[k], c[k] = sin(x[k]), cos(x[k]) of the first n numbers.
 
-    Compiled, four are calculated at once: the vectors have room for a multiple of four, and x holds numbers there.
+    Compiled, four are calculated at once where the vectors have room for a multiple of four, x with any numbers there.
     """
     for k in range(n):
         s[k], c[k] = sin(x[k]), cos(x[k])

@@ -150,8 +150,15 @@ def sines_one_by_one(x, n, s, c):
         s[k], c[k] = sin(x[k]), cos(x[k])
 
 
+def are_angles_in_fours(x, n, s, c):
+    """Whether `sine_and_cosine` holds for the first n numbers, and there is room for whole fours."""
+    room = (n + 3) // 4 * 4
+    has_room = room <= x.shape[0] and room <= s.shape[0] and room <= c.shape[0]
+    return n > 0 and has_room and largest(x, n) <= MANY_TURNS
+
+
 def sines_of_floats(x, n, s, c):
-    if n > 0 and largest(x, n) <= MANY_TURNS:
+    if are_angles_in_fours(x, n, s, c):
         for k in range(0, n, 4):
             four_sines_and_cosines(x, s, c, k)
     else:
@@ -159,7 +166,8 @@ def sines_of_floats(x, n, s, c):
 
 
 def sines_of_lanes(x, n, s, c):
-    if n > 0 and largest(x, n) <= MANY_TURNS:
+    """Each world gets the bits that it gets alone."""
+    if are_angles_in_fours(x, n, s, c):
         for k in range(n):
             s[k], c[k] = sine_and_cosine(x[k])
     else:
