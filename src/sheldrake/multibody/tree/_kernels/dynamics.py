@@ -47,7 +47,7 @@ from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork
 
 @kernel(top=True, short_loops=True)
 def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
-    """Fills `inertia`, `carried`, (added) `gravity` from `X_WB` and the parameters; start of every algorithm below."""
+    """Fills `inertia` and (added) `gravity` from `X_WB` and the parameters; start of every algorithm below."""
     for b in range(1, len(model.bodies)):
         body = work[b]
         added = model.bodies[b].gravity
@@ -68,11 +68,6 @@ def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
                 G = shift_unit_inertia(G_BBo_W, c_Bo_W, p_RootB)
                 h = scale3(add3(c_Bo_W, p_RootB), mass)
                 body.inertia = (mass, h, scale_symmetric(G, mass))
-        carrier = model.bodies[b].carrier
-        if carrier == b:
-            body.carried = body.inertia
-        elif not is_zero(mass):
-            work[carrier].carried = add_inertia(work[carrier].carried, body.inertia)
 
 
 @kernel
@@ -103,14 +98,27 @@ def shift_unit_inertia(G, c, r):
 
 
 @kernel
+def carried_inertias(model, work):
+    """Fills `composite` of bodies that are their own carriers: their inertia and that of what they carry."""
+    for b in range(1, len(model.bodies)):
+        carrier = model.bodies[b].carrier
+        if carrier == b:
+            work[b].composite = work[b].inertia
+        elif not is_zero(work[b].mass):
+            work[carrier].composite = add_inertia(work[carrier].composite, work[b].inertia)
+
+
+@kernel
 def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
     """Fills `bias` = C(q, v) v - gravity_scale * tau_g(q) from `V`, `A` and `inertia`.
 
-    With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm.
+    With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm. Leaves
+    `composite` as `carried_inertias` does.
     """
+    carried_inertias(model, work)
     for b in range(1, len(model.bodies)):
         if model.bodies[b].tree >= 0 and model.bodies[b].carrier == b:
-            I = work[b].carried
+            I = work[b].composite
             mass, _, _ = I
             if is_zero(mass):  # a link that stands for a frame
                 work[b].F = ((mass, mass, mass), (mass, mass, mass))
@@ -214,12 +222,17 @@ def reflected_inertia(model: TreeModel, p: Vector, i: int) -> float:
 
 @kernel
 def mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Vector) -> None:
-    """Fills `composite` of carriers and the packed M from `S` and `carried`; reflected inertias of actuators included.
+    """Fills `composite` of carriers, and the packed M with reflected inertias of actuators, from `S` and `inertia`."""
+    carried_inertias(model, work)
+    mass_matrix_of_carried(model, p, work, M)
+
+
+@kernel
+def mass_matrix_of_carried(model, p, work, M):
+    """`mass_matrix` where `composite` is as `carried_inertias` leaves it.
 
     I_parent += I_i, tip to base; then M_ij = S_jᵀ I_i S_i for each dof j on the way from i to the base (table 6.2).
     """
-    for b in range(1, len(model.bodies)):
-        work[b].composite = work[b].carried
     outboard = work[0].composite  # of the body before this one, and by which it is moved
     to = -1
     for b in range(len(model.bodies) - 1, 0, -1):

@@ -168,12 +168,6 @@ class BodyInertia(Record):
     inertia = numbers((1, 3, 6), "all three", "kg, kg m, kg m²", same_as=mass)
 
 
-class CarriedInertia(Record):
-    """About `root`, of a body that is its own carrier."""
-
-    carried = numbers((1, 3, 6), "inertia of a body and of all that it carries", "kg, kg m, kg m²")
-
-
 class BodyGravity(Record):
     """What acts on a body besides the model's gravity."""
 
@@ -183,7 +177,7 @@ class BodyGravity(Record):
 class CompositeInertia(Record):
     """About `root`."""
 
-    composite = numbers((1, 3, 6), "inertia of a body and all outboard of it", "kg, kg m, kg m²")
+    composite = numbers((1, 3, 6), "inertia of a carrier, all it carries and all outboard", "kg, kg m, kg m²")
 
 
 class BodyForce(Record):
@@ -214,7 +208,6 @@ class TreeWork(NamedTuple):
     V: Annotated[Matrix, BodyVelocity]
     A: Annotated[Matrix, BodyAcceleration]
     inertia: Annotated[Matrix, BodyInertia]
-    carried: Annotated[Matrix, CarriedInertia]
     gravity: Annotated[Matrix, BodyGravity]
     composite: Annotated[Matrix, CompositeInertia]
     F: Annotated[Matrix, BodyForce]
@@ -239,8 +232,8 @@ def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
     work = TreeWork(
         angle=zeros(turns), sine=zeros(turns), cosine=zeros(turns),
         X_WB=zeros(nb, BodyPose.SIZE), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6),
-        inertia=zeros(nb, BodyInertia.SIZE), carried=zeros(nb, CarriedInertia.SIZE), gravity=zeros(nb, 3),
-        composite=zeros(nb, CompositeInertia.SIZE), F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
+        inertia=zeros(nb, BodyInertia.SIZE), gravity=zeros(nb, 3), composite=zeros(nb, CompositeInertia.SIZE),
+        F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
     )  # fmt: skip
     work.cosine[:] = 1.0  # of no angle: so it stays in the room behind the last joint
     work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
