@@ -139,8 +139,8 @@ def four_sines_and_cosines(x: Any, s: Any, c: Any, k: Any) -> None:
 
 def largest(x, n):
     """The largest of the first n numbers without their signs."""
-    most = 0.0 * x[0]
-    for k in range(n):
+    most = abs(x[0])
+    for k in range(1, n):
         most = max(most, abs(x[k]))
     return most
 

@@ -446,11 +446,16 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
     """Replaces x, shape (nv,), by the solution of the factored matrix times itself = x."""
     for t in range(len(model.trees)):
         first, begin, end = dofs_beyond_base(model, t)
-        next_x = 0.0 * x[end - 1]  # what dof k + 1 takes from x of dof k, its parent: it waits in no memory
         for k in range(end - 1, begin - 1, -1):
-            x_k = x[k] - next_x
-            x[k] = x_k
-            next_x = substitute_forwards(model, L, x, k, x_k, begin)
+            row = model.dofs[k].row
+            x_k = x[k]
+            i = model.dofs[k].parent
+            while i >= begin:
+                run = max(model.dofs[i].run, begin)
+                column = row + model.dofs[run].depth - run
+                for j in range(run, i + 1):
+                    x[j] -= L[column + j] * x_k
+                i = model.dofs[run].parent
         if begin > first:
             base = load_six(x, first)
             for k in range(end - 1, begin - 1, -1):
@@ -459,24 +464,6 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
             ltdl_solve_of_6(L, model.dofs[first].row, x, first)
         for k in range(begin, end):
             x[k] = substitute_back(model, L, x, k, first, begin)
-
-
-@kernel
-def substitute_forwards(model, L, x, k, x_k, begin):
-    """Takes x of dof k from those of the dofs that it hangs on, but for dof k - 1: what that one loses is returned."""
-    row = model.dofs[k].row
-    parent = model.dofs[k].parent
-    next_x = 0.0 * x_k
-    i = parent
-    if parent == k - 1 and parent >= begin:
-        next_x = L[row + model.dofs[parent].depth] * x_k
-    while i >= begin:
-        run = max(model.dofs[i].run, begin)
-        column = row + model.dofs[run].depth - run
-        for j in range(run, min(i + 1, k - 1)):
-            x[j] -= L[column + j] * x_k
-        i = model.dofs[run].parent
-    return next_x
 
 
 @kernel
