@@ -35,6 +35,15 @@ sinh, cosh, tanh = _make("sinh"), _make("cosh"), _make("tanh")
 exp, log, sqrt = _make("exp"), _make("log"), _make("sqrt")
 
 
+def sines_and_cosines(x: Any, n: int, s: Any, c: Any) -> None:
+    """s[k], c[k] = sin(x[k]), cos(x[k]) of the first n numbers.
+
+    Compiled, four are calculated at once where the vectors have room for a multiple of four, x with any numbers there.
+    """
+    for k in range(n):
+        s[k], c[k] = sin(x[k]), cos(x[k])
+
+
 def atan2(y: Any, x: Any) -> Any:
     """Angle of the point (x, y) [rad]; objects are asked for a method `arctan2`."""
     if isinstance(y, (float, int)) and isinstance(x, (float, int)):

@@ -101,9 +101,13 @@ def compose(A, B):
 @kernel
 def rotation_about(axis, angle):
     """Rotation about a unit axis by an angle [rad] (Rodrigues)."""
+    return rotation_by(axis, sin(angle), cos(angle))
+
+
+@kernel
+def rotation_by(axis, s, c):
+    """`rotation_about` by an angle of sine s and cosine c."""
     x, y, z = axis
-    s = sin(angle)
-    c = cos(angle)
     t = 1.0 - c
     return (
         c + t * x * x, t * x * y - s * z, t * x * z + s * y,
@@ -391,6 +395,43 @@ def subtract_scaled(L, to, s, of, n):
         four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
         L[t], L[t + 1], L[t + 2], L[t + 3] = four
         a += 4
+
+
+@kernel
+def subtract_two_scaled(L, to, s, of, r, at, n):
+    """L[to ..] -= s L[of ..], then r L[at ..], of n numbers, the last ones four at a time."""
+    a = 0
+    while (n - a) % 4 != 0:
+        L[to + a] = L[to + a] - s * L[of + a] - r * L[at + a]
+        a += 1
+    while a < n:
+        t, o, i = to + a, of + a, at + a
+        four = (
+            L[t] - s * L[o] - r * L[i],
+            L[t + 1] - s * L[o + 1] - r * L[i + 1],
+            L[t + 2] - s * L[o + 2] - r * L[i + 2],
+            L[t + 3] - s * L[o + 3] - r * L[i + 3],
+        )
+        L[t], L[t + 1], L[t + 2], L[t + 3] = four
+        a += 4
+
+
+@kernel
+def pivots_of_two(L, row, above, n):
+    """Two rows of a packed symmetric matrix, the upper one of n numbers and its diagonal, the lower one of one more.
+
+    Takes the lower one from the upper one, and puts 1/D on both diagonals, so that no quotient waits for the other.
+
+    Returns:
+        (D of the lower row, and times that of the upper one): both are positive if the pivots are.
+    """
+    D, beside, D_above = L[row + n + 1], L[row + n], L[above + n]
+    both = D * D_above - beside * beside
+    r = 1.0 / D
+    a = beside * r
+    subtract_scaled(L, above, a, row, n)
+    L[row + n + 1], L[row + n], L[above + n] = r, a, D / both
+    return D, both
 
 
 @kernel

@@ -69,6 +69,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     pieces: list[tuple[float, ...]] = []
     dofs: list[tuple[int, ...]] = []
     trees: list[list[int]] = []
+    turns: list[int] = []
     last_dof = {0: -1}
     packed = q = 0
     for row, mobilizer in enumerate(description.mobilizers, start=1):
@@ -102,14 +103,21 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         along = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
         if kind == m.WELD:
             along = int(tuple(mobilizer.constants) == (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
+        turn = -1
+        if kind in (m.REVOLUTE, m.SCREW):
+            turn = len(turns)
+            turns.append(q)
         frames = mobilizer.frame_F, mobilizer.frame_M
+        carrier = row
+        if kind == m.WELD and root > 0 and falls_like(description, row, parent):
+            carrier = bodies[parent][_CARRIER]
         bodies.append(
             _body_row(
                 parent=parent, kind=kind, root=root, tree=tree, first_q=q, first_dof=first_dof, num_dofs=nv,
                 frame_F=frames[0], frame_M=frames[1], inertia=mobilizer.inertia, tip=above, along=along,
                 direct=all(f < 0 or description.frames[f][0] < 0 for f in frames),
                 path=first_piece, path_end=nb + len(pieces), gravity=mobilizer.added_gravity,
-                friction=mobilizer.friction,
+                friction=mobilizer.friction, turn=turn, carrier=carrier,
             )
         )  # fmt: skip
         constants.append(mobilizer.constants)
@@ -124,12 +132,19 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     return m.TreeModel(
         table(bodies, m.Body), joint, table(dofs, m.Dof), table(description.frames, m.OffsetFrame),
         table(trees, m.Tree), table(description.actuators, m.Actuator), gravity,
+        np.array(turns, np.int64),
     )  # fmt: skip
 
 
 _BODY = {field.name: 0 for field in m.Body.FIELDS}
-_ROOT, _TREE = (list(_BODY).index(name) for name in ("root", "tree"))
+_ROOT, _TREE, _CARRIER = (list(_BODY).index(name) for name in ("root", "tree", "carrier"))
 _DEPTH, _RUN = int(m.Dof.depth), int(m.Dof.run)
+
+
+def falls_like(description: TreeDescription, row: int, other: int) -> bool:
+    """Whether two bodies have the same gravity, and will when its vector or what parameters add to it changes."""
+    a, b = (description.mobilizers[k - 1] for k in (row, other))
+    return (a.gravity, a.added_gravity) == (b.gravity, b.added_gravity)
 
 
 def _body_row(**numbers: int) -> list[int]:

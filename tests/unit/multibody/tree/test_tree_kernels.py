@@ -169,6 +169,33 @@ def test_factor_solves_what_M_multiplies(seed):
     np.testing.assert_allclose(vdot, expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max())
 
 
+@seeds
+def test_what_is_welded_together_moves_as_one_body(seed):
+    """As when every body has an inertial force of its own."""
+    t = Tree(seed, num_bodies=24, types=("weld", "weld", "revolute", "prismatic", "ball_rpy"))
+    own = np.arange(len(t.model.body))
+    assert np.any(t.model.body[:, m.Body.carrier] != own)
+    M, bias = t.mass_matrix(), t.bias(1.0)
+    t.model.body[:, m.Body.carrier] = own
+    t.update()
+    np.testing.assert_allclose(M, t.mass_matrix(), atol=1e-13 * np.abs(M).max())
+    np.testing.assert_allclose(bias, t.bias(1.0), atol=1e-13 * np.abs(bias).max())
+
+
+def test_only_what_falls_alike_is_carried():
+    g, weld = (0.0, 0.0, -9.81), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    d = TreeDescription()
+    d.mobilizers = [
+        Mobilizer(0, "weld", 0, constants=weld, gravity=g),  # to the world
+        Mobilizer(1, "revolute", 0, constants=(0.0, 0.0, 1.0, 0.0), damping=(0,), gravity=g),
+        Mobilizer(2, "weld", 0, constants=weld, gravity=g),
+        Mobilizer(3, "weld", 0, constants=weld, gravity=g),
+        Mobilizer(4, "weld", 0, constants=weld),
+        Mobilizer(4, "weld", 0, constants=weld, gravity=g, added_gravity=7),
+    ]
+    assert compile_tree(d).body[:, m.Body.carrier].tolist() == [0, 1, 2, 2, 2, 5, 6]
+
+
 def test_matrix_that_is_not_positive_definite_names_its_dof():
     t = Tree(3, types=("revolute",), num_bodies=4)
     t.p[t.description.mobilizers[2].inertia] = 0.0

@@ -139,6 +139,24 @@ def _mul_add(f: Function, *args: Value) -> Value:
     return f.call(prelude.mul_add, list(args))
 
 
+def _sines_and_cosines(f: Function, x: Value, *others: Value) -> Value:
+    """What has slopes is done one by one."""
+    kernels = {FLOAT: prelude.sines_of_floats, LANES: prelude.sines_of_lanes}
+    return f.call(kernels.get(x.kind.dtype, prelude.sines_one_by_one), [x, *others])
+
+
+def _four_sines_and_cosines(f: Function, x: Value, s: Value, c: Value, k: Value) -> Value:
+    b, four = f.b, LANES.element
+
+    def place(array: Value) -> str:
+        return f.check_memory(b.at("double", array.leaves[0], k.leaves[0]))
+
+    angles = Value(LANES, (b.op(f"load {four}, ptr {place(x)}, align 8"),))
+    for array, found in zip((s, c), f.call(prelude.sine_and_cosine, [angles]).leaves):
+        b.do(f"store {four} {found}, ptr {place(array)}, align 8")
+    return NOTHING
+
+
 def _call_row(f: Function, table: Value, r: Value, t: Value, slab: Value, words: Value, at: Value) -> Value:
     """Calls the function of the ABI whose address is table[r]."""
     where = f.b.op(f"getelementptr i64, ptr {table.leaves[0]}, i64 {r.leaves[0]}")
@@ -226,7 +244,8 @@ BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     np.floor: (_of_floats("floor"), 1, 1), math.floor: (_math_floor, 1, 1), generic.floor: (_floor, 1, 1),
     math.sqrt: (_of_doubles("sqrt"), 1, 1), generic.atan2: (_of_doubles("atan2"), 2, 2),
     generic.has_slopes: (lambda _, x: scalars.number(scalars.common(x) is COMPLEX), 1, 1),
-    generic.mul_add: (_mul_add, 3, 3),
+    generic.mul_add: (_mul_add, 3, 3), generic.sines_and_cosines: (_sines_and_cosines, 4, 4),
+    prelude.four_sines_and_cosines: (_four_sines_and_cosines, 4, 4),
     prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
     math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),
     rows.call_row: (_call_row, 6, 6), rows.prefetch: (_prefetch, 3, 3),

@@ -11,11 +11,13 @@ from sheldrake.common._kernels.vec import (
     dot_six,
     load_six,
     magnitude,
+    pivots_of_two,
     read_triangle,
     store_six,
     subtract_dot_six_backwards,
     subtract_scaled,
     subtract_scaled_six,
+    subtract_two_scaled,
     take_row,
     write_triangle,
 )
@@ -542,16 +544,39 @@ def take_from_rows_above(factor, k, r, begin):
         L[at] = a
 
 
+@kernel
+def take_two_from_rows_above(factor, k, j, begin):
+    """`take_from_rows_above` for row k and then for row j, the next one on its way, each number being written once."""
+    L = factor.L
+    row_k, row_j = factor.dofs[k].row_start, factor.dofs[j].row_start
+    r_k, r_j = L[diagonal(factor, k)], L[diagonal(factor, j)]
+    for i, at in dofs_above_from(factor, j, begin):
+        at_k = row_k + at - row_j
+        a, b = L[at_k] * r_k, L[at] * r_j
+        subtract_two_scaled(L, factor.dofs[i].row_start, a, row_k, b, row_j, at - row_j + 1)
+        L[at_k], L[at] = a, b
+
+
 @kernel(outline=True)
 def factorise_rows(factor, first, begin, end):
     """Replaces rows of `begin` to `end` - 1 by 1/D and L, but for the columns of dofs before `first`; a status."""
     L = factor.L
-    for k in range(end - 1, begin - 1, -1):
-        D = diagonal(factor, k)
-        if not is_positive(L[D]):
-            return HESSIAN_NOT_POSITIVE
-        L[D] = 1.0 / L[D]
-        take_from_rows_above(factor, k, L[D], first)
+    k = end - 1
+    while k >= begin:
+        above = k - 1
+        if above >= begin and factor.dofs[k].parent == above:  # nothing else hangs on it that is not taken yet
+            D, both = pivots_of_two(L, factor.dofs[k].row_start, factor.dofs[above].row_start, factor.dofs[above].depth)
+            if not (is_positive(D) and is_positive(both)):
+                return HESSIAN_NOT_POSITIVE
+            take_two_from_rows_above(factor, k, above, first)
+            k -= 2
+        else:
+            D = L[diagonal(factor, k)]
+            if not is_positive(D):
+                return HESSIAN_NOT_POSITIVE
+            L[diagonal(factor, k)] = 1.0 / D
+            take_from_rows_above(factor, k, L[diagonal(factor, k)], first)
+            k -= 1
     return SOLVED
 
 
@@ -607,10 +632,14 @@ def substitute_branches(packed, L, x, dv, first, begin, end):
         base = load_six(x, first)
     for k in range(begin, end):
         x_k = x[k] * L[diagonal(packed, k)]
-        for i, at in dofs_above_from(packed, k, begin):
-            x_k -= L[at] * x[i]
         if begin > first:
             x_k = subtract_dot_six_backwards(x_k, load_six(L, packed.dofs[k].row_start), base)
+        parent = packed.dofs[k].parent
+        if parent >= begin:
+            beside = packed.dofs[k].row_start - packed.dofs[parent].row_start
+            for i, at in dofs_above_from(packed, parent, begin):
+                x_k -= L[beside + at] * x[i]
+            x_k -= L[diagonal(packed, k) - 1] * x[parent]  # last, as it is known last
         x[k] = x_k
         dv[k] = x_k
 

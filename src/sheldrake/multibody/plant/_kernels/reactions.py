@@ -84,7 +84,8 @@ def calc_reactions(
         forces.add_point_force(model, work, other, touching[2 * i + 1], point, force)
         forces.add_point_force(model, work, other, touching[2 * i], point, neg3(force))
     for b in range(1, len(model.bodies)):
-        store6(F, b, sub6(dynamics.inertial_force(model, work, b, load6(A_WB, b), 1.0), load6(other, b)))
+        inertial = dynamics.inertial_force(model, work, b, work[b].inertia, load6(A_WB, b), 1.0)
+        store6(F, b, sub6(inertial, load6(other, b)))
     for b in range(len(model.bodies) - 1, 0, -1):
         parent = model.bodies[b].parent
         p_WRoot = work[model.bodies[b].root].p_WB

@@ -43,7 +43,13 @@ from sheldrake.multibody.plant._kernels.forces import (
 )
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
 from sheldrake.multibody.plant._kernels.rows import put_actuators, put_constraints, put_dry_friction, put_limits
-from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, ltdl, ltdl_solve, mass_matrix
+from sheldrake.multibody.tree._kernels.dynamics import (
+    bias_term,
+    body_inertias,
+    ltdl,
+    ltdl_solve,
+    mass_matrix_of_carried,
+)
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.integrate import (
     hold_back_gyroscopic_torques,
@@ -70,8 +76,8 @@ def copy(source, to):
 
 @kernel
 def momentum_matrix(tree_model, solver_model, plant_model, p, tree, problem, implicit_damping):
-    """A of the problem, also where its factor will be."""
-    mass_matrix(tree_model, p, tree, problem.A)
+    """A of the problem, also where its factor will be; `composite` is as `bias_term` has left it."""
+    mass_matrix_of_carried(tree_model, p, tree, problem.A)
     if implicit_damping:
         for k in range(len(tree_model.dofs)):
             dof = tree_model.dofs[k]

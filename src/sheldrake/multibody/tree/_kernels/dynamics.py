@@ -17,6 +17,7 @@ from sheldrake.common._kernels.vec import (
     load6,
     load_six,
     mul_inertia,
+    pivots_of_two,
     read3,
     read6,
     read_symmetric,
@@ -32,6 +33,7 @@ from sheldrake.common._kernels.vec import (
     subtract_dot_six,
     subtract_scaled,
     subtract_scaled_six,
+    subtract_two_scaled,
     take_row,
     write3,
     write4,
@@ -96,25 +98,41 @@ def shift_unit_inertia(G, c, r):
 
 
 @kernel
-def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
-    """Fills `bias` = C(q, v) v - gravity_scale * tau_g(q) from `V`, `A` and `inertia`.
-
-    With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm.
-    """
+def carried_inertias(model, work):
+    """Fills `composite` of bodies that are their own carriers: their inertia and that of what they carry."""
     for b in range(1, len(model.bodies)):
-        if model.bodies[b].tree >= 0:
-            mass = work[b].mass
-            if is_zero(mass):  # a link that stands for a frame
-                work[b].F = ((mass, mass, mass), (mass, mass, mass))
-            else:
-                work[b].F = inertial_force(model, work, b, work[b].A_WB, gravity_scale)
-    project_forces(model, work, work.bias)
+        carrier = model.bodies[b].carrier
+        if carrier == b:
+            work[b].composite = work[b].inertia
+        elif not is_zero(work[b].mass):
+            work[carrier].composite = add_inertia(work[carrier].composite, work[b].inertia)
 
 
 @kernel
-def inertial_force(model, work, b, A_WB, gravity_scale):
-    """The force that moves the body with acceleration A, gravity aside: I (A - a_g) + V x* I V (table 5.1)."""
-    I = work[b].inertia
+def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
+    """Fills `bias` = C(q, v) v - gravity_scale * tau_g(q) from `V`, `A` and `inertia`.
+
+    With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm. Leaves
+    `composite` as `carried_inertias` does.
+    """
+    carried_inertias(model, work)
+    for b in range(1, len(model.bodies)):
+        if model.bodies[b].tree >= 0 and model.bodies[b].carrier == b:
+            I = work[b].composite
+            mass, _, _ = I
+            if is_zero(mass):  # a link that stands for a frame
+                work[b].F = ((mass, mass, mass), (mass, mass, mass))
+            else:
+                work[b].F = inertial_force(model, work, b, I, work[b].A_WB, gravity_scale)
+    project(model, work, work.bias, True)
+
+
+@kernel
+def inertial_force(model, work, b, I, A_WB, gravity_scale):
+    """The force that moves what has inertia I, and moves with a body, with acceleration A.
+
+    Gravity aside: I (A - a_g) + V x* I V (table 5.1).
+    """
     V_WB = work[b].V_WB
     alpha, a = A_WB
     A = (alpha, sub3(a, scale3(gravity_on(model, work, b), gravity_scale)))
@@ -136,18 +154,39 @@ def project_forces(model: TreeModel, work: TreeWork, tau: Vector) -> None:
 
     The second loop of table 5.1.
     """
+    project(model, work, tau, False)
+
+
+@kernel
+def carrier_of(model, b, carried):
+    """The body that carries b, if what is carried acts on it; else b itself."""
+    return model.bodies[b].carrier if carried else b
+
+
+@kernel
+def project(model, work, tau, carried):
+    """`project_forces`; if what is carried acts on its carrier, of forces on carriers alone."""
+    outboard = work[0].F  # of the body before this one, and on which it acts
+    to = -1
     for b in range(len(model.bodies) - 1, 0, -1):
+        if carrier_of(model, b, carried) != b:
+            continue
         body = model.bodies[b]
         dof = body.first_dof
         F = work[b].F
+        if to == b:
+            F = add6(F, outboard)
+            work[b].F = F
+        elif to >= 0:
+            work[to].F = add6(work[to].F, outboard)
+        to = -1
         if body.kind == FREE:
             write6(tau, dof, F)
         else:
             for k in range(dof, dof + body.num_dofs):
                 tau[k] = dot6(work.dofs[k].S, F)
             if model.bodies[body.parent].root > 0:
-                parent = work[body.parent]
-                parent.F = add6(parent.F, F)
+                outboard, to = F, carrier_of(model, body.parent, carried)
 
 
 @kernel
@@ -183,34 +222,39 @@ def reflected_inertia(model: TreeModel, p: Vector, i: int) -> float:
 
 @kernel
 def mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Vector) -> None:
-    """Fills `composite` and the packed M from `S` and `inertia`; reflected inertias of actuators included.
+    """Fills `composite` of carriers, and the packed M with reflected inertias of actuators, from `S` and `inertia`."""
+    carried_inertias(model, work)
+    mass_matrix_of_carried(model, p, work, M)
+
+
+@kernel
+def mass_matrix_of_carried(model, p, work, M):
+    """`mass_matrix` where `composite` is as `carried_inertias` leaves it.
 
     I_parent += I_i, tip to base; then M_ij = S_jᵀ I_i S_i for each dof j on the way from i to the base (table 6.2).
     """
-    for b in range(1, len(model.bodies)):
-        work[b].composite = work[b].inertia
-    outboard = work[0].composite  # of the body after this one, when this is its parent
-    parent = -1
+    outboard = work[0].composite  # of the body before this one, and by which it is moved
+    to = -1
     for b in range(len(model.bodies) - 1, 0, -1):
         body = model.bodies[b]
-        if body.tree < 0:
+        if body.tree < 0 or body.carrier != b:
             continue
         dof = body.first_dof
         I = work[b].composite
-        if parent == b:
+        if to == b:
             I = add_inertia(I, outboard)
             work[b].composite = I
+        elif to >= 0:
+            work[to].composite = add_inertia(work[to].composite, outboard)
+        to = -1
         if body.kind == FREE:
             store_free_rows(M, model.dofs[dof].row, I)
         else:
             first, begin, _end = dofs_beyond_base(model, body.tree)
             for k in range(dof, dof + body.num_dofs):
                 store_row(model, work, M, k, mul_inertia(I, work.dofs[k].S), first, begin)
-        parent = body.parent
-        if parent == b - 1:
-            outboard = I
-        elif model.bodies[parent].root > 0:
-            work[parent].composite = add_inertia(work[parent].composite, I)
+        if model.bodies[body.parent].root > 0:
+            outboard, to = I, model.bodies[body.parent].carrier
     for i in range(len(model.actuators)):
         driven = model.dofs[model.actuators[i].dof]
         M[driven.row + driven.depth] += reflected_inertia(model, p, i)
@@ -270,12 +314,17 @@ def ltdl(model: TreeModel, L: Vector) -> int:
     bad = -1
     for t in range(len(model.trees) - 1, -1, -1):
         first, begin, end = dofs_beyond_base(model, t)
-        for k in range(end - 1, begin - 1, -1):
-            pivot = model.dofs[k].row + model.dofs[k].depth
-            if not is_positive(L[pivot]):
-                bad = k
-            L[pivot] = 1.0 / L[pivot]
-            take_from_rows_above(model, L, k, begin)
+        k = end - 1
+        while k >= begin:
+            above = k - 1
+            if above >= begin and model.dofs[k].parent == above:  # nothing else hangs on it that is not taken yet
+                bad = invert_two_pivots(model, L, k, above, bad)
+                take_two_from_rows_above(model, L, k, above, begin)
+                k -= 2
+            else:
+                bad = invert_pivot(model, L, k, bad)
+                take_from_rows_above(model, L, k, begin)
+                k -= 1
         if begin > first:
             row = model.dofs[first].row
             S = read_triangle(L, row)
@@ -289,21 +338,60 @@ def ltdl(model: TreeModel, L: Vector) -> int:
 
 
 @kernel
+def invert_pivot(model, L, k, bad):
+    """Puts 1/D on the diagonal of row k; k if D is not positive, else `bad`."""
+    pivot = model.dofs[k].row + model.dofs[k].depth
+    if not is_positive(L[pivot]):
+        bad = k
+    L[pivot] = 1.0 / L[pivot]
+    return bad
+
+
+@kernel
+def invert_two_pivots(model, L, k, j, bad):
+    """`invert_pivot` of row k, and of row j, its parent's, from which row k is taken."""
+    D, both = pivots_of_two(L, model.dofs[k].row, model.dofs[j].row, model.dofs[j].depth)
+    if not is_positive(both):
+        bad = j
+    return bad if is_positive(D) else k
+
+
+@kernel
+def take_from_row(model, L, k, i):
+    """Takes row k, with 1/D on its diagonal, from row i on the way to the base."""
+    row_k, depth = model.dofs[k].row, model.dofs[i].depth
+    a = L[row_k + depth] * L[row_k + model.dofs[k].depth]
+    subtract_scaled(L, model.dofs[i].row, a, row_k, depth + 1)
+    L[row_k + depth] = a
+
+
+@kernel
 def take_from_rows_above(model, L, k, begin):
-    """Takes row k, with 1/D on its diagonal, from those on the way to the base, down to dof `begin`."""
-    row_k = model.dofs[k].row
-    r = L[row_k + model.dofs[k].depth]
+    """`take_from_row` for all rows on the way to the base, down to dof `begin`."""
     i = model.dofs[k].parent
     while i >= begin:
+        run = max(model.dofs[i].run, begin)
+        for above in range(i, run - 1, -1):
+            take_from_row(model, L, k, above)
+        i = model.dofs[run].parent
+
+
+@kernel
+def take_two_from_rows_above(model, L, k, j, begin):
+    """`take_from_rows_above` for row k and then for row j, its parent's, each number being written once."""
+    row_k, row_j = model.dofs[k].row, model.dofs[j].row
+    r_k, r_j = L[row_k + model.dofs[k].depth], L[row_j + model.dofs[j].depth]
+    i = model.dofs[j].parent
+    while i >= begin:
         dof_i = model.dofs[i]
-        row_i, depth, first = dof_i.row, dof_i.depth, max(dof_i.run, begin)
-        for _ in range(first, i + 1):  # from the end of the run to its beginning
-            a = L[row_k + depth] * r
-            subtract_scaled(L, row_i, a, row_k, depth + 1)
-            L[row_k + depth] = a
+        row_i, depth, run = dof_i.row, dof_i.depth, max(dof_i.run, begin)
+        for _ in range(run, i + 1):  # from the end of the run to its beginning
+            a, b = L[row_k + depth] * r_k, L[row_j + depth] * r_j
+            subtract_two_scaled(L, row_i, a, row_k, b, row_j, depth + 1)
+            L[row_k + depth], L[row_j + depth] = a, b
             row_i -= depth
             depth -= 1
-        i = model.dofs[first].parent
+        i = model.dofs[run].parent
 
 
 @kernel
@@ -380,23 +468,24 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
 
 @kernel
 def substitute_back(model, L, x, k, first, begin):
-    """x of dof k from those of the dofs that it hangs on; the first ones, up to `begin`, are of a free body."""
+    """x of dof k from those of the dofs that it hangs on; the first ones, up to `begin`, are of a free body.
+
+    That of its parent, the last one that is known, comes last.
+    """
     row = model.dofs[k].row
+    parent = model.dofs[k].parent
     x_k = x[k] * L[row + model.dofs[k].depth]
-    base_is_left = begin > first
-    i = model.dofs[k].parent
+    if begin > first:
+        x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
+    i = parent
     while i >= begin:
-        run = model.dofs[i].run
-        if run < begin:
-            run = begin
-            x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
-            base_is_left = False
+        run = max(model.dofs[i].run, begin)
         column = row + model.dofs[run].depth - run
-        for j in range(run, i + 1):
+        for j in range(run, min(i + 1, parent)):
             x_k -= L[column + j] * x[j]
         i = model.dofs[run].parent
-    if base_is_left:
-        x_k = subtract_dot_six(x_k, load_six(L, row), load_six(x, first))
+    if parent >= begin:
+        x_k -= L[row + model.dofs[parent].depth] * x[parent]
     return x_k
 
 

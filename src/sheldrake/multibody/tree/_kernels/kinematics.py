@@ -3,7 +3,7 @@
 Monogram notation; F is the joint's frame on the inboard body P, M its frame on the body B.
 """
 
-from sheldrake.common._kernels.generic import cos, floor, sin
+from sheldrake.common._kernels.generic import cos, floor, sin, sines_and_cosines
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
@@ -19,6 +19,7 @@ from sheldrake.common._kernels.vec import (
     rotate,
     rotate_back,
     rotation_about,
+    rotation_by,
     rotation_of_quaternion,
     scale3,
     scale6,
@@ -123,6 +124,7 @@ def pose_of_frame(model, p, work, b, f):
 @kernel(top=True, short_loops=True)
 def position_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> None:
     """Fills `X_WB` and `S`."""
+    turn_joints(model, work, q)
     for b in range(1, len(model.bodies)):
         body = model.bodies[b]
         if body.kind == FREE:
@@ -135,15 +137,19 @@ def position_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector) 
 
 
 @kernel
+def turn_joints(model, work, q):
+    """Fills `angle`, `sine` and `cosine`."""
+    n = model.turn.shape[0]
+    for i in range(n):
+        work.angle[i] = q[model.turn[i]]
+    sines_and_cosines(work.angle, n, work.sine, work.cosine)
+
+
+@kernel
 def position_of_axis_joint(model, p, work, q, b):
     """Revolute, prismatic, screw, weld, between frames that are fixed to the bodies themselves."""
     body = model.bodies[b]
     kind = body.kind
-    angle, s, c = 0.0, 0.0, 1.0  # before poses are loaded, which would have to wait in memory for the calls of libm
-    if kind != WELD:
-        angle = q[body.first_q]
-        if kind != PRISMATIC:
-            s, c = sin(angle), cos(angle)
     R_WF, p_WF = work[body.parent].X_WB
     if body.frame_F >= 0:
         R_WF, p_WF = compose_pose((R_WF, p_WF), fixed_pose(model, p, body.frame_F))
@@ -152,6 +158,7 @@ def position_of_axis_joint(model, p, work, q, b):
         to_body_frame(model, p, work, b)
         return
     joint = model.axes[b]
+    angle = q[body.first_q]
     axis_W = rotate(R_WF, joint.axis_F)
     p_WM = p_WF
     if kind != REVOLUTE:
@@ -159,9 +166,9 @@ def position_of_axis_joint(model, p, work, q, b):
     if kind == PRISMATIC:
         work[b].X_WB = (R_WF, p_WM)
     elif body.along == 0:
-        work[b].X_WB = (compose(R_WF, rotation_about(joint.axis_F, angle)), p_WM)
+        work[b].X_WB = (compose(R_WF, rotation_by(joint.axis_F, work.sine[body.turn], work.cosine[body.turn])), p_WM)
     else:
-        store_turned(work[b], R_WF, p_WM, body.along, s, c)
+        store_turned(work[b], R_WF, p_WM, body.along, work.sine[body.turn], work.cosine[body.turn])
     to_body_frame(model, p, work, b)
     store_axis(model, work, b, axis_W, p_WM)
 
@@ -231,7 +238,7 @@ def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector
         joint = model.axes[b]
         x_W = rotate(R_WF, joint.axis_F)
         if kind != PRISMATIC:
-            R_WM = compose(R_WF, rotation_about(joint.axis_F, q[at]))
+            R_WM = compose(R_WF, rotation_by(joint.axis_F, work.sine[body.turn], work.cosine[body.turn]))
         if kind != REVOLUTE:
             p_WM = add3(p_WF, scale3(x_W, joint.lead * q[at]))
     elif kind == QUATERNION:

@@ -18,7 +18,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from sheldrake.common.kernel import IntMatrix, Matrix, Vector
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
 from sheldrake.common.record import Items, Record, integer, number, numbers, table
 from sheldrake.geometry._kernels.model import BodyPose
 
@@ -58,6 +58,8 @@ class Body(Record):
     path_end = integer("the piece after its last")
     gravity = integer("where in p is what is added to its gravity, three numbers; -1 for nothing")
     friction = integer("where in p is what its friction coefficients are multiplied with; -1 for nothing")
+    turn = integer("place of its angle among `turn`, -1 when it has none")
+    carrier = integer("row of the body that it is welded to, directly or through others, and falls with; else its own")
 
 
 class JointAxis(Record):
@@ -130,7 +132,10 @@ class Gravity(Record):
 
 @table
 class TreeModel(NamedTuple):
-    """Constant arrays of a tree of bodies; below the bodies' rows of `joint` are the pieces of paths."""
+    """Constant arrays of a tree of bodies; below the bodies' rows of `joint` are the pieces of paths.
+
+    `turn` tells the positions that are the angles of revolute and screw joints.
+    """
 
     body: Annotated[IntMatrix, Items("bodies", Body)]
     joint: Annotated[Matrix, Items("axes", JointAxis), Items("poses", JointPose), Items("pieces", PathPiece)]
@@ -139,6 +144,7 @@ class TreeModel(NamedTuple):
     tree: Annotated[IntMatrix, Items("trees", Tree)]
     actuator: Annotated[IntMatrix, Items("actuators", Actuator)]
     gravity: Annotated[Matrix, Items("gravities", Gravity)]
+    turn: IntVector
 
 
 class BodyVelocity(Record):
@@ -171,7 +177,7 @@ class BodyGravity(Record):
 class CompositeInertia(Record):
     """About `root`."""
 
-    composite = numbers((1, 3, 6), "inertia of a body and all outboard of it", "kg, kg m, kg m²")
+    composite = numbers((1, 3, 6), "inertia of a carrier, all it carries and all outboard", "kg, kg m, kg m²")
 
 
 class BodyForce(Record):
@@ -190,9 +196,13 @@ class DofMotion(Record):
 class TreeWork(NamedTuple):
     """Results of the stages, in the order in which they become valid: a row for each body, and `dofs`.
 
+    `angle`, `sine` and `cosine` are of the joints that turn, with room for whole fours.
     `M` is the packed mass matrix, `L` the packed factor of M, or of M + dt D; `bias` has the generalized bias forces.
     """
 
+    angle: Vector
+    sine: Vector
+    cosine: Vector
     X_WB: Annotated[Matrix, BodyPose]
     S: Annotated[Matrix, Items("dofs", DofMotion)]
     V: Annotated[Matrix, BodyVelocity]
@@ -214,15 +224,18 @@ def num_packed(model: TreeModel) -> int:
 def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
     """A workspace in the state every stage expects: the world's row is set, and the rows of S that never change."""
     nb, nv, packed = len(model.body), len(model.dof), num_packed(model)
+    turns = 4 * -(-len(model.turn) // 4)
 
     def zeros(*shape: int) -> np.ndarray:
         return np.zeros(shape) if dtype is float else np.full(shape, 0.0, dtype=dtype)
 
     work = TreeWork(
+        angle=zeros(turns), sine=zeros(turns), cosine=zeros(turns),
         X_WB=zeros(nb, BodyPose.SIZE), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6),
         inertia=zeros(nb, BodyInertia.SIZE), gravity=zeros(nb, 3), composite=zeros(nb, CompositeInertia.SIZE),
         F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
     )  # fmt: skip
+    work.cosine[:] = 1.0  # of no angle: so it stays in the room behind the last joint
     work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for row in np.flatnonzero(model.body[:, Body.kind] == FREE):
         dof = model.bodies[row].first_dof

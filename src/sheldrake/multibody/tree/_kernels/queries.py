@@ -61,7 +61,8 @@ def calc_inverse_dynamics(
     """M vdot + C v less applied generalized forces and forces at the body origins; needs `velocity_kinematics`."""
     dynamics.accelerations(model, work, vdot, A_work)
     for b in range(1, len(model.bodies)):
-        work[b].F = scale6(dynamics.inertial_force(model, work, b, load6(A_work, b), 0.0), -1.0)
+        inertial = dynamics.inertial_force(model, work, b, work[b].inertia, load6(A_work, b), 0.0)
+        work[b].F = scale6(inertial, -1.0)
     forces.add_body_forces(model, work, F_Bo_W, work.F)
     dynamics.project_forces(model, work, tau)
     for k in range(tau.shape[0]):
