@@ -231,15 +231,13 @@ class LaneMemory(NamedTuple):
         constant: what it reads that no step changes.
         reads: what else it reads before it writes it.
         writes: what it writes, all of it; what it leaves out is the same in all worlds, and never changes.
-        tables: matrices of which it writes the first rows, all of each.
-        num_rows: how many rows, an integer.
+        tables: matrices of which it writes the first rows, all of each, with where it says how many they are.
     """
 
-    constant: tuple[np.ndarray, ...]
-    reads: tuple[np.ndarray, ...]
-    writes: tuple[np.ndarray, ...]
-    tables: tuple[np.ndarray, ...]
-    num_rows: np.ndarray
+    constant: tuple[np.ndarray, ...] = ()
+    reads: tuple[np.ndarray, ...] = ()
+    writes: tuple[np.ndarray, ...] = ()
+    tables: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
 
 
 class LaneKernel(Kernel):

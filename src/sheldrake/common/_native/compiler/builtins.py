@@ -99,9 +99,14 @@ def _extreme(op: Any) -> Builtin:
 
 
 def _math_floor(f: Function, x: Value) -> Value:
-    """The largest integer that is not above x."""
+    """The largest integer that is not above x; of lanes the one they have in common, or the function is left."""
     if scalars.common(x).rank <= INT.rank:
         return convert(f.b, x, INT)
+    if x.kind is LANES:
+        floors = f.b.math("floor", x.leaves[0], kind=LANES.element)
+        first = f.b.op(f"extractelement {LANES.element} {floors}, i64 0")
+        f.b.must_agree(f.b.op(f"fcmp oeq {LANES.element} {floors}, {f.b.spread('double', first)}"))
+        return _int(f, Value(FLOAT, (first,)))
     return _int(f, Value(FLOAT, (f.b.math("floor", convert(f.b, x, FLOAT).leaves[0]),)))
 
 

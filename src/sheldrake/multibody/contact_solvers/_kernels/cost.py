@@ -199,9 +199,7 @@ def optimality(model, problem, contacts, rows):
         residual += g * g * problem.mobility[k]
         momentum += problem.p[k] * problem.p[k] * problem.mobility[k]
         impulse += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
-    scale = momentum
-    if impulse > scale:
-        scale = impulse
+    scale = impulse if impulse > momentum else momentum
     limit = model.relative_tolerance * root(scale) + model.absolute_tolerance
     return residual / (limit * limit), momentum, impulse
 

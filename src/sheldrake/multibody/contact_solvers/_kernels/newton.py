@@ -539,18 +539,21 @@ def reduce_regularisation(model, problem, contacts):
     is smaller than that of the step before. What moves has Drake's: a sharper law takes more iterations.
     """
     fast = AT_REST * model.stiction
+    fastest2 = 0.0
     for contact in contacts_of_island(problem, contacts):
         vc0 = contact.vc
-        if dot3(vc0, vc0) > fast * fast:
-            return
+        fastest2 = max(fastest2, dot3(vc0, vc0))
     for contact in contacts_of_island(problem, contacts):
-        x, y, _ = contact.vc
         eps = contact.eps
-        stuck2 = STUCK * STUCK * (x * x + y * y)
-        if stuck2 < TIGHT * TIGHT * eps * eps:
-            contact.eps = TIGHT * eps
-        elif stuck2 < eps * eps:
-            contact.eps = sqrt(stuck2)
+        contact.eps = eps if fastest2 > fast * fast else reduced(contact, eps)
+
+
+@kernel
+def reduced(contact, eps):
+    """The regularisation speed of a contact that is nearly still, of one that may be fast [m/s]."""
+    x, y, _ = contact.vc
+    stuck2 = STUCK * STUCK * (x * x + y * y)
+    return TIGHT * eps if stuck2 < TIGHT * TIGHT * eps * eps else sqrt(stuck2) if stuck2 < eps * eps else eps
 
 
 @kernel
