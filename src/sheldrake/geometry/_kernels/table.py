@@ -120,4 +120,5 @@ def contacts_in_lanes(*arguments: object) -> LaneMemory:
     """What a search for contacts that remembers nothing writes, for four worlds at once."""
     (table,) = (argument for argument in arguments if isinstance(argument, ContactTable))
     count = table.count[Found.num_contacts : Found.status]
-    return LaneMemory(writes=(table.count,), tables=((table.pair, count), (table.point, count)))
+    tables = (table.pair, count), (table.point, count)
+    return LaneMemory(writes=(table.count,), tables=tables, changes=(table.count,))

@@ -7,7 +7,7 @@ import sheldrake
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.geometry import Box, HalfSpace, Sphere
 from sheldrake.math import RigidTransform, RollPitchYaw
-from sheldrake.multibody.contact_solvers._kernels.problem import ContactState
+from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Counts
 from sheldrake.multibody.math import SpatialInertia
 from sheldrake.multibody.parsing import Parser
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
@@ -126,7 +126,8 @@ def never_read(worlds):
     store = worlds.model
     scratch = store.scratch(worlds.layout.rows[worlds._lane_rows.rows[0]].node)
     places = np.zeros(store.S.size, bool)
-    for array in (*scratch.factor, scratch.problem.dv, scratch.problem.a_dv):
+    iterations = scratch.problem.count[Counts.iterations : Counts.participating]
+    for array in (*scratch.factor, scratch.problem.dv, scratch.problem.a_dv, iterations):
         at = (array.ctypes.data - store.S.ctypes.data) // 8
         places[at : at + array.size] = True
     state = scratch.contacts.state
@@ -213,7 +214,7 @@ def test_all_that_is_read_is_brought_into_lanes():
     ((first_row, all_rows),) = batch._native._lanes.values()
     kept = np.zeros(len(first_row.slab), bool)
     for lanes in (first_row, all_rows):
-        for n in range(lanes.writes_begin, lanes.end):
+        for n in range(lanes.writes_begin, lanes.changes_begin):
             kept[lanes.pieces[n].start : lanes.pieces[n].start + lanes.pieces[n].length] = True
     first_row.slab[~kept] = np.nan
     assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(20))

@@ -20,6 +20,7 @@ from sheldrake.common._native.compiler.kinds import (
     FLOAT,
     INT,
     LANES,
+    MASK,
     NOTHING,
     Array,
     Rows,
@@ -137,6 +138,14 @@ def _len(f: Function, x: Value) -> Value:
     raise Unfit(f"{x.kind!r} has no length")
 
 
+def _in_any(f: Function, x: Value) -> Value:
+    """Whether it is true; of lanes, whether one is."""
+    if x.kind is MASK:
+        bits = f.b.op(f"bitcast {MASK.element} {x.leaves[0]} to i4")
+        return Value(BOOL, (f.b.op(f"icmp ne i4 {bits}, 0"),))
+    return Value(BOOL, (scalars.truth(f.b, x),))
+
+
 def _mul_add(f: Function, *args: Value) -> Value:
     """One rounding where the processor can, unless it is to be Python's."""
     if f.b.fused and scalars.common(*args) is not COMPLEX:
@@ -231,7 +240,7 @@ BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     np.floor: (_of_floats("floor"), 1, 1), math.floor: (_math_floor, 1, 1), generic.floor: (_floor, 1, 1),
     math.sqrt: (_of_doubles("sqrt"), 1, 1), generic.atan2: (_of_doubles("atan2"), 2, 2),
     generic.has_slopes: (lambda _, x: scalars.number(scalars.common(x) is COMPLEX), 1, 1),
-    generic.mul_add: (_mul_add, 3, 3),
+    generic.in_any: (_in_any, 1, 1), generic.mul_add: (_mul_add, 3, 3),
     prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
     math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),
     rows.call_row: (_call_row, 6, 6), rows.prefetch: (_prefetch, 3, 3),

@@ -129,7 +129,7 @@ class Counts(Record):
     num_contacts = integer("of this step")
     num_rows = integer("of this step")
     rows_ahead = integer("how many of them, the first ones, are ahead")
-    iterations = integer("of all islands")
+    iterations = integer("of all islands; of worlds in lanes those of the one that has most")
     participating = integer("dofs of the last island that needed a factor")
     substeps = integer("of kTamsi")
     num_islands = integer("that constraints make of the trees")
@@ -385,7 +385,8 @@ def solve_in_lanes(
     solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, *factor: Factor
 ) -> LaneMemory:
     """What a solve reads and writes, for four worlds at once; of the factor nothing is left to be read."""
-    return LaneMemory(writes=tuple(problem), tables=contacts_in_lanes(problem, contacts) + rows_in_lanes(problem, rows))
+    tables = contacts_in_lanes(problem, contacts) + rows_in_lanes(problem, rows)
+    return LaneMemory(writes=tuple(problem), tables=tables, changes=(problem.p_star, rows.state))
 
 
 # ---- what loops go over: `for contact in contacts_of_island(problem, contacts):`

@@ -207,7 +207,8 @@ def contact_constraints_in_lanes(
     p: Vector, tree: TreeWork, table: ContactTable, problem: Problem, contacts: Contacts, *models: object
 ) -> LaneMemory:
     """What `contact_constraints` reads and writes, for four worlds that call it at once."""
-    return LaneMemory(constant=(p,), writes=(problem.count,), tables=contacts_in_lanes(problem, contacts))
+    tables, count = contacts_in_lanes(problem, contacts), (problem.count,)
+    return LaneMemory(constant=(p,), writes=count, tables=tables, changes=count)
 
 
 @kernel(top=True, short_loops=True, lanes=contact_constraints_in_lanes)
@@ -235,7 +236,8 @@ def joint_constraints_in_lanes(
     xd: Vector, p: Vector, tree: TreeWork, problem: Problem, rows: Rows, *models: object
 ) -> LaneMemory:
     """What `joint_constraints` reads and writes, for four worlds that call it at once."""
-    return LaneMemory(constant=(p,), reads=(xd,), writes=(problem.count,), tables=rows_in_lanes(problem, rows))
+    tables, count = rows_in_lanes(problem, rows), (problem.count,)
+    return LaneMemory(constant=(p,), reads=(xd,), writes=count, tables=tables, changes=count)
 
 
 @kernel(top=True, short_loops=True, lanes=joint_constraints_in_lanes)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._engine.store import Store
 
 _NONE = np.zeros(0, np.int64)
+_KINDS = 5
+"""Of pieces, see `Shared`."""
 _PIECE = 64
 """Numbers that are copied together, or not at all if they are zeros."""
 
@@ -65,23 +67,25 @@ def make_lanes(store: Store, found: LaneRows) -> tuple[Lanes, Lanes]:
         store: What all worlds are like at first.
         found: What they run.
     """
-    slab = np.frombuffer(mmap.mmap(-1, 8 * LANES * store.S.size)).reshape(-1, LANES)
+    memories = [_memory(store, r) for r in (found.rows if found.all_but_last else found.rows[:1])]
+    last = memories.pop() if found.all_but_last else LaneMemory()
+    reads, writes = _reads_and_writes(store, memories)
+    constants = _joined(_piece(store.S, a) for memory in memories for a in memory.constant)
+    changes = _joined(_piece(store.S, a) for memory in memories for a in memory.changes)
+    size = store.S.size + sum(piece[Piece.length] for piece in changes)
+    slab = np.frombuffer(mmap.mmap(-1, 8 * LANES * size)).reshape(-1, LANES)
     for a, b in pieces_used(store.S):
         slab[a:b] = store.S[a:b, None]
-    memories = [_memory(store, r) for r in (found.rows if found.all_but_last else found.rows[:1])]
-    constants = _joined(_piece(store.S, a) for memory in memories for a in memory.constant)
-    first = _lanes(store, slab, found.rows[:1], constants, *_reads_and_writes(store, memories[:1]), [])
+    _, of_first = _reads_and_writes(store, memories[:1])
+    first = _lanes(store, slab, found.rows[:1], constants, reads, of_first)
     if not found.all_but_last:
         return first, no_lanes()
-    first.shared[Shared.reads_begin] = 0  # it is the same memory: constants are brought once
-    last = memories.pop()
-    reads, at_once = _reads_and_writes(store, memories)
     later: list[list[int]] = []
     if not _is_read_by_others(store, found):
         own = _joined(_piece(store.S, a) for a in last.writes)  # what comes later must not be put over these
         of_last = _joined(_piece(store.S, a) for a in last.reads) + _tables(store, last)
-        at_once, later = own + [piece for piece in of_last if _is_part(piece, at_once)], _without(at_once, own)
-    return first, _lanes(store, slab, found.rows[:-1], constants, reads, at_once, later)
+        writes, later = own + [piece for piece in of_last if _is_part(piece, writes)], _without(writes, own)
+    return first, _lanes(store, slab, found.rows[:-1], [], [], writes, later, changes)
 
 
 def _memory(store: Store, r: int) -> LaneMemory:
@@ -134,12 +138,12 @@ def _arrays(parts: Any) -> Iterator[np.ndarray]:
 
 
 def _lanes(store: Store, slab: np.ndarray, rows: list[int], *parts: list[list[int]]) -> Lanes:
-    """Tables for kernels: rows, and pieces that are constant, read, written at once and later."""
+    """Tables for kernels: rows, and pieces that are constant, read, written at once, written later, and changed."""
     layout, program = store.layout, store.layout.program
-    ends = np.cumsum([len(part) for part in parts])
+    ends = np.cumsum([len(part) for part in parts] + [0] * (_KINDS - len(parts)))
     shared = np.zeros(Shared.SIZE, np.int64)
-    shared[Shared.num_rows] = len(rows)
-    shared[Shared.reads_begin], shared[Shared.writes_begin], shared[Shared.later_begin], shared[Shared.end] = ends
+    shared[Shared.num_rows], shared[Shared.copies] = len(rows), store.S.size
+    shared[Shared.ends.columns] = ends
     calcs: list[Any] = [layout.rows[r].calc for r in rows]
     return Lanes(
         slab,

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
-from sheldrake.common.record import Items, Record, integer, table
+from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, into_lanes, out_of_lanes
 from sheldrake.systems.framework._kernels.loop import num_calls
 from sheldrake.systems.framework._kernels.program import CONTINUOUS, Program, Side, refresh
@@ -35,7 +35,10 @@ class Shared(Record):
     reads_begin = integer("of the pieces: what is read in each step; what never changes in a step is before")
     writes_begin = integer("what is written, and read in each step")
     later_begin = integer("what is written, and nobody reads before the four worlds part")
+    changes_begin = integer("what the first row wrote and others change")
     end = integer("behind all pieces")
+    ends = integers(5, "where pieces of each kind end", same_as=reads_begin)
+    copies = integer("in the slab: copies of the latter, behind all else")
 
 
 @table
@@ -115,21 +118,49 @@ def bring_constants(worlds, rollout, lanes, j):
 
 
 @kernel
-def run_rows(worlds, rollout, lanes, j):
-    """The rows of worlds `who[j:j + 4]`, in lanes; whether they agreed and nothing was wrong."""
+def run_first(worlds, rollout, lanes, j):
+    """The first row of worlds `who[j:j + 4]`, in lanes; whether they agreed and nothing was wrong."""
     copy(worlds, rollout, lanes, j, lanes.reads_begin, lanes.writes_begin, True)
-    for k in range(lanes.num_rows):
+    return call_row(lanes.callee, 0, 0.0, lanes.slab, lanes.words, lanes.at[0]) == 0
+
+
+@kernel
+def run_others(lanes):
+    """All rows behind the first one likewise; where worlds do not agree, what the first one wrote is left."""
+    if lanes.num_rows == 0:
+        return False
+    copy_changes(lanes, True)
+    for k in range(1, lanes.num_rows):
         if call_row(lanes.callee, k, 0.0, lanes.slab, lanes.words, lanes.at[k]) != 0:
+            copy_changes(lanes, False)
             return False
+    return True
+
+
+@kernel
+def copy_changes(lanes, away):
+    """Keeps what rows behind the first one change, or puts it back."""
+    at = lanes.copies
+    for n in range(lanes.changes_begin, lanes.end):
+        piece = lanes.pieces[n]
+        for k in range(piece.start, piece.start + piece.length):
+            source, to = (k, at) if away else (at, k)
+            for lane in range(LANES):
+                lanes.slab[to, lane] = lanes.slab[source, lane]
+            at += 1
+
+
+@kernel
+def leave_lanes(worlds, rollout, lanes, j):
+    """Rows are done: worlds `who[j:j + 4]` go on behind them, with what they read there."""
     copy(worlds, rollout, lanes, j, lanes.writes_begin, lanes.later_begin, False)
     for lane in range(LANES):
         w = rollout.who[j + lane]
         for k in range(lanes.num_rows):
             worlds.side[w, lanes.stamp[k]] = worlds.side[w, CONTINUOUS]
-    return True
 
 
 @kernel
 def take_back(worlds, rollout, lanes, j):
     """What worlds `who[j:j + 4]` have in lanes alone."""
-    copy(worlds, rollout, lanes, j, lanes.later_begin, lanes.end, False)
+    copy(worlds, rollout, lanes, j, lanes.later_begin, lanes.changes_begin, False)

@@ -10,7 +10,15 @@ from typing import Annotated, NamedTuple
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, prefetch
-from sheldrake.systems.framework._kernels.lanes import LANES, Lanes, bring_constants, run_rows, take_back
+from sheldrake.systems.framework._kernels.lanes import (
+    LANES,
+    Lanes,
+    bring_constants,
+    leave_lanes,
+    run_first,
+    run_others,
+    take_back,
+)
 from sheldrake.systems.framework._kernels.loop import clear_updates, publish, set_clocks, trigger, update
 from sheldrake.systems.framework._kernels.program import (
     AT_START,
@@ -34,7 +42,9 @@ OPEN = -1
 ADVANCE, OUTPUTS, BEGIN, IS_NEXT = range(4)
 """What is called on a world: `loop.advance`, `outputs`, `begin_world`, `lanes.is_next`."""
 ALONE = 8
-"""Steps that worlds take one by one when they did not agree."""
+"""Steps that worlds take one by one when they did not agree on the first row."""
+FEW = 4
+"""Steps in which worlds do not try to go together behind the first row, when they did not agree there."""
 
 
 class Where(Record):
@@ -271,11 +281,10 @@ def give_outputs(worlds, rollout, j):
 def go_together(worlds, rollout, first_row, all_rows, j, samples, budget):
     """Takes worlds `who[j:j + 4]` through their samples side by side, until one ends; how many steps.
 
-    All rows are tried in lanes; where that failed, for some steps the first one alone, on which worlds agree mostly.
+    All rows are tried in lanes; where worlds do not agree, the first one is done, and for some steps others not tried.
     """
-    taken, again = 0, 0 if all_rows.num_rows > 0 else budget
+    taken, again = 0, 0
     is_there = False  # whether what the last step left is in lanes alone
-    bring_constants(worlds, rollout, all_rows, j)
     bring_constants(worlds, rollout, first_row, j)
     while taken < budget and are_open(worlds, rollout, j):
         for i in range(j, j + LANES):
@@ -283,12 +292,16 @@ def go_together(worlds, rollout, first_row, all_rows, j, samples, budget):
         steps = 1
         was_there, is_there = is_there, False
         if have_it_next(worlds, rollout, j):
-            if taken >= again:
-                is_there = run_rows(worlds, rollout, all_rows, j)
-                if not is_there:
-                    again = taken + ALONE
-            if not is_there and not run_rows(worlds, rollout, first_row, j):
+            if not run_first(worlds, rollout, first_row, j):
                 steps = min(ALONE, budget - taken)
+            else:
+                if taken >= again:
+                    is_there = run_others(all_rows)
+                    again = taken if is_there else taken + FEW
+                if is_there:
+                    leave_lanes(worlds, rollout, all_rows, j)
+                else:
+                    leave_lanes(worlds, rollout, first_row, j)
         elif was_there:
             take_back(worlds, rollout, all_rows, j)
         if steps > 1:
