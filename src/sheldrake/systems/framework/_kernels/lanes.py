@@ -17,6 +17,7 @@ from sheldrake.systems.framework._kernels.loop import num_calls
 from sheldrake.systems.framework._kernels.program import CONTINUOUS, Program, Side, refresh
 
 LANES = 4
+MOST_MISSES = 64
 
 
 class Piece(Record):
@@ -39,6 +40,8 @@ class Shared(Record):
     end = integer("behind all pieces")
     ends = integers(5, "where pieces of each kind end", same_as=reads_begin)
     copies = integer("in the slab: copies of the latter, behind all else")
+    misses = integer("how often in turn worlds did not agree behind the first row, up to `MOST_MISSES`")
+    waits = integer("how often that is not tried now")
 
 
 @table
@@ -126,14 +129,21 @@ def run_first(worlds, rollout, lanes, j):
 
 @kernel
 def run_others(lanes):
-    """All rows behind the first one likewise; where worlds do not agree, what the first one wrote is left."""
-    if lanes.num_rows == 0:
+    """All rows behind the first one likewise; where worlds do not agree, what the first one wrote is left.
+
+    The oftener they did not, the longer that is not tried.
+    """
+    if lanes.num_rows == 0 or lanes.waits > 0:
+        lanes.waits -= min(lanes.waits, 1)
         return False
     copy_changes(lanes, True)
     for k in range(1, lanes.num_rows):
         if call_row(lanes.callee, k, 0.0, lanes.slab, lanes.words, lanes.at[k]) != 0:
             copy_changes(lanes, False)
+            lanes.misses = min(lanes.misses + 1, MOST_MISSES)
+            lanes.waits = lanes.misses - 1
             return False
+    lanes.misses = 0
     return True
 
 
