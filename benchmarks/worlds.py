@@ -7,13 +7,15 @@ All worlds begin alike but for random velocities and take the same number of 1 m
 turn. "simulator" is one Simulator's native span on one of these worlds. MuJoCo runs as `mujoco.batch` and as
 `mujoco.rollout`. Times are the CPU's, of all threads together; speed-ups of threads are of the clock, and mean nothing
 on a machine that others use. `--steps-at-a-time 4` calls each engine anew after four steps, as environments do;
-`--environments 256` measures a vector environment of quadrupeds.
+`--environments 256` measures a vector environment of quadrupeds, on one thread in time of the processor and on each
+number of `--threads` (all processors that this process may use, if none are given) by the clock.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import os
 import pathlib
 import resource
 import statistics
@@ -189,18 +191,18 @@ def _resident() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
 
 
-def environments(count: int, rounds: int) -> str:
-    """What is said of `count` quadrupeds in a vector environment, 4 ms of 1 ms steps an action, on one thread."""
+def environments(count: int, rounds: int, num_threads: int, clock: Callable[[], float]) -> str:
+    """What is said of `count` quadrupeds in a vector environment, 4 ms of 1 ms steps an action."""
     from sheldrake.gym._tasks import QuadrupedStand
 
-    env = QuadrupedStand(count, num_threads=1)
+    env = QuadrupedStand(count, num_threads=num_threads)
     native, random, spent = env.batch._native, np.random.default_rng(0), [0.0]
 
     def watched(work: Callable[..., None]) -> Callable[..., None]:
         def watching(*args: Any) -> None:
-            begin = time.process_time()
+            begin = clock()
             work(*args)
-            spent[0] += time.process_time() - begin
+            spent[0] += clock() - begin
 
         return watching
 
@@ -209,17 +211,23 @@ def environments(count: int, rounds: int) -> str:
     env.reset(seed=0)
     found = []
     for _ in range(rounds):
-        begin, spent[0] = time.process_time(), 0.0
+        begin, spent[0] = clock(), 0.0
         for action in actions:
             env.step(action)
-        total = time.process_time() - begin
+        total = clock() - begin
         found.append((total, 1.0 - spent[0] / total))
     total, outside = min(found)
     rate = len(actions) * count / total
+    by = "of one processor" if clock is time.process_time else f"by the clock on {num_threads} threads"
     return (
-        f"environments: {count} quadrupeds, 4 steps an action: {rate:,.0f} env-steps a second of one processor, "
+        f"environments: {count} quadrupeds, 4 steps an action: {rate:,.0f} env-steps a second {by}, "
         f"{100 * outside:.1f} % of it outside native code"
     )
+
+
+def processors() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def main() -> None:
@@ -228,13 +236,16 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="*", default=list(STEP))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--steps-at-a-time", type=int, default=0)
-    parser.add_argument("--threads", type=int, nargs="*", default=[1])
+    parser.add_argument("--threads", type=int, nargs="*", default=[])
     parser.add_argument("--environments", type=int, metavar="N", help="N quadrupeds in a vector environment, alone")
     options = parser.parse_args()
     print(machine())
     if options.environments:
-        print(environments(options.environments, options.rounds))
+        print(environments(options.environments, options.rounds, 1, time.process_time), flush=True)
+        for threads in options.threads or [processors()]:
+            print(environments(options.environments, options.rounds, threads, time.perf_counter), flush=True)
         return
+    options.threads = options.threads or [1]
     print(f"{'scene':11s}{'worlds':>7s}{'steps':>7s}{'threads':>8s}{'us a step':>10s}   others / sheldrake", flush=True)
     for name in options.scenes:
         scene = Scene(name)

@@ -231,15 +231,15 @@ class LaneMemory(NamedTuple):
         constant: what it reads that no step changes.
         reads: what else it reads before it writes it.
         writes: what it writes, all of it; what it leaves out is the same in all worlds, and never changes.
-        tables: matrices of which it writes the first rows, all of each.
-        num_rows: how many rows, an integer.
+        tables: matrices of which it writes the first rows, all of each, with where it says how many they are.
+        changes: what others wrote before it, of which it may leave something else when worlds do not agree in it.
     """
 
-    constant: tuple[np.ndarray, ...]
-    reads: tuple[np.ndarray, ...]
-    writes: tuple[np.ndarray, ...]
-    tables: tuple[np.ndarray, ...]
-    num_rows: np.ndarray
+    constant: tuple[np.ndarray, ...] = ()
+    reads: tuple[np.ndarray, ...] = ()
+    writes: tuple[np.ndarray, ...] = ()
+    tables: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    changes: tuple[np.ndarray, ...] = ()
 
 
 class LaneKernel(Kernel):
@@ -247,7 +247,8 @@ class LaneKernel(Kernel):
 
     Its slab has each number of four slabs of one layout, one after the other. Models are those of all four, and so is
     where the kernel goes: `if` and `while` may ask about lanes, but where these do not agree the kernel is left, with
-    the status `DISAGREEMENT`, and worlds are to be taken one by one. `a if x > y else b` chooses for each lane.
+    the status `DISAGREEMENT`, and worlds are to be taken one by one. `a if x > y else b` chooses for each lane, and
+    `in_any(x > y)` says whether something must be done for one of them at least.
     """
 
     def __init__(self, kernel: Kernel):

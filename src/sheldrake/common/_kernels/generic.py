@@ -81,6 +81,11 @@ def has_slopes(x: Any) -> bool:
     return not isinstance(x, (float, int)) and (isinstance(x, complex) or hasattr(x, "derivatives"))
 
 
+def in_any(condition: Any) -> bool:
+    """Whether a condition holds; compiled for lanes, whether in one of them (see `common.kernel.LaneKernel`)."""
+    return bool(condition)
+
+
 def value_of(x: Any) -> Any:
     """A number without its derivatives."""
     if isinstance(x, (float, int, complex)):

@@ -12,7 +12,7 @@ from .memory import remembers
 from .model import CAPSULE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
 from .near import pairs_of, spheres_within, widest_margin
 from .sphere import sphere_contacts
-from .table import absolute, column, ordered, place_geometry, reach_along
+from .table import absolute, column, contacts_in_lanes, ordered, place_geometry, reach_along
 
 
 @kernel
@@ -85,7 +85,7 @@ def place_geometries(geometry_model: GeometryModel, bodies: BodyPoses, table: Co
     place_geometry(geometry_model, bodies, table)
 
 
-@kernel(top=True)
+@kernel(top=True, lanes=contacts_in_lanes)
 def half_space_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts with half spaces."""
     model = geometry_model
@@ -95,7 +95,7 @@ def half_space_pairs(geometry_model: GeometryModel, table: ContactTable) -> None
             half_space_contacts(model, table, i, j)
 
 
-@kernel(top=True)
+@kernel(top=True, lanes=contacts_in_lanes)
 def sphere_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts of spheres with spheres, boxes, cylinders, capsules and ellipsoids."""
     model = geometry_model

@@ -9,6 +9,7 @@ from __future__ import annotations
 from sheldrake.common.kernel import kernel
 
 from .model import MOST_NUMBERED, ContactTable
+from .table import contacts_in_lanes
 
 OTHER = 1  # order has two columns: 0 and 1
 
@@ -61,7 +62,7 @@ def move_contacts(table, source, count):
             table.order[free, source] = free
 
 
-@kernel(top=True)
+@kernel(top=True, lanes=contacts_in_lanes)
 def sort_contacts(table: ContactTable) -> None:
     """Orders contacts by pair; those of one pair stay as they were found."""
     count = table.num_contacts

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.vec import add3, compose, rotate, scale3
-from sheldrake.common.kernel import kernel
+from sheldrake.common.kernel import LaneMemory, kernel
 
-from .model import CAPACITY_EXCEEDED, HALF_SPACE, SPHERE
+from .model import CAPACITY_EXCEEDED, HALF_SPACE, SPHERE, ContactTable, Found
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # of a square, counter-clockwise
 MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
@@ -114,3 +114,11 @@ def emit(model, table, i, j, p_WCi, p_WCj, nhat_ji_W, depth):
         contact.p_WCa, contact.p_WCb, contact.nhat_BA_W = p_WCj, p_WCi, scale3(nhat_ji_W, -1.0)
     contact.depth = depth
     table.num_contacts = n + 1
+
+
+def contacts_in_lanes(*arguments: object) -> LaneMemory:
+    """What a search for contacts that remembers nothing writes, for four worlds at once."""
+    (table,) = (argument for argument in arguments if isinstance(argument, ContactTable))
+    count = table.count[Found.num_contacts : Found.status]
+    tables = (table.pair, count), (table.point, count)
+    return LaneMemory(writes=(table.count,), tables=tables, changes=(table.count,))

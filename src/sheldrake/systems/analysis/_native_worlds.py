@@ -36,7 +36,7 @@ class NativeWorlds:
     def __init__(self, worlds: Worlds, team: ThreadTeam):
         self._worlds, self._team = worlds, team
         self._chain = np.zeros(1 + len(worlds.layout.rows), np.int64)
-        self._lanes: dict[int, Lanes] = {}
+        self._lanes: dict[int, tuple[Lanes, Lanes]] = {}
         self._budget, self._seconds, self._rollouts = 64, 0.0, 0
         worlds.bind(self._chain)
 
@@ -48,7 +48,7 @@ class NativeWorlds:
         size = self._size_of_part(count)
 
         def work(thread: int, part: int) -> None:
-            bound = self._bound(tables.roll_out, plan, thread, self._lanes_of(thread))
+            bound = self._bound(tables.roll_out, plan, thread, *self._lanes_of(thread))
             bound.set("first", part * size)
             bound.set("last", min((part + 1) * size, count))
             bound.set("samples", samples)
@@ -110,7 +110,7 @@ class NativeWorlds:
             plan.calls[key] = kernel.bind(*given, *[0] * (len(kernel.parameters) - len(given)))
         return plan.calls[key]
 
-    def _lanes_of(self, thread: int) -> Lanes:
+    def _lanes_of(self, thread: int) -> tuple[Lanes, Lanes]:
         """Where a thread has four worlds at once."""
         if thread not in self._lanes:
             self._lanes[thread] = self._worlds.lanes()

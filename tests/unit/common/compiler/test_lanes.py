@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from sheldrake.common._kernels.generic import atan2, clip, cos, floor, is_finite, mul_add, sin, sqrt
+from sheldrake.common._kernels.generic import atan2, clip, cos, floor, in_any, is_finite, mul_add, sin, sqrt, whole
 from sheldrake.common._kernels.vec import add3, cross3, dot3, magnitude, read3, write3
 from sheldrake.common._native.target import host
 from sheldrake.common.kernel import DISAGREEMENT, IntVector, Matrix, Vector, Vectors, jit_enabled, kernel
@@ -164,6 +164,26 @@ def test_worlds_that_agree_go_on_and_others_are_told(x, status):
     assert Four(words).run(same)[0] == status == words.native(*same[0])
     one_differs = [world_of(x if w == 2 else [1.0, 2.0, 3.0, 0.0]) for w in range(WORLDS)]
     assert Four(words).run(one_differs)[0] == DISAGREEMENT
+
+
+@kernel(top=True)
+def choices(x: Vector, y: Vector) -> int:
+    """Numbers that are known may differ by lane, integers not."""
+    y[0], y[1] = (1.0, x[1]) if x[0] > 0.0 else (-1.0, 0.0)
+    kind = 10 if x[1] > 0.0 else 20
+    if in_any(x[0] > 0.0) and in_any(kind == 10):
+        kind += 100
+    return kind + whole(x[2])
+
+
+def test_choices_of_known_numbers_and_of_integers():
+    worlds = [(np.array([w - 1.5, 2.0, 3.0 + 0.1 * w]), np.zeros(2)) for w in range(WORLDS)]
+    status, found = Four(choices).run(worlds)
+    assert status == 113
+    assert [y.tolist() for _, y in found] == [[-1.0, 0.0], [-1.0, 0.0], [1.0, 2.0], [1.0, 2.0]]
+    for changed in ([0.5, -2.0, 3.0], [0.5, 2.0, 4.0], [0.5, 2.0, math.nan]):
+        worlds[2] = np.array(changed), np.zeros(2)
+        assert Four(choices).run(worlds)[0] == DISAGREEMENT
 
 
 @kernel(top=True)

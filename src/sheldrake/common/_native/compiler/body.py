@@ -114,6 +114,11 @@ class Body:
         self.leave_unless(self.op(f"or i1 {none}, {all}"))
         return all
 
+    def must_agree(self, mask: str) -> None:
+        """Leaves the function where not all four lanes say yes."""
+        bits = self.op(f"bitcast <4 x i1> {mask} to i4")
+        self.leave_unless(self.op(f"icmp eq i4 {bits}, 15"))
+
     def slot(self, kind: str) -> str:
         """Memory for a variable, for the life of the function."""
         name = f"%s{len(self.slots)}"

@@ -20,6 +20,7 @@ from sheldrake.common._native.compiler.kinds import (
     FLOAT,
     INT,
     LANES,
+    MASK,
     NOTHING,
     Array,
     Rows,
@@ -99,9 +100,14 @@ def _extreme(op: Any) -> Builtin:
 
 
 def _math_floor(f: Function, x: Value) -> Value:
-    """The largest integer that is not above x."""
+    """The largest integer that is not above x; of lanes the one they have in common, or the function is left."""
     if scalars.common(x).rank <= INT.rank:
         return convert(f.b, x, INT)
+    if x.kind is LANES:
+        floors = f.b.math("floor", x.leaves[0], kind=LANES.element)
+        first = f.b.op(f"extractelement {LANES.element} {floors}, i64 0")
+        f.b.must_agree(f.b.op(f"fcmp oeq {LANES.element} {floors}, {f.b.spread('double', first)}"))
+        return _int(f, Value(FLOAT, (first,)))
     return _int(f, Value(FLOAT, (f.b.math("floor", convert(f.b, x, FLOAT).leaves[0]),)))
 
 
@@ -130,6 +136,14 @@ def _len(f: Function, x: Value) -> Value:
     if isinstance(x.kind, (Array, Rows, Vectors)):
         return Value(INT, (x.leaves[2 if isinstance(x.kind, Vectors) else 1],))
     raise Unfit(f"{x.kind!r} has no length")
+
+
+def _in_any(f: Function, x: Value) -> Value:
+    """Whether it is true; of lanes, whether one is."""
+    if x.kind is MASK:
+        bits = f.b.op(f"bitcast {MASK.element} {x.leaves[0]} to i4")
+        return Value(BOOL, (f.b.op(f"icmp ne i4 {bits}, 0"),))
+    return Value(BOOL, (scalars.truth(f.b, x),))
 
 
 def _mul_add(f: Function, *args: Value) -> Value:
@@ -244,7 +258,8 @@ BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     np.floor: (_of_floats("floor"), 1, 1), math.floor: (_math_floor, 1, 1), generic.floor: (_floor, 1, 1),
     math.sqrt: (_of_doubles("sqrt"), 1, 1), generic.atan2: (_of_doubles("atan2"), 2, 2),
     generic.has_slopes: (lambda _, x: scalars.number(scalars.common(x) is COMPLEX), 1, 1),
-    generic.mul_add: (_mul_add, 3, 3), generic.sines_and_cosines: (_sines_and_cosines, 4, 4),
+    generic.in_any: (_in_any, 1, 1), generic.mul_add: (_mul_add, 3, 3),
+    generic.sines_and_cosines: (_sines_and_cosines, 4, 4),
     prelude.four_sines_and_cosines: (_four_sines_and_cosines, 4, 4),
     prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
     math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),

@@ -22,6 +22,7 @@ from sheldrake.common._native.compiler.errors import KernelError
 from sheldrake.common._native.compiler.kinds import (
     BOOL,
     INT,
+    LANES,
     MASK,
     NOTHING,
     Array,
@@ -544,11 +545,14 @@ class Function:
         return Value(kind, b.phi(kind.leaves, ways))
 
     def choose_by_lanes(self, mask: Value, one: Value, other: Value) -> Value:
-        """In each lane one of two values, both of which are worked out."""
+        """In each lane one of two values, both of which are worked out; where they have integers, lanes must agree."""
         kind, why = widest(one.kind, other.kind), "is chosen where the other choice is"
         if isinstance(kind, Scalar) and isinstance(other.kind, Scalar):
             kind = scalars.common(one, other)
-        return self.choose(mask, self.fit(one, kind, why), self.fit(other, kind, why))
+        kind = scalars.on_lanes(kind)
+        one, other = self.fit(one, kind, why), self.fit(other, kind, why)
+        alike = all(leaf == LANES.element for leaf in kind.leaves)
+        return self.choose(mask if alike else self.decided(mask), one, other)
 
     def choose(self, condition: Value, one: Value, other: Value) -> Value:
         """One of two values of a kind, both of which are there."""

@@ -48,6 +48,13 @@ def widest(kind: Kind, other: Kind) -> Kind:
     return other if kind is FLOAT and other in (COMPLEX, LANES) else kind
 
 
+def on_lanes(kind: Kind) -> Kind:
+    """A kind with lanes for its floats."""
+    if isinstance(kind, Tuple):
+        return Tuple(tuple(map(on_lanes, kind.items)), kind.cls)
+    return LANES if kind is FLOAT else kind
+
+
 def number(x: Any) -> Value:
     """A number that is known."""
     if isinstance(x, bool):

@@ -4,7 +4,7 @@ The gradient is A (v - v*) - J^T gamma (Castro, Permenter, Han 2022, section IV-
 is A + J^T G J, whose blocks are those of trees and of the pairs of them that touch (section IV-D).
 """
 
-from sheldrake.common._kernels.generic import value_of
+from sheldrake.common._kernels.generic import in_any, value_of
 from sheldrake.common._kernels.vec import (
     SIX,
     add3,
@@ -153,7 +153,7 @@ def advance(model, problem, contacts, rows, alpha):
 @kernel
 def resists(contact):
     """Whether the impulse of a contact depends on its velocity: whether it has one, and a term."""
-    return contact.G[0] > 0.0 or contact.G[5] > 0.0
+    return in_any(contact.G[0] > 0.0) or in_any(contact.G[5] > 0.0)
 
 
 @kernel
@@ -199,9 +199,7 @@ def optimality(model, problem, contacts, rows):
         residual += g * g * problem.mobility[k]
         momentum += problem.p[k] * problem.p[k] * problem.mobility[k]
         impulse += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
-    scale = momentum
-    if impulse > scale:
-        scale = impulse
+    scale = impulse if impulse > momentum else momentum
     limit = model.relative_tolerance * root(scale) + model.absolute_tolerance
     return residual / (limit * limit), momentum, impulse
 

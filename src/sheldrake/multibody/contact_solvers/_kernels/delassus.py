@@ -355,8 +355,11 @@ def substitute_impulses(factor, t, n):
 
 
 @kernel(outline=True)
-def step_of_impulses(problem, contacts, factor, n):
-    """Takes Newton's step with the last factor, impulses lambda and contacts' velocities; what it gains at most [J]."""
+def step_of_impulses(problem, contacts, factor, n, goes_on):
+    """Takes Newton's step with the last factor, impulses lambda and contacts' velocities; what it gains at most [J].
+
+    Unless `goes_on` is zero: in lanes, that of a world that has come to its end and waits for others.
+    """
     t = factor.rhs
     for c in range(n):
         write3(t, 3 * c, root_times(load_six(factor.root, SIX * c), read3(factor.pushed, 3 * c)))
@@ -365,12 +368,13 @@ def step_of_impulses(problem, contacts, factor, n):
         push = times_root(load_six(factor.root, SIX * c), read3(t, 3 * c))
         change = sub3(read3(factor.residual, 3 * c), push)
         write3(factor.change, 3 * c, change)
-        write3(factor.impulse, 3 * c, add3(read3(factor.impulse, 3 * c), change))
+        impulse = read3(factor.impulse, 3 * c)
+        write3(factor.impulse, 3 * c, add3(impulse, change) if goes_on > 0.0 else impulse)
     gain = 0.0
     for c in range(n):
         contact = contact_at(problem, contacts, c)
         dvc = times_W(factor, n, c, factor.change)
-        contact.vc = add3(contact.vc, dvc)
+        contact.vc = add3(contact.vc, dvc) if goes_on > 0.0 else contact.vc
         gain += dot3(read3(factor.residual, 3 * c), dvc)
     return gain
 

@@ -70,9 +70,7 @@ def combined_losses(A, B, w_A):
 def hunt_crossley(elastic, d, v):
     """(elastic (1 - d v), 1 - d v) of an elastic force or impulse and a speed of separation; never pulls."""
     damping = 1.0 - d * v
-    if elastic <= 0.0 or damping <= 0.0:
-        return 0.0 * v, damping
-    return elastic * damping, damping
+    return (0.0 * v if elastic <= 0.0 else 0.0 * v if damping <= 0.0 else elastic * damping), damping
 
 
 # ---- a spring without dissipation
@@ -153,9 +151,7 @@ def normal_impulse(contact, dt, z):
         return elastic_impulse(k, fe0, contact.back, dt, z)
     force = fe0 - dt * k * z  # of the spring at the end of the step
     n, damping = hunt_crossley(dt * force, d, z)
-    if n <= 0.0:
-        return n, 0.0 * z
-    return n, -dt * (k * dt * damping + d * force)
+    return n, (0.0 * z if n <= 0.0 else -dt * (k * dt * damping + d * force))
 
 
 @kernel
@@ -544,13 +540,10 @@ def put_regularisation(model, problem, contact):
 
     It hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
     """
-    n0 = contact.n0
-    contact.eps = model.stiction + 0.0 * n0
-    slip = contact.friction * model.sigma * n0
-    if slip > 0.0 and slip * largest_delassus(problem, contact) >= LEAST * model.stiction:
-        slip *= contact_delassus(problem, contact)
-        if slip > model.stiction:
-            contact.eps = slip
+    usual = model.stiction + 0.0 * contact.n0
+    slip = contact.friction * model.sigma * contact.n0
+    most = slip * largest_delassus(problem, contact) if slip > 0.0 else 0.0 * slip
+    contact.eps = max(usual, slip * contact_delassus(problem, contact)) if most >= LEAST * model.stiction else usual
 
 
 @kernel
@@ -636,7 +629,12 @@ def holding_velocity(model, contact, gamma, w):
     bound = contact.friction * friction_load(model, contact, gamma)
     held_x, held_y = w * x - vx, w * y - vy
     most = HOLDS * HOLDS * bound * bound
-    if bound > 0.0 and held_x * held_x + held_y * held_y < most * w * w and x * x + y * y < most:
-        slip = contact.R_t if model.law == SAP else contact.eps / sqrt(bound * bound - x * x - y * y)
-        return (-slip * x, -slip * y, vn)
-    return contact.vc
+    load2 = x * x + y * y if held_x * held_x + held_y * held_y < most * w * w else most
+    slip = held_slip(model, contact, bound, x, y) if load2 < most else 0.0 * bound
+    return ((-slip * x, -slip * y, vn) if load2 < most else contact.vc) if bound > 0.0 else contact.vc
+
+
+@kernel
+def held_slip(model, contact, bound, x, y):
+    """Over the impulse (x, y), the slip at which friction up to a bound is that [1/kg]."""
+    return contact.R_t if model.law == SAP else contact.eps / sqrt(bound * bound - x * x - y * y)

@@ -5,7 +5,7 @@ v0: a body at rest costs no factorisation. Only trees touched by a constraint ta
 that stop it.
 """
 
-from sheldrake.common._kernels.generic import has_slopes, sqrt
+from sheldrake.common._kernels.generic import has_slopes, in_any, sqrt
 from sheldrake.common._kernels.vec import dot3, magnitude
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import (
@@ -162,17 +162,18 @@ def put_dual(model, contact, wx, wy):
     stiffness = contact.friction * n * soft
     contact.dual = (wx, wy)
     xx, xy, yy = contact.G_t
-    contact.G_t = (
+    changed = (
         xx + stiffness * (tx - wx) * tx,
         xy + stiffness * (tx * ty - 0.5 * (wx * ty + wy * tx)),
         yy + stiffness * (ty - wy) * ty,
     )
+    contact.G_t = changed if n > 0.0 else contact.G_t
 
 
 @kernel
 def may_rub(model, contact):
     """Whether friction can act in this solve: under kLagged only where the contact presses at v0."""
-    return model.law != LAGGED or contact.n0 > 0.0
+    return model.law != LAGGED or in_any(contact.n0 > 0.0)
 
 
 @kernel(outline=True)
@@ -287,21 +288,36 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left)
     """
     scale = excess / start_impulses(model, problem, contacts, factor, n)
     fresh = 1
+    goes_on = 1.0  # in lanes, worlds wait for each other
     for k in range(FULL_STEPS if n > 0 else 0):
         if fresh == 1:
             factorise_impulses(problem, contacts, factor, n)
-        gain = step_of_impulses(problem, contacts, factor, n)
+        gain = step_of_impulses(problem, contacts, factor, n, goes_on)
         problem.iterations += 1
         before = excess
-        excess = scale * evaluate_impulses(model, problem, contacts, factor, n)
-        if excess <= ENOUGH or (k > 0 and excess > SHRINKS * before):
+        there = scale * evaluate_impulses(model, problem, contacts, factor, n)
+        excess = there if goes_on > 0.0 else excess
+        goes_on = 0.0 if excess <= ENOUGH else goes_on
+        if k > 0:
+            least = left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT
+            goes_on = 0.0 if excess > SHRINKS * before else 0.0 if gain <= least else goes_on
+        if not in_any(goes_on > 0.0):
             break
-        if k > 0 and gain <= (left if excess < STALLED * before else left * STALLED_DECREMENT / DECREMENT):
-            break
-        fresh = 0 if k > 0 and WORSE * excess / before * excess <= ENOUGH else 1
+        if k > 0:
+            fresh = 1 - will_do_once_more(goes_on, excess, before)
     put_velocities(model, problem, contacts, factor, n)
     excess, _, _ = evaluate_v(model, problem, contacts, rows)
     return excess
+
+
+@kernel
+def will_do_once_more(goes_on, excess, before):
+    """Whether one more step with the same factor will do, 1 or 0: for all worlds that go on, or for none."""
+    good = 1.0 if WORSE * excess / before * excess <= ENOUGH else 0.0
+    good = good if goes_on > 0.0 else 0.0
+    some = 1.0 if in_any(good > 0.0) else 0.0
+    good = good if goes_on > 0.0 else some
+    return 1 if good > 0.0 else 0
 
 
 @kernel
@@ -539,18 +555,21 @@ def reduce_regularisation(model, problem, contacts):
     is smaller than that of the step before. What moves has Drake's: a sharper law takes more iterations.
     """
     fast = AT_REST * model.stiction
+    fastest2 = 0.0
     for contact in contacts_of_island(problem, contacts):
         vc0 = contact.vc
-        if dot3(vc0, vc0) > fast * fast:
-            return
+        fastest2 = max(fastest2, dot3(vc0, vc0))
     for contact in contacts_of_island(problem, contacts):
-        x, y, _ = contact.vc
         eps = contact.eps
-        stuck2 = STUCK * STUCK * (x * x + y * y)
-        if stuck2 < TIGHT * TIGHT * eps * eps:
-            contact.eps = TIGHT * eps
-        elif stuck2 < eps * eps:
-            contact.eps = sqrt(stuck2)
+        contact.eps = eps if fastest2 > fast * fast else reduced(contact, eps)
+
+
+@kernel
+def reduced(contact, eps):
+    """The regularisation speed of a contact that is nearly still, of one that may be fast [m/s]."""
+    x, y, _ = contact.vc
+    stuck2 = STUCK * STUCK * (x * x + y * y)
+    return TIGHT * eps if stuck2 < TIGHT * TIGHT * eps * eps else sqrt(stuck2) if stuck2 < eps * eps else eps
 
 
 @kernel

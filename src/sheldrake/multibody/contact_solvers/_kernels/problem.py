@@ -10,6 +10,8 @@ joints.
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import (
     SIX,
@@ -28,7 +30,7 @@ from sheldrake.common._kernels.vec import (
     store_six,
     times_six,
 )
-from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
+from sheldrake.common.kernel import IntMatrix, IntVector, LaneMemory, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
 
 # What a solve can answer. 0 is fine; everything else leaves the state of the step's start untouched.
@@ -127,7 +129,7 @@ class Counts(Record):
     num_contacts = integer("of this step")
     num_rows = integer("of this step")
     rows_ahead = integer("how many of them, the first ones, are ahead")
-    iterations = integer("of all islands")
+    iterations = integer("of all islands; of worlds in lanes those of the one that has most")
     participating = integer("dofs of the last island that needed a factor")
     substeps = integer("of kTamsi")
     num_islands = integer("that constraints make of the trees")
@@ -364,6 +366,27 @@ class Factor(NamedTuple):
     root: Vector
     small: Vector
     press: Annotated[Matrix, Presses]
+
+
+def contacts_in_lanes(problem: Problem, contacts: Contacts) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """The tables of contacts, for four worlds at once."""
+    count = problem.count[Counts.num_contacts : Counts.num_rows]
+    columns = contacts.J.reshape(len(contacts.law), 3 * contacts.J.shape[1])
+    return (contacts.index, count), (columns, count), (contacts.law, count), (contacts.state, count)
+
+
+def rows_in_lanes(problem: Problem, rows: Rows) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """The tables of scalar rows, for four worlds at once."""
+    count = problem.count[Counts.num_rows : Counts.rows_ahead]
+    return (rows.index, count), (rows.J, count), (rows.law, count), (rows.state, count)
+
+
+def solve_in_lanes(
+    solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, *factor: Factor
+) -> LaneMemory:
+    """What a solve reads and writes, for four worlds at once; of the factor nothing is left to be read."""
+    tables = contacts_in_lanes(problem, contacts) + rows_in_lanes(problem, rows)
+    return LaneMemory(writes=tuple(problem), tables=tables, changes=(problem.p_star, rows.state))
 
 
 # ---- what loops go over: `for contact in contacts_of_island(problem, contacts):`

@@ -29,6 +29,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     dofs_of_tree,
     is_chain_of_six,
     put_velocity,
+    solve_in_lanes,
     trees_of_six,
 )
 from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_island
@@ -213,8 +214,6 @@ def solve_islands(model, problem, contacts, rows, factor, group, solve_island):
     island of trees that constraints connect is solved on its own (`make_islands`): one that moves does not make those
     at rest iterate.
     """
-    problem.iterations = 0
-    problem.substeps = 0
     group(problem, contacts, rows)
     for island in range(problem.num_islands):
         problem.begins = problem.trees[island - 1].all_ends if island > 0 else (0, 0, 0)
@@ -255,13 +254,15 @@ def prepare_if_any(model, problem, contacts, rows, prepare_contact):
 def solve_if_any(model, problem, contacts, rows, factor, group, solve_island):
     """v of all dofs; a status."""
     status = SOLVED
+    problem.iterations = 0
+    problem.substeps = 0
     if problem.num_contacts + problem.num_rows != 0:
         status = solve_islands(model, problem, contacts, rows, factor, group, solve_island)
     move_free_trees(model, problem)
     return status
 
 
-@kernel(top=True, short_loops=True)
+@kernel(top=True, short_loops=True, lanes=solve_in_lanes)
 def prepare_hunt_crossley_contacts(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
     """What the laws of kLagged and kSimilar need of contacts and rows, and which trees take part."""
     prepare_if_any(solver_model, problem, contacts, rows, prepare_hunt_crossley)
@@ -292,7 +293,7 @@ def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows:
     return solve_if_any(solver_model, problem, contacts, rows, factor, make_one_island, as_drake)
 
 
-@kernel(top=True, short_loops=True)
+@kernel(top=True, short_loops=True, lanes=solve_in_lanes)
 def solve_to_rest(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """v of all dofs of a prepared problem under kLagged or kSimilar, until what can rest does; a status."""
     return solve_if_any(solver_model, problem, contacts, rows, factor, make_islands, to_rest)

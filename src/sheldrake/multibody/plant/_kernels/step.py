@@ -28,6 +28,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     RowIndex,
     Rows,
     SolverModel,
+    contacts_in_lanes,
+    rows_in_lanes,
 )
 from sheldrake.multibody.plant._kernels.contacts import put_contacts
 from sheldrake.multibody.plant._kernels.forces import (
@@ -141,6 +143,8 @@ def memory_in_lanes(
 ) -> LaneMemory:
     """What `smooth_motion` reads and writes, for four worlds that call it at once."""
     count = problem.count[Counts.num_contacts : Counts.iterations]
+    index, J, law, state = rows
+    num_rows = problem.count[Counts.num_rows : Counts.rows_ahead]
     still, moving = motions_of_free_bodies_and_others(tree_model, tree)
     return LaneMemory(
         constant=(p, *still),
@@ -151,9 +155,9 @@ def memory_in_lanes(
             step.v, step.v_next, step.force, step.net_actuation,
         ),
         tables=(
-            rows.index[:, : RowIndex.dofs.columns.start + 1], rows.J[:, :1], rows.law, rows.state,
+            (index[:, : RowIndex.dofs.columns.start + 1], num_rows), (J[:, :1], num_rows), (law, num_rows),
+            (state, num_rows),
         ),
-        num_rows=problem.count[Counts.num_rows : Counts.rows_ahead],
     )  # fmt: skip
 
 
@@ -206,7 +210,15 @@ def smooth_motion(
     return free_motion(tree_model, solver_model, tree, problem, rows, v, step.force)
 
 
-@kernel(top=True, short_loops=True)
+def contact_constraints_in_lanes(
+    p: Vector, tree: TreeWork, table: ContactTable, problem: Problem, contacts: Contacts, *models: object
+) -> LaneMemory:
+    """What `contact_constraints` reads and writes, for four worlds that call it at once."""
+    tables, count = contacts_in_lanes(problem, contacts), (problem.count,)
+    return LaneMemory(constant=(p,), writes=count, tables=tables, changes=count)
+
+
+@kernel(top=True, short_loops=True, lanes=contact_constraints_in_lanes)
 def contact_constraints(
     p: Vector,
     tree: TreeWork,
@@ -227,7 +239,15 @@ def contact_constraints(
     return SOLVED
 
 
-@kernel(top=True, short_loops=True)
+def joint_constraints_in_lanes(
+    xd: Vector, p: Vector, tree: TreeWork, problem: Problem, rows: Rows, *models: object
+) -> LaneMemory:
+    """What `joint_constraints` reads and writes, for four worlds that call it at once."""
+    tables, count = rows_in_lanes(problem, rows), (problem.count,)
+    return LaneMemory(constant=(p,), reads=(xd,), writes=count, tables=tables, changes=count)
+
+
+@kernel(top=True, short_loops=True, lanes=joint_constraints_in_lanes)
 def joint_constraints(
     xd: Vector,
     p: Vector,
@@ -260,7 +280,32 @@ def take_step(tree_model, solver_model, xd, tree, problem, rows, step, out):
     integrate_positions(tree_model, xd, step.v_next, dt, out)
 
 
-@kernel(top=True, short_loops=True)
+def next_state_in_lanes(
+    xd: Vector,
+    tree: TreeWork,
+    problem: Problem,
+    rows: Rows,
+    step: StepVectors,
+    tree_model: TreeModel,
+    *others: object,
+) -> LaneMemory:
+    """What the next state is made of, where all else is done by four worlds at once."""
+    count = problem.count[Counts.num_contacts : Counts.iterations]
+    num_rows = problem.count[Counts.num_rows : Counts.rows_ahead]
+    spins = [
+        part[base.first_body]
+        for base in (tree_model.trees[t] for t in range(len(tree_model.tree)))
+        if base.num_dofs == SIX and tree_model.bodies[base.first_body].kind == FREE
+        for part in (tree.V, tree.inertia, tree.composite)
+    ]
+    return LaneMemory(
+        reads=(count, problem.v, step.v, *spins),
+        writes=(step.v_next, step.net_actuation),
+        tables=((rows.index[:, RowIndex.kind : RowIndex.group], num_rows), (rows.state, num_rows)),
+    )
+
+
+@kernel(top=True, short_loops=True, lanes=next_state_in_lanes)
 def next_state(
     xd: Vector,
     tree: TreeWork,
@@ -275,7 +320,7 @@ def next_state(
     take_step(tree_model, solver_model, xd, tree, problem, rows, step, out)
 
 
-@kernel(top=True, short_loops=True)
+@kernel(top=True, short_loops=True, lanes=next_state_in_lanes)
 def next_state_with_momentum(
     xd: Vector,
     tree: TreeWork,

@@ -15,7 +15,7 @@ import numpy as np
 from sheldrake.common._native.binding import HERE, arguments, join
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.systems.framework._engine import logs
-from sheldrake.systems.framework._engine.lanes import LaneRow, lane_row_of, make_lanes, no_lanes
+from sheldrake.systems.framework._engine.lanes import LaneRows, lane_rows_of, make_lanes, no_lanes, pieces_used
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._kernels import lanes, loop
 from sheldrake.systems.framework._kernels import worlds as tables
@@ -27,8 +27,6 @@ _CALLEES = loop.advance, tables.outputs, tables.begin_world, lanes.is_next
 """What is called on a world, see `tables`."""
 _LINE = 8
 """Numbers in a line of the processor's cache."""
-_PIECE = 64
-"""Numbers that are copied together, or not at all if they are zeros."""
 
 
 class Worlds:
@@ -59,8 +57,8 @@ class Worlds:
         self.progress = np.zeros((count, Progress.SIZE), np.int64)
         self._stores: dict[int, Store] = {}
         self._log_words: list[int] = []
-        self._lane_row: LaneRow | None = None
-        for a, b in _pieces(store.S):
+        self._lane_rows: LaneRows | None = None
+        for a, b in pieces_used(store.S):
             self.S[:, a:b] = store.S[a:b]
         self.I[:] = store.I
         self._numbers_in(slice(None))[:] = self._numbers
@@ -119,8 +117,8 @@ class Worlds:
         advance, places = arguments(loop.advance, (program, run, numbers, *memory, rows, 0.0))
         chained, _ = arguments(tables.outputs, (program, self.S[0], side, rows, chain))
         begin, _ = arguments(tables.begin_world, (program, run, *memory, rows))
-        self._lane_row = lane_row_of(self.model) if self.count >= lanes.LANES else None
-        group = self._lane_row.group if self._lane_row else -1
+        self._lane_rows = lane_rows_of(self.model) if self.count >= lanes.LANES else None
+        group = self._lane_rows.group if self._lane_rows else -1
         is_next, _ = arguments(lanes.is_next, (program, self.S[0], side, rows, group))
         words, at = join([advance, chained, begin, is_next])
         self._keep = words
@@ -138,9 +136,9 @@ class Worlds:
         flat = self.words.reshape(-1)
         self.tables = self.tables._replace(words=flat, bits=flat.view(float), callee=callee)
 
-    def lanes(self) -> lanes.Lanes:
-        """What a thread needs to take four worlds at once."""
-        return make_lanes(self.model, self._lane_row) if self._lane_row else no_lanes()
+    def lanes(self) -> tuple[lanes.Lanes, lanes.Lanes]:
+        """What a thread needs to take four worlds at once, see `make_lanes`."""
+        return make_lanes(self.model, self._lane_rows) if self._lane_rows else (no_lanes(), no_lanes())
 
     def look_at_use(self, w: int) -> None:
         """Finds out which lines of its slab a world writes, so that threads can ask for those of the next one."""
@@ -194,14 +192,6 @@ def _blank(rows: int, columns: int) -> np.ndarray:
     if hasattr(mmap, "MADV_NOHUGEPAGE"):
         memory.madvise(mmap.MADV_NOHUGEPAGE)
     return np.frombuffer(memory).reshape(rows, columns)
-
-
-def _pieces(numbers: np.ndarray) -> list[tuple[int, int]]:
-    """Where in an array something is not zero: what has never been written takes no memory."""
-    padded = np.zeros((-(-numbers.size // _PIECE), _PIECE))
-    padded.reshape(-1)[: numbers.size] = numbers
-    used = [int(k) for k in np.flatnonzero(padded.view(np.int64).any(axis=1))]
-    return [(k * _PIECE, min((k + 1) * _PIECE, numbers.size)) for k in used]
 
 
 def _without(spans: list[tuple[int, int]], size: int) -> list[tuple[int, int]]:

@@ -1,9 +1,9 @@
-"""Four worlds at once: a row of theirs runs in lanes (`common.kernel.LaneKernel`), all else one world after the other.
+"""Four worlds at once: rows of theirs run in lanes (`common.kernel.LaneKernel`), all else one world after the other.
 
-The row is the first thing that an update does. Before four worlds take a step, what it reads of each is brought into
-a slab of four worlds, it runs there, and what it wrote is taken back. Each of the worlds finds that the row has been
-computed, and goes on behind it. They get the same bits as alone. Where they would go different ways in it, nothing is
-taken back, and each computes the row itself.
+The rows are the first that an update calls. Before four worlds take a step, what these read of each is brought into a
+slab of four worlds, they run there, and what they wrote is taken back: at once what is read in each step, else when the
+four worlds part. Each of the worlds finds that the rows have been computed, and goes on behind them. They get the same
+bits as alone. Where they would go different ways, nothing is taken back, and each computes the rows itself.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
-from sheldrake.common.record import Items, Record, integer, table
+from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, into_lanes, out_of_lanes
 from sheldrake.systems.framework._kernels.loop import num_calls
 from sheldrake.systems.framework._kernels.program import CONTINUOUS, Program, Side, refresh
 
 LANES = 4
+MOST_MISSES = 64
 
 
 class Piece(Record):
@@ -31,11 +32,16 @@ class Piece(Record):
 class Shared(Record):
     """How worlds go together."""
 
-    is_there = integer("1: there is a row that runs in lanes")
-    stamp = integer("in the sides: the counter at which the row has been computed")
+    num_rows = integer("how many rows run in lanes; 0: none")
     reads_begin = integer("of the pieces: what is read in each step; what never changes in a step is before")
-    writes_begin = integer("what is written")
+    writes_begin = integer("what is written, and read in each step")
+    later_begin = integer("what is written, and nobody reads before the four worlds part")
+    changes_begin = integer("what the first row wrote and others change")
     end = integer("behind all pieces")
+    ends = integers(5, "where pieces of each kind end", same_as=reads_begin)
+    copies = integer("in the slab: copies of the latter, behind all else")
+    misses = integer("how often in turn worlds did not agree behind the first row, up to `MOST_MISSES`")
+    waits = integer("how often that is not tried now")
 
 
 @table
@@ -46,8 +52,10 @@ class Lanes(NamedTuple):
         slab: a slab of four worlds: in row k, their numbers of place k.
         integer: the same memory.
         piece: what is brought into it, and taken back.
-        callee: the address of the row on lanes.
-        words: what it is called with.
+        callee: the addresses of the rows on lanes.
+        words: what rows are called with.
+        at: where in these those of each row begin.
+        stamp: of each row, in the sides: the counter at which it has been computed.
         shared: see there.
     """
 
@@ -56,6 +64,8 @@ class Lanes(NamedTuple):
     piece: Annotated[IntMatrix, Items("pieces", Piece)]
     callee: IntVector
     words: IntVector
+    at: IntVector
+    stamp: IntVector
     shared: Annotated[IntVector, Shared]
 
 
@@ -111,13 +121,56 @@ def bring_constants(worlds, rollout, lanes, j):
 
 
 @kernel
-def run_row(worlds, rollout, lanes, j):
-    """The row of worlds `who[j:j + 4]`, in lanes; whether they agreed and nothing was wrong."""
+def run_first(worlds, rollout, lanes, j):
+    """The first row of worlds `who[j:j + 4]`, in lanes; whether they agreed and nothing was wrong."""
     copy(worlds, rollout, lanes, j, lanes.reads_begin, lanes.writes_begin, True)
-    if call_row(lanes.callee, 0, 0.0, lanes.slab, lanes.words, 0) != 0:
+    return call_row(lanes.callee, 0, 0.0, lanes.slab, lanes.words, lanes.at[0]) == 0
+
+
+@kernel
+def run_others(lanes):
+    """All rows behind the first one likewise; where worlds do not agree, what the first one wrote is left.
+
+    The oftener they did not, the longer that is not tried.
+    """
+    if lanes.num_rows == 0 or lanes.waits > 0:
+        lanes.waits -= min(lanes.waits, 1)
         return False
-    copy(worlds, rollout, lanes, j, lanes.writes_begin, lanes.end, False)
+    copy_changes(lanes, True)
+    for k in range(1, lanes.num_rows):
+        if call_row(lanes.callee, k, 0.0, lanes.slab, lanes.words, lanes.at[k]) != 0:
+            copy_changes(lanes, False)
+            lanes.misses = min(lanes.misses + 1, MOST_MISSES)
+            lanes.waits = lanes.misses - 1
+            return False
+    lanes.misses = 0
+    return True
+
+
+@kernel
+def copy_changes(lanes, away):
+    """Keeps what rows behind the first one change, or puts it back."""
+    at = lanes.copies
+    for n in range(lanes.changes_begin, lanes.end):
+        piece = lanes.pieces[n]
+        for k in range(piece.start, piece.start + piece.length):
+            source, to = (k, at) if away else (at, k)
+            for lane in range(LANES):
+                lanes.slab[to, lane] = lanes.slab[source, lane]
+            at += 1
+
+
+@kernel
+def leave_lanes(worlds, rollout, lanes, j):
+    """Rows are done: worlds `who[j:j + 4]` go on behind them, with what they read there."""
+    copy(worlds, rollout, lanes, j, lanes.writes_begin, lanes.later_begin, False)
     for lane in range(LANES):
         w = rollout.who[j + lane]
-        worlds.side[w, lanes.stamp] = worlds.side[w, CONTINUOUS]
-    return True
+        for k in range(lanes.num_rows):
+            worlds.side[w, lanes.stamp[k]] = worlds.side[w, CONTINUOUS]
+
+
+@kernel
+def take_back(worlds, rollout, lanes, j):
+    """What worlds `who[j:j + 4]` have in lanes alone."""
+    copy(worlds, rollout, lanes, j, lanes.later_begin, lanes.changes_begin, False)

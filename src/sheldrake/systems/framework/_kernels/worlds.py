@@ -10,7 +10,15 @@ from typing import Annotated, NamedTuple
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, prefetch
-from sheldrake.systems.framework._kernels.lanes import LANES, Lanes, bring_constants, run_row
+from sheldrake.systems.framework._kernels.lanes import (
+    LANES,
+    Lanes,
+    bring_constants,
+    leave_lanes,
+    run_first,
+    run_others,
+    take_back,
+)
 from sheldrake.systems.framework._kernels.loop import (
     clear_updates,
     publish,
@@ -41,7 +49,9 @@ OPEN = -1
 ADVANCE, OUTPUTS, BEGIN, IS_NEXT = range(4)
 """What is called on a world: `loop.advance`, `outputs`, `begin_world`, `lanes.is_next`."""
 ALONE = 8
-"""Steps that worlds take one by one when they did not agree."""
+"""Steps that worlds take one by one when they did not agree on the first row."""
+FEW = 4
+"""Steps in which worlds do not try to go together behind the first row, when they did not agree there."""
 
 
 class Where(Record):
@@ -71,6 +81,7 @@ class Progress(Record):
     code = integer("OPEN, or what ended the rollout")
     sample = integer("how many samples are done")
     under_way = integer("1: it advances to the next one")
+    last = integer("what `advance` returned last")
 
 
 @table
@@ -206,29 +217,44 @@ def begin_due_sample(worlds, rollout, j, samples):
 
 
 @kernel(outline=True)
+def advance_world(worlds: Worlds, w: int, budget: int) -> int:
+    """Advances a world to its next sample, as far as it gets in so many steps; how many it took."""
+    before = worlds.side[w, worlds.steps]
+    worlds.side[w, worlds.budget] = budget
+    world = worlds[w]
+    world.last = on_world(worlds, w, ADVANCE)
+    return worlds.side[w, worlds.steps] - before
+
+
+@kernel(outline=True)
+def end_advance(worlds: Worlds, rollout: Rollout, j: int, samples: int) -> None:
+    """What follows when world `who[j]` has advanced: its outputs, where a sample is done, or its end."""
+    w = rollout.who[j]
+    world = worlds[w]
+    code = world.last
+    if code == DONE and len(rollout.outputs_at) > 0:
+        code = on_world(worlds, w, OUTPUTS)
+        row = j * samples + world.sample
+        for i in range(len(rollout.outputs_at)):
+            rollout.outputs[row, i] = worlds.slab[w, rollout.outputs_at[i]]
+    if code == DONE:
+        world.under_way = 0
+        world.sample += 1
+        if world.sample == samples:
+            world.code = DONE
+    elif code != BREAK:
+        world.code = code
+
+
+@kernel(outline=True)
 def go_on(worlds: Worlds, rollout: Rollout, j: int, samples: int, budget: int) -> None:
     """Takes world `who[j]` through its samples, as far as it gets in so many steps."""
     w = rollout.who[j]
-    world = worlds[w]
     taken = 0
-    while world.code == OPEN and taken < budget:
+    while worlds[w].code == OPEN and taken < budget:
         begin_due_sample(worlds, rollout, j, samples)
-        before = worlds.side[w, worlds.steps]
-        worlds.side[w, worlds.budget] = budget - taken
-        code = on_world(worlds, w, ADVANCE)
-        taken += worlds.side[w, worlds.steps] - before
-        if code == DONE and len(rollout.outputs_at) > 0:
-            code = on_world(worlds, w, OUTPUTS)
-            row = j * samples + world.sample
-            for i in range(len(rollout.outputs_at)):
-                rollout.outputs[row, i] = worlds.slab[w, rollout.outputs_at[i]]
-        if code == DONE:
-            world.under_way = 0
-            world.sample += 1
-            if world.sample == samples:
-                world.code = DONE
-        elif code != BREAK:
-            world.code = code
+        taken += advance_world(worlds, w, budget - taken)
+        end_advance(worlds, rollout, j, samples)
 
 
 @kernel
@@ -242,7 +268,7 @@ def are_open(worlds, rollout, j):
 
 @kernel
 def have_it_next(worlds, rollout, j):
-    """Whether the row that runs in lanes is what all of worlds `who[j:j + 4]` do next."""
+    """Whether the rows that run in lanes are what all of worlds `who[j:j + 4]` do next."""
     for i in range(j, j + LANES):
         if on_world(worlds, rollout.who[i], IS_NEXT) == 0:
             return False
@@ -250,30 +276,76 @@ def have_it_next(worlds, rollout, j):
 
 
 @kernel
-def go_together(worlds, rollout, lanes, j, samples, budget):
-    """Takes worlds `who[j:j + 4]` through their samples side by side, until one ends; how many steps."""
-    taken = 0
-    bring_constants(worlds, rollout, lanes, j)
+def give_outputs(worlds, rollout, j):
+    """Whether one of worlds `who[j:j + 4]` has come to a sample whose outputs are wanted."""
+    for i in range(j, j + LANES):
+        if worlds[rollout.who[i]].last == DONE and len(rollout.outputs_at) > 0:
+            return True
+    return False
+
+
+@kernel
+def go_together(worlds, rollout, first_row, all_rows, j, samples, budget):
+    """Takes worlds `who[j:j + 4]` through their samples side by side, until one ends; how many steps.
+
+    All rows are tried in lanes; where worlds do not agree, the first one is done, and for some steps others not tried.
+    """
+    taken, again = 0, 0
+    is_there = False  # whether what the last step left is in lanes alone
+    bring_constants(worlds, rollout, first_row, j)
     while taken < budget and are_open(worlds, rollout, j):
         for i in range(j, j + LANES):
             begin_due_sample(worlds, rollout, i, samples)
         steps = 1
+        was_there, is_there = is_there, False
         if have_it_next(worlds, rollout, j):
-            if not run_row(worlds, rollout, lanes, j):
+            if not run_first(worlds, rollout, first_row, j):
                 steps = min(ALONE, budget - taken)
-        for i in range(j, j + LANES):
-            go_on(worlds, rollout, i, samples, steps)
+            else:
+                if taken >= again:
+                    is_there = run_others(all_rows)
+                    again = taken if is_there else taken + FEW
+                if is_there:
+                    leave_lanes(worlds, rollout, all_rows, j)
+                else:
+                    leave_lanes(worlds, rollout, first_row, j)
+        elif was_there:
+            take_back(worlds, rollout, all_rows, j)
+        if steps > 1:
+            for i in range(j, j + LANES):
+                go_on(worlds, rollout, i, samples, steps)
+        else:
+            for i in range(j, j + LANES):
+                advance_world(worlds, rollout.who[i], 1)
+            if is_there and give_outputs(worlds, rollout, j):
+                take_back(worlds, rollout, all_rows, j)
+                is_there = False
+            for i in range(j, j + LANES):
+                end_advance(worlds, rollout, i, samples)
         taken += steps
+    if is_there:
+        take_back(worlds, rollout, all_rows, j)
     return taken
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def roll_out(worlds: Worlds, rollout: Rollout, lanes: Lanes, first: int, last: int, samples: int, budget: int) -> int:
+def roll_out(
+    worlds: Worlds,
+    rollout: Rollout,
+    first_row: Lanes,
+    all_rows: Lanes,
+    first: int,
+    last: int,
+    samples: int,
+    budget: int,
+) -> int:
     """Takes worlds `who[first:last]` through all samples of the rollout, one world after the other, or four together.
 
     For each sample a world gets its inputs, advances, and gives its outputs.
 
     Args:
+        first_row: For worlds that take the first row of an update together.
+        all_rows: For those that take all of its rows but the last one.
         budget: A world that has taken so many steps is left where it is, still OPEN.
 
     Returns:
@@ -281,14 +353,14 @@ def roll_out(worlds: Worlds, rollout: Rollout, lanes: Lanes, first: int, last: i
     """
     left, j = 0, first
     while j < last:
-        n = LANES if lanes.is_there != 0 and j + LANES <= last else 1
+        n = LANES if first_row.num_rows > 0 and j + LANES <= last else 1
         for i in range(j, j + n):
             begin_rollout(worlds, rollout, i, samples)
         for i in range(j + n, min(j + n + n, last)):
             ask_for(worlds, rollout.who[i])
         taken = 0
         if n == LANES:
-            taken = go_together(worlds, rollout, lanes, j, samples, budget)
+            taken = go_together(worlds, rollout, first_row, all_rows, j, samples, budget)
         for i in range(j, j + n):
             go_on(worlds, rollout, i, samples, budget - taken)
             code = worlds[rollout.who[i]].code
