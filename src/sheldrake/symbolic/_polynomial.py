@@ -39,6 +39,9 @@ def _expressions_of(map: Mapping[Monomial, Any]) -> dict[Monomial, Expression]:
     return {m: _build.expect("Polynomial", c) for m, c in map.items()}
 
 
+_LARGEST_EXPONENT = 2**31 - 1  # as in Drake; a power of many terms takes for ever long before
+
+
 class Polynomial:
     """A sum of monomials in the *indeterminates*, with coefficients in other variables, the *decision variables*.
 
@@ -453,6 +456,8 @@ class Polynomial:
     def __pow__(self, n: int) -> Polynomial:
         if n < 0:
             raise RuntimeError(f"Polynomial.__pow__(): the exponent must not be negative, got {n}.")
+        if n > _LARGEST_EXPONENT:
+            raise TypeError(f"Polynomial.__pow__(): the exponent must be at most {_LARGEST_EXPONENT}, got {n}.")
         return Polynomial._of(_decompose.power(self._map, int(n)))
 
     def __copy__(self) -> Polynomial:

@@ -89,6 +89,7 @@ L.PiecewisePolynomial.CubicWithContinuousSecondDerivatives([0, 1, 2], [[1, 2, 3.
 L.PiecewisePolynomial.CubicWithContinuousSecondDerivatives([0, 1, 2], [[1, 2, 3.0]], None).value(0.3)
 L.AddMultibodyPlant(L.MultibodyPlantConfig(discrete_contact_approximation=""), L.DiagramBuilder())[
     0].get_discrete_contact_approximation().name
+L.Polynomial(L.Variable("x") + 1) ** 10**20
 L.RotationMatrix.MakeXRotation(0.3).col(True)
 L.RotationMatrix.MakeXRotation(0.3).row("x")
 """

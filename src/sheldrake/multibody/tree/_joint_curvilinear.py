@@ -114,7 +114,9 @@ class CurvilinearJoint(OneVelocityJoint):
 
     def set_random_distance_distribution(self, distance: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the distance."""
-        self._random_q = distributions("set_random_distance_distribution", "distance", np.atleast_1d(distance), 1)
+        self._random_q = distributions(
+            "set_random_distance_distribution", "distance", np.atleast_1d(np.asarray(distance)), 1
+        )
 
     def AddInForce(self, context: Context, force: float, forces: MultibodyForces) -> None:
         """Adds a force along the path's tangent [N] to `forces`."""

@@ -370,7 +370,7 @@ class ScrewJoint(OneDampingJoint):
 
     def set_random_pose_distribution(self, theta: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the angle."""
-        self._random_q = distributions("set_random_pose_distribution", "theta", np.atleast_1d(theta), 1)
+        self._random_q = distributions("set_random_pose_distribution", "theta", np.atleast_1d(np.asarray(theta)), 1)
 
 
 class WeldJoint(Joint):

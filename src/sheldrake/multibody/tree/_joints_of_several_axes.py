@@ -108,7 +108,7 @@ class PlanarJoint(Joint):
         p, angle = default_values(call, "p_FoMo_F", p_FoMo_F, 2), default_values(call, "theta", [theta], 1)
         self._default_q = np.append(p, angle)
 
-    def set_random_pose_distribution(self, p_FoMo_F: Scalars, theta: Scalar | Scalars) -> None:
+    def set_random_pose_distribution(self, p_FoMo_F: Scalars, theta: Scalar) -> None:
         """Sets the expressions from which SetRandomState() draws x, y and the angle."""
         call = "set_random_pose_distribution"
         self._random_q = [*distributions(call, "p_FoMo_F", p_FoMo_F, 2), *distributions(call, "theta", [theta], 1)]

@@ -330,3 +330,27 @@ def test_bodies_in_the_place_of_frames_and_numbers_in_that_of_velocities_are_typ
         plant.CalcPointsPositions(context, body, [0.0, 0.0, 0.0], W)
     with pytest.raises(TypeError, match="V_JpJc"):
         plant.SetFreeBodySpatialVelocity(context, free, np.zeros(6))
+
+
+@pytest.mark.parametrize("idle", ["locked", "no desired state"])
+def test_nan_in_an_actuation_port_is_an_error_where_it_has_no_effect(idle):
+    """As in Drake; a limit that clamps infinity is none."""
+    from sheldrake.multibody.tree import PdControllerGains
+
+    plant = MultibodyPlant(0.01)
+    link = plant.AddRigidBody("link", SpatialInertia(1.0, np.zeros(3), UnitInertia(1.0, 1.0, 1.0)))
+    joint = plant.AddJoint(RevoluteJoint("joint", plant.world_frame(), link.body_frame(), [0, 0, 1]))
+    motor = plant.AddJointActuator("motor", joint, 2.0)
+    if idle == "no desired state":
+        motor.set_controller_gains(PdControllerGains(p=1.0, d=1.0))
+    plant.Finalize()
+    simulator = Simulator(plant)
+    context = simulator.get_mutable_context()
+    if idle == "locked":
+        joint.Lock(context)
+    for effort in (1.0, np.inf):
+        plant.get_actuation_input_port().FixValue(context, [effort])
+        simulator.AdvanceTo(context.get_time() + 0.02)
+    plant.get_actuation_input_port().FixValue(context, [np.nan])
+    with pytest.raises(RuntimeError, match="Detected NaN in the actuation input port"):
+        simulator.AdvanceTo(context.get_time() + 0.02)

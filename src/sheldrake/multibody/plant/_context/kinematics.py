@@ -75,8 +75,9 @@ class Kinematics:
             RuntimeError: the body or the context is not of this plant.
         """
         view = self._contexts.view(context)
-        if not self._elements.has(expect("EvalBodyPoseInWorld", body, RigidBody)):
+        if not self._elements.has(body):
             self._elements.require_mine("EvalBodyPoseInWorld", body)
+        expect("EvalBodyPoseInWorld", body, RigidBody)
         return view.body_pose(body, view.frozen.row_of(body))
 
     def EvalBodySpatialVelocityInWorld(self, context: Context, body: RigidBody) -> SpatialVelocity:
@@ -87,8 +88,9 @@ class Kinematics:
                 return view.twists[body]()
         except (AttributeError, KeyError, TypeError):
             pass
-        if not self._elements.has(expect("EvalBodySpatialVelocityInWorld", body, RigidBody)):
+        if not self._elements.has(body):
             self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
+        expect("EvalBodySpatialVelocityInWorld", body, RigidBody)
         view = self._contexts.view(context)
         return view.body_velocity(body, view.frozen.row_of(body))()
 
