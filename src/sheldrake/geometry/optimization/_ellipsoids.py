@@ -359,9 +359,9 @@ def _nearest_of_ellipsoid(A: np.ndarray, center: np.ndarray, S: np.ndarray, from
     """The x with |A (x - center)| <= 1 and the least |S (x - from_)|; None where A is not invertible.
 
     With z = A (x - center), |M z - g| is to be least in the unit ball, M = S A^-1 and g = S (from_ - center): in
-    singular vectors of M, z_i = s_i g_i / (s_i^2 + l) for the l >= 0 at which |z| = 1, or l = 0 if |z| <= 1 there. The root of
-    1 / |z(l)| - 1 is found by Newton's method from below, where it does not overshoot (J. J. More and D. C. Sorensen,
-    "Computing a trust region step", 1983).
+    singular vectors of M, z_i = s_i g_i / (s_i^2 + l) for the l >= 0 at which |z| = 1, or l = 0 if |z| <= 1 there. The
+    root of 1 / |z(l)| - 1 is found by Newton's method from below, where it does not overshoot (J. J. More and D. C.
+    Sorensen, "Computing a trust region step", 1983).
     """
     try:
         inverse = np.linalg.inv(A)
