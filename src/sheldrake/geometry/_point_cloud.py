@@ -75,6 +75,9 @@ _COLUMNS = {BaseField.kXYZs: np.float32, BaseField.kNormals: np.float32, BaseFie
 _NAMES = {BaseField.kXYZs: "xyzs", BaseField.kNormals: "normals", BaseField.kRGBs: "rgbs"}
 
 
+_MOST_NUMBERS = 2**62
+
+
 def _unset(field: BaseField, size: int) -> np.ndarray:
     """Returns what new points have, shape (size, 3): NaN, or black."""
     dtype = _COLUMNS[field]
@@ -295,16 +298,21 @@ class PointCloud:
             raise RuntimeError("PointCloud.VoxelizedDownSample(): the cloud has no xyzs.")
         if not voxel_size > 0:
             raise RuntimeError(f"PointCloud.VoxelizedDownSample(): voxel_size must be positive, got {voxel_size}.")
-        finite = np.isfinite(self._data[BaseField.kXYZs]).all(axis=1)
+        finite = _finite_rows(self._data[BaseField.kXYZs])
         cells = np.floor(self._data[BaseField.kXYZs][finite] / voxel_size).astype(np.int64)
-        cell = np.zeros(len(cells), np.int64)
-        for column in cells.T:  # one after the other: the number of a cell in a large grid may not fit an integer
+        cell, number_of_cells = np.zeros(len(cells), np.int64), 1
+        for column in cells.T:
             offset = column - column.min(initial=0)
-            _, cell = np.unique(cell * (offset.max(initial=0) + 1) + offset, return_inverse=True)
+            width = int(offset.max(initial=0)) + 1
+            if number_of_cells * width > _MOST_NUMBERS:  # in a large grid only what holds points has a number
+                cell, offset = (np.unique(of, return_inverse=True)[1] for of in (cell, offset))
+                number_of_cells = width = len(cell)
+            cell, number_of_cells = cell * width + offset, number_of_cells * width
+        cell = np.unique(cell, return_inverse=True)[1]
         count = int(cell.max(initial=-1)) + 1
         new = PointCloud(count, self.fields())
         for field, data in self._data.items():
-            mean = _mean_by(cell, data[finite].astype(float), count)
+            mean = _mean_by(cell, data[finite], count)
             if field == BaseField.kNormals:
                 mean /= np.linalg.norm(mean, axis=1, keepdims=True)
             new._data[field][...] = mean
@@ -347,11 +355,18 @@ class PointCloud:
 
 def _mean_by(cell: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     """Returns means, shape (count, 3), of the finite rows of values, shape (n, 3), that share a cell, shape (n,)."""
-    finite = np.isfinite(values).all(axis=1)
-    cell = cell[finite]
-    total = np.stack([np.bincount(cell, column, count) for column in values[finite].T], axis=1)
+    if values.dtype.kind == "f":
+        finite = _finite_rows(values)
+        cell, values = cell[finite], values[finite]
+    total = np.stack([np.bincount(cell, column, count) for column in values.T], axis=1)
     with np.errstate(invalid="ignore"):
         return total / np.bincount(cell, minlength=count)[:, None]
+
+
+def _finite_rows(values: np.ndarray) -> np.ndarray | slice:
+    """Where no number of a row is infinite or nan; all of it where that is so everywhere."""
+    finite = np.isfinite(values)
+    return slice(None) if finite.all() else finite.all(axis=1)
 
 
 def fitted_normals(points: np.ndarray, radius: float, num_closest: int) -> tuple[np.ndarray, bool]:

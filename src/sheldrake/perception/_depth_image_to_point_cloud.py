@@ -48,7 +48,7 @@ class DepthImageToPointCloud(LeafSystem):
         if pixel_type not in _IMAGES:
             raise RuntimeError(f"DepthImageToPointCloud(): expected kDepth16U or kDepth32F, got {pixel_type}.")
         self._camera, self._pixel_type, self._scale = camera_info, pixel_type, np.float32(scale)
-        self._fields = Fields(fields)
+        self._fields, self._rays = Fields(fields), np.zeros((3, 0, 0))
         model = PointCloud(0, self._fields)
         self.DeclareAbstractInputPort("depth_image", AbstractValue.Make(_IMAGES[pixel_type]()))
         self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
@@ -91,15 +91,25 @@ class DepthImageToPointCloud(LeafSystem):
 
     def _points(self, depth: np.ndarray, X_PC: Any) -> np.ndarray:
         """Returns the positions of all pixels, shape (3, n) [m]."""
-        camera = self._camera
-        nothing = ((depth == _TOO_CLOSE) | (depth == _TOO_FAR[self._pixel_type])).ravel()
-        v, u = np.indices(depth.shape)
-        z = depth.astype(np.float32) * self._scale
+        z = depth.astype(np.float32).ravel() * self._scale
+        rays = self._rays_of(*depth.shape)
         with np.errstate(invalid="ignore"):
-            x = z * (u - camera.center_x()) / camera.focal_x()
-            y = z * (v - camera.center_y()) / camera.focal_y()
-            points = np.stack([x, y, z.astype(float)]).reshape(3, -1)
-            if X_PC is not None:
-                points = X_PC.rotation().matrix() @ points + X_PC.translation()[:, None]
-        points[:, nothing] = np.inf
+            if X_PC is None:
+                points = rays * z
+            else:
+                points = X_PC.rotation().matrix() @ rays
+                points *= z
+                points += X_PC.translation()[:, None]
+        nothing = ((depth == _TOO_CLOSE) | (depth == _TOO_FAR[self._pixel_type])).ravel()
+        if nothing.any():
+            points[:, nothing] = np.inf
         return points
+
+    def _rays_of(self, height: int, width: int) -> np.ndarray:
+        """What each pixel of an image looks at, at a depth of 1, shape (3, height * width)."""
+        if self._rays.shape[1:] != (height, width):
+            camera, rays = self._camera, np.ones((3, height, width))
+            rays[0] = (np.arange(width) - camera.center_x()) / camera.focal_x()
+            rays[1] = ((np.arange(height) - camera.center_y()) / camera.focal_y())[:, None]
+            self._rays = rays
+        return self._rays.reshape(3, -1)

@@ -20,6 +20,7 @@ from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
 from sheldrake.geometry.optimization._iris import tangent
 from sheldrake.multibody.rational import RationalForwardKinematics
+from sheldrake.planning._kernels.walks import walk_all
 from sheldrake.solvers import _arrays
 from sheldrake.solvers import _kinds as kinds
 
@@ -145,17 +146,15 @@ def hit_and_run(
     region: HPolyhedron, start: np.ndarray, count: int, steps: int, random: np.random.Generator
 ) -> np.ndarray:
     """Points of a bounded region, rows: as many walks of random chords from a point in it, all at once."""
-    A, b = region.A(), region.b()[:, None]
-    x = np.repeat(start.reshape(-1, 1), count, axis=1)
-    for _ in range(steps):
-        direction = random.normal(size=x.shape)
-        distance, slope = np.maximum(b - A @ x, 0.0), A @ direction
-        with np.errstate(divide="ignore", invalid="ignore"):
-            limits = distance / slope
-        low = np.where(slope < 0.0, limits, -np.inf).max(axis=0)
-        high = np.where(slope > 0.0, limits, np.inf).min(axis=0)
-        x = x + random.uniform(low, high) * direction
-    return x.T
+    n, b = start.size, region.b()
+    directions, reaches = np.empty((steps * n, count)), np.empty((steps, count))
+    for k in range(steps):
+        directions[k * n : (k + 1) * n] = random.normal(size=(n, count))
+        reaches[k] = random.random(count)
+    points = np.repeat(start.reshape(1, -1), count, axis=0)
+    faces, scratch = np.ascontiguousarray(region.A().T), (np.zeros(len(b)), np.zeros(len(b)))
+    walk_all.native(faces, b, directions, reaches, *scratch, points)
+    return points
 
 
 class SampledRegion:

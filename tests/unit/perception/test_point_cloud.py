@@ -112,6 +112,19 @@ def test_cells_of_a_huge_grid_keep_apart():
     small = cloud_of(points).VoxelizedDownSample(0.01)
     assert np.array_equal(small.xyzs().T, [points[3], points[1], points[2], points[0]])
     assert cloud_of([[np.nan] * 3]).VoxelizedDownSample(0.01).size() == 0
+    # Along one axis alone more cells than points times cells of an integer leave room for.
+    far = np.array([[1e9, 0, 0], [-1e9, 1e9, 0], [1e9, 0, 0], [0, -1e9, 1e9]], np.float32)
+    assert np.array_equal(cloud_of(far).VoxelizedDownSample(1e-9).xyzs().T, [far[1], far[3], far[0]])
+
+
+def test_normals_and_colors_count_where_positions_do_and_normals_where_they_are_known():
+    cloud = PointCloud(4, Fields(BaseField.kXYZs | BaseField.kNormals | BaseField.kRGBs))
+    cloud.mutable_xyzs()[:] = np.array([[0.1, 0.1, 0.1], [0.2, 0.2, 0.2], [np.nan, 0.1, 0.1], [1.5, 0.1, 0.1]]).T
+    cloud.mutable_normals()[:] = np.array([[0, 0, 1], [np.nan] * 3, [1, 0, 0], [np.nan] * 3]).T
+    cloud.mutable_rgbs()[:] = np.array([[10, 20, 30], [20, 40, 60], [200, 0, 0], [7, 8, 9]]).T
+    small = cloud.VoxelizedDownSample(1.0)
+    np.testing.assert_array_equal(small.normals(), np.array([[0, 0, 1], [np.nan] * 3]).T)
+    np.testing.assert_array_equal(small.rgbs(), np.array([[15, 30, 45], [7, 8, 9]]).T)
 
 
 def test_normals_of_a_sphere_point_out():

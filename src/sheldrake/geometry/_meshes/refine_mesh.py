@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+
 from .mesh_files import boundary_triangles, read_mesh
 from .mesh_source import MeshSource
 from .volume_mesh import VolumeMesh
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry._meshes.mesh_source import InMemoryMesh
 
 
+@checked
 def RefineVolumeMesh(mesh: VolumeMesh) -> VolumeMesh:
     """A mesh in which every edge, triangle and tetrahedron inside has a corner inside.
 

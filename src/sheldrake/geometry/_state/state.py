@@ -200,6 +200,7 @@ class GeometryState:
         roles: dict[Role, GeometryProperties] = {_ROLE_OF[type(p)]: copy.copy(p) for p in given if p is not None}
         for role in roles:
             self._check_unique_name(frame_id, role, instance.name())
+        _check_proximity(instance.shape(), roles.get(Role.kProximity))
         record = GeometryRecord(instance.name(), source_id, frame_id, instance.pose(), instance.shape(), roles)
         self._add(geometry_id, record)
         self._touch(roles)
@@ -259,6 +260,7 @@ class GeometryState:
         self, source_id: SourceId, geometry_id: GeometryId, shape: Shape, X_FG: RigidTransform | None
     ) -> None:
         record = self._owned_geometry(source_id, geometry_id)
+        _check_proximity(shape, record.roles.get(Role.kProximity))
         pose = record.X_FG if X_FG is None else copy.copy(X_FG)
         changed = record._replace(shape=shape.Clone(), X_FG=pose)
         self.renderers.register(geometry_id, changed)
@@ -294,6 +296,8 @@ class GeometryState:
             )
         if assign is RoleAssign.kNew:
             self._check_unique_name(record.frame, role, record.name, but=geometry_id)
+        if role is Role.kProximity:
+            _check_proximity(record.shape, properties)
         changed = record._replace(roles={**record.roles, role: copy.copy(properties)})
         if role is Role.kPerception:
             self.renderers.register(geometry_id, changed)
@@ -406,6 +410,12 @@ class GeometryState:
             check_representation(record.shape, new)
             self.geometries[geometry_id] = record._replace(roles={**record.roles, Role.kProximity: new})
         self.serial = next_version()
+
+
+def _check_proximity(shape: Shape, properties: GeometryProperties | None) -> None:
+    """Refuses a hydroelastic representation whose properties are missing or out of range."""
+    if isinstance(properties, ProximityProperties):
+        check_representation(shape, properties)
 
 
 def _default_values(d: DefaultProximityProperties) -> dict[str, dict[str, Any]]:

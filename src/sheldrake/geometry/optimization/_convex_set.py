@@ -18,6 +18,7 @@ from sheldrake.common._overloads import dispatch, incompatible, overload
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import Constraint, MathematicalProgram, Solve, _arrays
+from sheldrake.solvers._engines.quadratic import solve_rows
 from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.symbolic import Variable
 
@@ -85,10 +86,28 @@ class ConvexSet:
         """A and b of A x <= b, for a set that is known by its faces."""
         return None
 
+    def _corners(self) -> np.ndarray | None:
+        """Columns, at least one and finite, whose hull it is, for a set that is known by such."""
+        return None
+
     def _image(self) -> programs.Image | None:
         """The set as an affine image of A w <= b, where it is one and that is plain."""
-        faces = self._faces()
+        faces, corners = self._faces(), self._corners()
+        if corners is not None:
+            return programs.hull(corners)
         return None if faces is None else programs.Image(np.eye(self._dimension), np.zeros(self._dimension), *faces)
+
+    def _least_scaled(self, A: np.ndarray, center: np.ndarray) -> np.ndarray | None:
+        """The point x with the least |A (x - center)|, where the set is such that it is found without a program."""
+        faces = self._faces()
+        if faces is None:
+            return None
+        Q = A.T @ A
+        return solve_rows(Q, -(Q @ center), *faces, 0)
+
+    def _meets(self, other: ConvexSet) -> bool | None:
+        """Whether it has a point in common with another set; None where that is not plain."""
+        return None
 
     def _some_point(self) -> np.ndarray | None:
         """A point of the set; None if it is empty."""
@@ -165,6 +184,13 @@ class ConvexSet:
         own, others = self._faces(), other._faces()
         if own is not None and others is not None:
             return programs.point(np.vstack((own[0], others[0])), np.concatenate((own[1], others[1]))) is not None
+        for faces, vertices in ((own, other._corners()), (others, self._corners())):
+            if faces is not None and vertices is not None:
+                return programs.hull_meets(vertices, *faces)
+        for one, another in ((self, other), (other, self)):
+            known = another._meets(one)
+            if known is not None:
+                return known
         image, other_image = self._image(), other._image()
         if image is not None and other_image is not None:
             return programs.meet(image, other_image)

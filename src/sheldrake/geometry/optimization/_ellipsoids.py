@@ -21,7 +21,6 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
-from sheldrake.solvers._engines.quadratic import solve_rows
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -29,6 +28,13 @@ if TYPE_CHECKING:
     from sheldrake.geometry import Shape
     from sheldrake.geometry._ids import FrameId, GeometryId
     from sheldrake.geometry._query.query_object import QueryObject
+
+
+_TOUCHES = 1e-7  # By how much sets may be apart, of the size of one, and touch: as programs with cones tell.
+_INVERTED = 1e-9
+_FLAT = 1e-24  # Squares of axes that are nothing beside the largest.
+_MOST_ROUNDS = 60
+_ROUNDING = 1e-12
 
 
 def _volume_of_unit_ball(n: int) -> float:
@@ -295,11 +301,10 @@ class Hyperellipsoid(ConvexSet):
         self._require_dimensions("MinimumUniformScalingToTouch")
         self._same_space("MinimumUniformScalingToTouch", other)
         # The norm is as its square at its least; near zero the square is blunt, so that the norm is taken there.
-        Q, faces = self._A.T @ self._A, other._faces()
-        point = None if faces is None else solve_rows(Q, -(Q @ self._center), *faces, 0)
+        point = other._least_scaled(self._A, self._center)
         if point is None:
             prog, x = other._program()
-            prog.AddQuadraticErrorCost(Q, self._center, x)
+            prog.AddQuadraticErrorCost(self._A.T @ self._A, self._center, x)
             result = Solve(prog)
             if not result.is_success():
                 raise RuntimeError(
@@ -312,6 +317,15 @@ class Hyperellipsoid(ConvexSet):
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         into.nonnegative(scale)
         into.lorentz(scale.stacked(self._A @ (x - scale.times(self._center))))
+
+    def _least_scaled(self, A: np.ndarray, center: np.ndarray) -> np.ndarray | None:
+        if self._A.shape != (self._dimension, self._dimension):
+            return None
+        return _nearest_of_ellipsoid(self._A, self._center, A, center)
+
+    def _meets(self, other: ConvexSet) -> bool | None:
+        x = other._least_scaled(self._A, self._center)
+        return None if x is None else bool(np.linalg.norm(self._A @ (x - self._center)) <= 1.0 + _TOUCHES)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         e = self._A @ (x - self._center)
@@ -339,6 +353,34 @@ class Hyperellipsoid(ConvexSet):
         if np.linalg.det(R) < 0.0:
             R[:, 0] = -R[:, 0]
         return Ellipsoid(*(1.0 / np.sqrt(squares))), RigidTransform(RotationMatrix(R), self._center)
+
+
+def _nearest_of_ellipsoid(A: np.ndarray, center: np.ndarray, S: np.ndarray, from_: np.ndarray) -> np.ndarray | None:
+    """The x with |A (x - center)| <= 1 and the least |S (x - from_)|; None where A is not invertible.
+
+    With z = A (x - center), |M z - g| is to be least in the unit ball, M = S A^-1 and g = S (from_ - center): in
+    singular vectors of M, z_i = s_i g_i / (s_i^2 + l) for the l >= 0 at which |z| = 1, or l = 0 if |z| <= 1 there. The
+    root of 1 / |z(l)| - 1 is found by Newton's method from below, where it does not overshoot (J. J. More and D. C.
+    Sorensen, "Computing a trust region step", 1983).
+    """
+    try:
+        inverse = np.linalg.inv(A)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.linalg.norm(A @ inverse - np.eye(len(A))) <= _INVERTED:
+        return None
+    U, s, Vt = np.linalg.svd(S @ inverse, full_matrices=False)
+    along, squares = s * (U.T @ (S @ (from_ - center))), s * s
+    multiplier, moved = 0.0, squares > _FLAT * squares.max(initial=0.0)
+    along, squares, Vt = along[moved], squares[moved], Vt[moved]
+    for _ in range(_MOST_ROUNDS):
+        z = along / (squares + multiplier)
+        length = math.sqrt(z @ z)
+        if length <= 1.0 + _ROUNDING:
+            return center + inverse @ (Vt.T @ z)
+        slope = z @ (z / (squares + multiplier))
+        multiplier += (length - 1.0) * length * length / slope
+    return None
 
 
 def _circumscribed(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,8 +8,13 @@ import numpy as np
 
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import MathematicalProgram, Solve
+from sheldrake.solvers._engines.clarabel import minimize_on_cones
+from sheldrake.solvers._engines.conic import Cone
+from sheldrake.solvers._engines.dense_quadratic import solve_dense
 from sheldrake.solvers._engines.linear import INFEASIBLE, OPTIMAL, maximize
 
+_FAR = 1e4  # How far away a polar point may be, of points of size one, that its place is known to 1e-12 of their size.
+_EXACT = 1e-12
 _FEASIBLE = 1e-7  # By how much rows may be violated, as for the linear programs.
 
 
@@ -94,6 +99,47 @@ def meet(one: Image, other: Image) -> bool:
     A = np.zeros((m + k, D.shape[1]))
     A[:m, :n], A[m:, n:] = one.A, other.A
     return point(np.vstack((A, D, -D)), np.concatenate((one.b, other.b, apart, -apart))) is not None
+
+
+def hull_meets(vertices: np.ndarray, A: np.ndarray, b: np.ndarray) -> bool:
+    """Whether the hull of columns has a point x with A x <= b."""
+    if not len(b):
+        return True
+    heights = A @ vertices
+    beyond = heights - b[:, None]
+    if beyond.min(axis=1).max() > _FEASIBLE * (1.0 + np.abs(heights).max()):  # a face with all of them behind it
+        return False
+    if beyond.max(axis=0).min() <= 0.0:  # one of them is such a point
+        return True
+    image = hull(vertices)
+    return maximize(np.zeros(len(image.b) - 2), np.vstack((heights, image.A)), np.append(b, image.b)).x is not None
+
+
+def nearest_of_hull(vertices: np.ndarray, A: np.ndarray, center: np.ndarray) -> np.ndarray | None:
+    """The point of the hull of columns with the least |A (x - center)|; None where this way does not find it.
+
+    With p_k = A (v_k - center), the y with the least |y| among those with p_k'y >= 1 for all k is y = x / |x|^2 for the
+    point x of the hull of all p_k that is nearest to zero: the plane p'y = 1 is polar to it. There is no such y where
+    zero is in the hull, and it is far away where zero is nearly in it.
+    """
+    n, count = vertices.shape
+    if not count or A.shape != (n, n) or not np.isfinite(vertices).all():
+        return None
+    points = A @ (vertices - center[:, None])
+    size = np.abs(points).max()
+    if not 0.0 < size < np.inf:
+        return None
+    y = solve_dense(np.eye(n), np.zeros(n), points.T / -size, np.full(count, -1.0))
+    square = 0.0 if y is None else y @ y
+    if not 0.0 < square < _FAR**2:
+        return None
+    nearest = y * (size / square)
+    try:
+        x = np.linalg.solve(A, nearest)
+    except np.linalg.LinAlgError:
+        return None
+    left = A @ x - nearest
+    return x + center if left @ left <= (_EXACT * size) ** 2 else None
 
 
 def distance_to_hull(vertices: np.ndarray, x: np.ndarray) -> float:
@@ -197,10 +243,55 @@ def inscribed_ellipsoid(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.nd
     Raises:
         RuntimeError: there is none.
     """
-    n = A.shape[1]
     lengths = np.linalg.norm(A, axis=1)
     lengths[lengths == 0.0] = 1.0
     rows, bounds = A / lengths[:, None], b / lengths
+    found = _inscribed_on_cones(rows, bounds)
+    return _inscribed_by_program(rows, bounds) if found is None else found
+
+
+def _inscribed_on_cones(rows: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """The same as conic program: max sum t_i, t_i <= log Z_ii, (B, Z; Z', diag Z) semidefinite, Z below its diagonal 0.
+
+    Unknowns are B and Z, their upper triangles by columns, then d and t; None if no solution is found.
+    """
+    m, n = rows.shape
+    j, i = np.tril_indices(n)  # so i <= j, column after column
+    count, diagonal = i.size, np.flatnonzero(i == j)
+    B, Z = np.arange(count), np.arange(count) + count
+    d, t = np.arange(n) + 2 * count, np.arange(n) + 2 * count + n
+    place = np.zeros((n, n), dtype=np.int64)
+    place[i, j] = place[j, i] = B
+
+    balls = np.zeros((m, n + 1, 2 * count + 2 * n))  # (b - a'd, B a) is in a cone
+    balls[:, 0, d] = rows
+    for k in range(n):
+        balls[:, k + 1, place[k]] = -rows
+    q, p = np.tril_indices(2 * n)  # of the semidefinite matrix, likewise
+    big = np.zeros((q.size, 2 * count + 2 * n))
+    scale = np.where(p == q, -1.0, -np.sqrt(2.0))
+    left, corner = np.flatnonzero(q < n), np.flatnonzero((p < n) & (q >= n))
+    big[left, place[p[left], q[left]]] = scale[left]
+    corner = corner[p[corner] >= q[corner] - n]  # Z' where it is not zero
+    big[corner, count + place[q[corner] - n, p[corner]]] = scale[corner]
+    last = np.flatnonzero((p == q) & (q >= n))
+    big[last, Z[diagonal]] = scale[last]
+    logs = np.zeros((n, 3, 2 * count + 2 * n))  # exp(t) <= Z_ii
+    logs[np.arange(n), 0, t] = logs[np.arange(n), 2, Z[diagonal]] = -1.0
+
+    constants = np.zeros((m, n + 1)), np.zeros(q.size), np.tile([0.0, 1.0, 0.0], n)
+    constants[0][:, 0] = bounds
+    M = np.concatenate((balls.reshape(-1, balls.shape[2]), big, logs.reshape(-1, logs.shape[2])))
+    gain = np.zeros(M.shape[1])
+    gain[t] = -1.0
+    cones = m * [Cone("second_order", n + 1)] + [Cone("psd", 2 * n)] + n * [Cone("exponential", 3)]
+    x = minimize_on_cones(gain, M, np.concatenate([c.ravel() for c in constants]), cones)
+    return None if x is None else (x[place], x[d])
+
+
+def _inscribed_by_program(rows: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same by whatever solver is there."""
+    n = rows.shape[1]
     prog = MathematicalProgram()
     B = prog.NewSymmetricContinuousVariables(n, "B")
     center = prog.NewContinuousVariables(n, "d")

@@ -173,9 +173,12 @@ class VPolytope(ConvexSet):
         distance = programs.distance_to_hull(self._vertices, x)
         return None if np.isnan(distance) else distance <= tol
 
-    def _image(self) -> programs.Image | None:
+    def _corners(self) -> np.ndarray | None:
         known = not self._empty() and np.isfinite(self._vertices).all()
-        return programs.hull(self._vertices) if known else None
+        return self._vertices if known else None
+
+    def _least_scaled(self, A: np.ndarray, center: np.ndarray) -> np.ndarray | None:
+        return programs.nearest_of_hull(self._vertices, A, center)
 
     def _empty(self) -> bool:
         return self._vertices.shape[1] == 0
