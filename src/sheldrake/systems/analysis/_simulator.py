@@ -420,7 +420,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
                 if code == _program.ERROR or (code == _program.TERMINATED and span.outcome.failed()):
                     self._raise()
                 elif code == _program.ROOM:
-                    logs.grow(store)
+                    logs.grow(store, T)
                 elif code != _program.BREAK:
                     return code
                 if not abs(store.S[0]) < self._horizon:

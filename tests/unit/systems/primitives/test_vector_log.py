@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sheldrake.systems.analysis import Simulator
-from sheldrake.systems.framework import DiagramBuilder, TriggerType
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, TriggerType
+from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.primitives import LogVectorOutput, Sine, VectorLog, VectorLogSink
 from sheldrake.systems.primitives._vector_log import write_csv
 
@@ -73,6 +74,34 @@ def test_logs_with_room_stay_where_they_are_at_initialize():
         simulator.Initialize()
     assert store.L is not samples and sink.FindLog(context).sample_times().tolist()[-2:] == [0.0, 0.0]
     assert sink.FindLog(context).num_samples() == 308
+
+
+def test_a_long_run_makes_room_once(monkeypatch):
+    moves = []
+    lay_out = logs._lay_out
+    monkeypatch.setattr(logs, "_lay_out", lambda *args: (moves.append(args), lay_out(*args)))
+    simulator, sink, other = logged(publish_period=2.0**-10)
+    simulator.AdvanceTo(40.0)
+    log = sink.FindLog(simulator.get_context())
+    np.testing.assert_array_equal(log.sample_times(), np.arange(40 * 1024 + 1) / 1024)
+    np.testing.assert_allclose(log.data()[0], np.sin(2.0 * log.sample_times() + 0.1), atol=1e-14)
+    np.testing.assert_array_equal(other.FindLog(simulator.get_context()).sample_times(), np.arange(161) / 4)
+    assert len(moves) == 2  # `logged` knows nothing but one second
+
+
+def test_a_run_without_an_end_makes_room_by_and_by():
+    simulator, sink, _ = logged(publish_period=2.0**-10)
+    simulator.set_monitor(
+        lambda context: (
+            EventStatus.ReachedTermination(simulator.get_system(), "enough")
+            if context.get_time() == 8.0
+            else EventStatus.DidNothing()
+        )
+    )
+    simulator.AdvanceTo(1e8)
+    context = simulator.get_context()
+    assert sink.FindLog(context).num_samples() == 8 * 1024 + 1
+    assert context._store.L.nbytes < 2 * 16e6  # of the 2.4 TB that it would fill
 
 
 def test_a_log_by_hand():

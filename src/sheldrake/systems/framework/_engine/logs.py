@@ -8,6 +8,7 @@ when it is complete, and samples that are there do not change.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 _SPARE = 8
 """Samples that a step may add to a log, and more: so much room is left for the event loop."""
+_AHEAD = 1 << 21
+"""Numbers for which a log gets room at once at most, beyond twice what it had: 16 MB, which cost nothing until used."""
 
 
 def _table(store: Store) -> np.ndarray:
@@ -27,8 +30,11 @@ def _table(store: Store) -> np.ndarray:
     return store.I[store.layout.log0 : store.layout.fixed0].reshape(-1, 3)
 
 
-def grow(store: Store) -> None:
-    """Gives every log that is nearly full twice the room."""
+def grow(store: Store, until: float = -math.inf) -> None:
+    """Gives every log that is nearly full twice the room, or what it needs until a time [s] if it goes on as it does.
+
+    New memory costs as much as writing it some ten times over: a log that doubles until it is long enough pays twice.
+    """
     i, first = store.i, store.layout.log0
     if all(i[at + 2] + _SPARE <= i[at + 1] for at in range(first, store.layout.fixed0, 3)):
         return
@@ -38,8 +44,20 @@ def grow(store: Store) -> None:
         with store.moving:
             store.L, table[...] = np.empty(size, store.S.dtype), new
         return
-    full = table[:, 2] + _SPARE > table[:, 1]
-    _lay_out(store, np.where(full, 2 * table[:, 1], table[:, 1]))
+    room = table[:, 1].copy()
+    for s in np.flatnonzero(table[:, 2] + _SPARE > room).tolist():
+        room[s] = max(2 * room[s], _expected(store, s, until))
+    _lay_out(store, room)
+
+
+def _expected(store: Store, s: int, until: float) -> int:
+    """Samples that log `s` will have at a time [s], and some to spare, if they come as often as they did."""
+    there = _there(store, s)
+    if there.dtype != float or len(there) < 2 or not there[0, 0] < there[-1, 0] < until:
+        return 0
+    n, (first, last) = len(there), there[[0, -1], 0].tolist()
+    more = 1.01 * n * (until - last) / (last - first) + 2 * _SPARE
+    return n + int(min(more, n + _AHEAD // there.shape[1]))
 
 
 def reserve(store: Store, s: int, room: int) -> None:
