@@ -397,48 +397,63 @@ def take_two_from_rows_above(model, L, k, j, begin):
 @kernel
 def ltdl_of_6(L, start):
     """The six rows of a free body, without loops: they would cost more than what is in them."""
-    bad = eliminate(L, start, start + 15, 5, -1)
-    bad = eliminate(L, start, start + 10, 4, bad)
-    bad = eliminate(L, start, start + 6, 3, bad)
-    bad = eliminate(L, start, start + 3, 2, bad)
-    bad = eliminate(L, start, start + 1, 1, bad)
-    return eliminate(L, start, start, 0, bad)
+    bad = eliminate_two(L, start, 4, -1)
+    bad = eliminate_two(L, start, 2, bad)
+    return eliminate_two(L, start, 0, bad)
 
 
 @kernel
-def eliminate(L, start, row, k, bad):
-    """Takes row k, at `row`, from those above it, and puts 1/D there; k if the pivot is not positive, else `bad`."""
-    if not is_positive(L[row + k]):
+def eliminate_two(L, start, k, bad):
+    """Takes rows k + 1 and k from those above them, and puts 1/D there, so that no quotient waits for the other.
+
+    Returns:
+        The row whose pivot is not positive, else `bad`.
+    """
+    upper = start + k * (k + 1) // 2
+    lower = upper + k + 1
+    D, beside, D_upper = L[lower + k + 1], L[lower + k], L[upper + k]
+    both = D * D_upper - beside * beside
+    if not is_positive(both):
         bad = k
-    r = 1.0 / L[row + k]
-    L[row + k] = r
-    if k > 4:
-        subtract(L, start + 10, 4, row, r)
-    if k > 3:
-        subtract(L, start + 6, 3, row, r)
+    if not is_positive(D):
+        bad = k + 1
+    r, s = 1.0 / D, D / both
+    a = beside * r
+    L[lower + k + 1], L[lower + k], L[upper + k] = r, a, s
     if k > 2:
-        subtract(L, start + 3, 2, row, r)
-    if k > 1:
-        subtract(L, start + 1, 1, row, r)
+        subtract(L, upper, a, lower, 4)
+        subtract_both(L, start + 6, 3, lower, r, upper, s)
+        subtract_both(L, start + 3, 2, lower, r, upper, s)
+    elif k > 0:
+        subtract(L, upper, a, lower, 2)
     if k > 0:
-        subtract(L, start, 0, row, r)
+        subtract_both(L, start + 1, 1, lower, r, upper, s)
+        subtract_both(L, start, 0, lower, r, upper, s)
     return bad
 
 
 @kernel
-def subtract(L, at, i, row, r):
-    """Takes a row from row i, at `at`, in proportion to its own element i, which becomes that of the triangle."""
-    a = L[row + i] * r
+def subtract(L, at, a, row, n):
+    """Takes a times the first n numbers of a row, two or four, from another."""
     L[at] -= a * L[row]
-    if i > 0:
-        L[at + 1] -= a * L[row + 1]
-    if i > 1:
+    L[at + 1] -= a * L[row + 1]
+    if n > 2:
         L[at + 2] -= a * L[row + 2]
-    if i > 2:
         L[at + 3] -= a * L[row + 3]
-    if i > 3:
-        L[at + 4] -= a * L[row + 4]
-    L[row + i] = a
+
+
+@kernel
+def subtract_both(L, at, i, lower, r, upper, s):
+    """Takes two rows from row i, at `at`, in proportion to their own elements i, which become those of the triangle."""
+    a, b = L[lower + i] * r, L[upper + i] * s
+    L[at] -= a * L[lower] + b * L[upper]
+    if i > 0:
+        L[at + 1] -= a * L[lower + 1] + b * L[upper + 1]
+    if i > 1:
+        L[at + 2] -= a * L[lower + 2] + b * L[upper + 2]
+    if i > 2:
+        L[at + 3] -= a * L[lower + 3] + b * L[upper + 3]
+    L[lower + i], L[upper + i] = a, b
 
 
 @kernel
@@ -491,20 +506,23 @@ def substitute_back(model, L, x, k, first, begin):
 
 @kernel
 def ltdl_solve_of_6(L, start, x, at):
-    """Both substitutions of a free body; what hangs on it has been through the first, and comes to the second later."""
+    """Both substitutions of a free body; what hangs on it has been through the first, and comes to the second later.
+
+    What is known last is taken last: the next number waits for one product.
+    """
     (a, b, c), (d, e, f) = read6(x, at)
     row_b, row_c, row_d, row_e, row_f = start + 1, start + 3, start + 6, start + 10, start + 15
-    e -= L[row_f + 4] * f
-    d -= L[row_f + 3] * f + L[row_e + 3] * e
-    c -= L[row_f + 2] * f + L[row_e + 2] * e + L[row_d + 2] * d
-    b -= L[row_f + 1] * f + L[row_e + 1] * e + L[row_d + 1] * d + L[row_c + 1] * c
-    a -= L[row_f] * f + L[row_e] * e + L[row_d] * d + L[row_c] * c + L[row_b] * b
-    a *= L[start]
+    e = e - L[row_f + 4] * f
+    d = d - L[row_f + 3] * f - L[row_e + 3] * e
+    c = c - L[row_f + 2] * f - L[row_e + 2] * e - L[row_d + 2] * d
+    b = b - L[row_f + 1] * f - L[row_e + 1] * e - L[row_d + 1] * d - L[row_c + 1] * c
+    a = a - L[row_f] * f - L[row_e] * e - L[row_d] * d - L[row_c] * c - L[row_b] * b
+    a = a * L[start]
     b = b * L[row_b + 1] - L[row_b] * a
-    c = c * L[row_c + 2] - (L[row_c] * a + L[row_c + 1] * b)
-    d = d * L[row_d + 3] - (L[row_d] * a + L[row_d + 1] * b + L[row_d + 2] * c)
-    e = e * L[row_e + 4] - (L[row_e] * a + L[row_e + 1] * b + L[row_e + 2] * c + L[row_e + 3] * d)
-    f = f * L[row_f + 5] - (L[row_f] * a + L[row_f + 1] * b + L[row_f + 2] * c + L[row_f + 3] * d + L[row_f + 4] * e)
+    c = c * L[row_c + 2] - L[row_c] * a - L[row_c + 1] * b
+    d = d * L[row_d + 3] - L[row_d] * a - L[row_d + 1] * b - L[row_d + 2] * c
+    e = e * L[row_e + 4] - L[row_e] * a - L[row_e + 1] * b - L[row_e + 2] * c - L[row_e + 3] * d
+    f = f * L[row_f + 5] - L[row_f] * a - L[row_f + 1] * b - L[row_f + 2] * c - L[row_f + 3] * d - L[row_f + 4] * e
     write6(x, at, ((a, b, c), (d, e, f)))
 
 
