@@ -103,9 +103,7 @@ class Module:
             b.leave_unless(leaves.pop(0))
         return Value(callee.returns, tuple(leaves))
 
-    def compile(
-        self, function: types.FunctionType, options: Options, kinds: list[Kind], inline: bool = True
-    ) -> Compiled:
+    def compile(self, function: types.FunctionType, options: Options, kinds: list[Kind]) -> Compiled:
         """Puts a function into the module."""
         heads: list[str] = []
         values = []
@@ -125,7 +123,7 @@ class Module:
         assert f.returns is not None
         name = f'"{function.__name__}:{len(self.compiled)}"'  # none of LLVM's own names, of any letters
         result = _whole(self.returned(f.returns))
-        how = "noinline" if options.outline else "alwaysinline" if inline else ""
+        how = "noinline" if options.outline else "alwaysinline"
         self.texts.append(f.b.text(f"define internal {result} @{name}({', '.join(heads)}) {how} nounwind"))
         return Compiled(name, f.returns)
 
@@ -139,7 +137,7 @@ class Module:
         kinds = [_kind_of(p) for p in kernel.parameters]
         self.active.add(kernel.py_func)
         reader = _Reader()
-        inner = self.compile(*self.kernel(reader, kernel), kinds, inline=False)
+        inner = self.compile(*self.kernel(reader, kernel), kinds)
         if inner.returns is not NONE and inner.returns is not INT:
             raise TypeError(f"{kernel!r} returns {inner.returns!r}; an entry kernel returns None or an int status.")
         args = [Value(kind, tuple(reader.argument(p))) for p, kind in zip(kernel.parameters, kinds)]
