@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,12 +23,16 @@ from sheldrake.systems.framework import (
     UnrestrictedUpdateEvent,
     WitnessFunctionDirection,
 )
+from sheldrake.systems.framework._declarations import Callback, PythonStage, Stages
+from sheldrake.systems.framework._index import Ticket
 
 from ._geometry import ExampleGeometry, drawn_in_scene
+from ._kernels import plants
 from ._named_vector import NamedVector
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar
+    from sheldrake.systems.framework._engine.memory import RootView
 
 
 class RimlessWheelContinuousState(NamedVector):
@@ -65,6 +69,8 @@ class RimlessWheel(LeafSystem):
         self.DeclareVectorOutputPort("y0", 2, self._copy_state, {state})
         self.DeclareVectorOutputPort("y1", 12, self._calc_floating_base, {state, parameters})
         self.DeclareNumericParameter(RimlessWheelParams())
+        self.DeclareTimeDerivatives(Stages(_derivatives))
+        self._declare_scratch(_Scratch(plants.Stance(np.zeros(1))))
         falling = WitnessFunctionDirection.kPositiveThenNonPositive
         self._witnesses = [
             self.MakeWitnessFunction(name, falling, guard, UnrestrictedUpdateEvent(reset))
@@ -79,7 +85,7 @@ class RimlessWheel(LeafSystem):
         return self._witnesses
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        """theta'' = g / l sin(theta); nothing moves on two spokes."""
+        """theta'' = g / l sin(theta); nothing moves on two spokes. On doubles a kernel does this."""
         if context.get_abstract_state(0).get_value():
             derivatives.SetFromVector([0.0, 0.0])
             return
@@ -151,6 +157,25 @@ class RimlessWheel(LeafSystem):
         toe = context.get_discrete_state(0)[0] + direction * 2.0 * p.length() * sin(alpha)
         state.get_mutable_discrete_state().get_mutable_vector(0).SetAtIndex(0, toe)
         state.get_mutable_abstract_state().get_mutable_value(0).set_value(standing)
+
+
+class _Scratch(NamedTuple):
+    """What kernels read of the abstract state."""
+
+    stance: plants.Stance
+
+
+def _find_stance(wheel: RimlessWheel, context: Context) -> None:
+    scratch = context._store.scratch(context._node)
+    scratch.stance.on_two[0] = context.get_abstract_state(0).get_value()
+
+
+_STAGES = [PythonStage(_find_stance, ("stance", "on_two"), frozenset({Ticket.XA})), plants.rimless_wheel]
+_CALLBACK = [Callback(RimlessWheel.DoCalcTimeDerivatives, True)]
+
+
+def _derivatives(wheel: RimlessWheel, root: RootView) -> list[Any]:
+    return _STAGES if wheel._scalar is float else _CALLBACK
 
 
 class RimlessWheelGeometry(ExampleGeometry):

@@ -5,6 +5,7 @@ is empty and counts as zero.
 """
 
 import math
+from typing import NamedTuple
 
 from sheldrake.common._kernels.generic import clip, cos, sin, whole
 from sheldrake.common._kernels.vec import cross3, dot3, load3, sub3
@@ -59,6 +60,36 @@ def van_der_pol(p: Vector, xc: Vector, xdot: Vector) -> None:
     """q'' = -mu (q^2 - 1) q' - q; p = mu."""
     xdot[0] = xc[1]
     xdot[1] = -p[0] * (xc[0] * xc[0] - 1.0) * xc[1] - xc[0]
+
+
+# ---- rimless wheel
+
+
+class RimlessWheel(Record):
+    """Spokes without a rim."""
+
+    m = number("mass", "kg")
+    l = number("length of a spoke", "m")
+    g = number("gravity", "m/s^2")
+    spokes = number("how many")
+    slope = number("of the ground", "rad")
+
+
+class Stance(NamedTuple):
+    """How the wheel stands."""
+
+    on_two: Vector  # one number: 1.0 on two spokes, else 0.0
+
+
+@kernel(top=True)
+def rimless_wheel(p: RimlessWheel, xc: PendulumState, stance: Stance, xdot: PendulumState) -> None:
+    """theta'' = g / l sin(theta); nothing moves on two spokes."""
+    if stance.on_two[0] != 0.0:
+        xdot.theta = 0.0
+        xdot.thetadot = 0.0
+    else:
+        xdot.theta = xc.thetadot
+        xdot.thetadot = sin(xc.theta) * p.g / p.l
 
 
 # ---- acrobot

@@ -60,6 +60,8 @@ class PythonStage:
     """Called with the system and its context."""
     fills: tuple[str, str]
     """Field of the scratch and its part."""
+    needs: frozenset[int] | None = None
+    """Tickets of all that it reads: it is called before the others when that has changed; None: in its turn, each time."""
 
 
 @dataclasses.dataclass(slots=True)

@@ -8,9 +8,12 @@ import pytest
 from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from sheldrake.common.kernel import IntVector, Matrix, Vector, Vectors, kernel
 from sheldrake.common.record import Record, number, table
+from sheldrake.common.value import AbstractValue
 from sheldrake.symbolic import Variable
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
+from sheldrake.systems.framework._declarations import PythonStage, Stages
+from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.primitives import ConstantVectorSource, Gain, Linearize, LogVectorOutput
 
 
@@ -352,3 +355,69 @@ def test_constant_arrays_under_a_name_that_is_no_model_are_refused_when_built():
 
     with pytest.raises(TypeError, match=r"stretched.*parameter 'table' is given constant arrays.*'table_model'"):
         Stretched().CreateDefaultContext()
+
+
+class Seen(NamedTuple):
+    speed: Vector
+
+
+class Remembered(NamedTuple):
+    seen: Seen
+
+
+@kernel(top=True)
+def at_speed(xc: Vector, seen: Seen, xdot: Vector) -> None:
+    xdot[0] = seen.speed[0] + 0.0 * xc[0]
+
+
+class Shuttle(LeafSystem):
+    """Moves at a speed that is an abstract state, of which a kernel is told; it turns round each second."""
+
+    def __init__(self, needs):
+        super().__init__()
+        self.looks = 0
+        stage = PythonStage(Shuttle.look, ("seen", "speed"), needs)
+        self.DeclareContinuousState(1)
+        self.DeclareAbstractState(AbstractValue.Make(2.0))
+        self.DeclareTimeDerivatives(Stages(lambda system, root: [stage, at_speed]))
+        self._declare_scratch(Remembered(Seen(np.zeros(1))))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0, 1.0, self.turn)
+
+    def look(self, context):
+        self.looks += 1
+        context._store.scratch(context._node).seen.speed[0] = context.get_abstract_state(0).get_value()
+
+    @staticmethod
+    def turn(context, state):
+        value = state.get_mutable_abstract_state(0)
+        value.set_value(-value.get_value())
+
+
+@pytest.mark.parametrize("needs", [None, frozenset({Ticket.XA})])
+def test_a_python_stage_is_called_again_when_what_it_names_has_changed(needs):
+    system = Shuttle(needs)
+    simulator = Simulator(system)
+    simulator.get_mutable_integrator().set_maximum_step_size(0.01)
+    context = simulator.get_mutable_context()
+    place = context.get_continuous_state_vector()
+    for t, x in ((0.5, 1.0), (1.5, 1.0), (2.0, 0.0), (2.5, 1.0)):
+        simulator.AdvanceTo(t)
+        assert place[0] == pytest.approx(x, abs=1e-12)
+    other = context.Clone()
+    context.SetAbstractState(0, 10.0)
+    simulator.AdvanceTo(2.75)
+    assert place[0] == pytest.approx(3.5)
+    assert system.EvalTimeDerivatives(context)[0] == 10.0
+    assert system.EvalTimeDerivatives(other)[0] == 2.0
+    second = Simulator(system, other)
+    second.AdvanceTo(2.75)
+    assert other.get_continuous_state_vector()[0] == pytest.approx(1.5)
+    context.SetTimeStateAndParametersFrom(other)
+    simulator.Initialize()
+    simulator.AdvanceTo(3.0)
+    assert place[0] == pytest.approx(2.0)
+    assert simulator.get_integrator().get_num_derivative_evaluations() > 0
+    if needs is None:
+        assert system.looks > 275
+    else:
+        assert system.looks < 20

@@ -167,6 +167,15 @@ class Layout(Memory):
         """The rows that make up an event's handler, of which `row` is the first."""
         return self._stages.get(row, [row])
 
+    def acts(self, row: int) -> list[int]:
+        """Those stages of a handler that are called each time, see `is_refreshed`."""
+        return [r for r in self.stages(row) if not self.is_refreshed(r)]
+
+    def is_refreshed(self, row: int) -> bool:
+        """Whether a row is a Python stage that is called only when what it names has changed."""
+        stage = self.rows[row].calc if row >= 0 else None  # that of a log
+        return isinstance(stage, PythonStage) and stage.needs is not None
+
     def events_under(self, n: int, kind: int, trigger: str) -> list[int]:
         """Rows of all events of node `n` of a kind and trigger, in order; NO_ROW for those without a handler."""
         found = self._events_under.get((n, kind, trigger))
@@ -332,7 +341,7 @@ class Layout(Memory):
         self.updates_at_start = any(k != PUBLISH and c == _program.AT_START for k, c, *_ in self.group_list)
         number = {(kind, clock): g for g, (kind, clock, *_) in enumerate(self.group_list)}
         self.turns = [[(r, number[group], self._reads_slab(r)) for r, group in rows] for rows in turns]
-        derivatives = [r for p in self.places if p.derivatives >= 0 for r in self.stages(p.derivatives)]
+        derivatives = [r for p in self.places if p.derivatives >= 0 for r in self.acts(p.derivatives)]
         self.group_list.append((DERIVATIVES, -9, derivatives, set()))
 
     def _acts_of(self, n: int, clocks: dict[tuple[float, float], int]) -> list[tuple[int, int, list[int]]]:
@@ -348,7 +357,7 @@ class Layout(Memory):
             if event.trigger == "periodic":
                 clock = clocks.setdefault((event.offset, event.period), len(clocks))
             if event.trigger != "forced":
-                found.append((event.kind, clock, self.stages(row) if row != NO_ROW else []))
+                found.append((event.kind, clock, self.acts(row) if row != NO_ROW else []))
         if len(found) > 1:
             found.sort(key=lambda act: _RANK_OF.get(act[1], len(_RANK_OF)))
         if self.systems[n]._has_witnesses():
@@ -401,7 +410,7 @@ class Layout(Memory):
         return found
 
     def prerequisites(self, rows: list[int]) -> list[int]:
-        """Output rows to bring up to date before a group acts, in topological order.
+        """Rows to bring up to date before a group acts, in topological order: outputs, then Python stages.
 
         All that its kernels read. Python functions ask for what they want; what kernels alone can compute for them is
         made ready too, natively, as far as nothing that it needs is missing.
@@ -418,6 +427,7 @@ class Layout(Memory):
             inputs = [s.row for s in self.places[row.node].inputs if s.row >= 0]
             if row.native:
                 needed.update(self.upstream([slot.row for slot in row.reads.values()]))
+                needed.update(q for q in self.stages_before(r) if self.is_refreshed(q))
                 if "u" in row.calc.names:
                     needed.update(self.upstream([s.row for s in self.places[row.node].inputs if s.vector]))
             else:
@@ -486,7 +496,9 @@ class Layout(Memory):
             level.append(known[key])
         outputs = level.copy()
         for row in self.rows[len(outputs) :]:
-            if row.kind == DERIVATIVES and row.native:
+            if isinstance(row.calc, PythonStage) and row.calc.needs is not None:
+                level.append(level_of_needs(self, row.node, set(row.calc.needs), outputs))
+            elif row.kind == DERIVATIVES and row.native:
                 level.append(level_of_needs(self, row.node, kernel_needs(self.systems[row.node], row.calc), outputs))
             else:
                 level.append(2)
