@@ -61,7 +61,7 @@ class PythonStage:
     fills: tuple[str, str]
     """Field of the scratch and its part."""
     needs: frozenset[int] | None = None
-    """Tickets of all that it reads: it is called before the others when that has changed; None: in its turn, each time."""
+    """Tickets of all that it reads: it is called before the others when that has changed; None: each time."""
 
 
 @dataclasses.dataclass(slots=True)
