@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, find_surfaces
 from sheldrake.geometry._compiled.search import find_contacts
@@ -28,12 +29,10 @@ from sheldrake.geometry._kernels.model import (
     Found,
     Geometry,
     GeometryModel,
-    PoseInBody,
-    Size,
     contact_table,
 )
-from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
-from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
+from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries, see_from_point
+from sheldrake.geometry._numbers import as_numbers, like, values_of
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._query.images import Images
 from sheldrake.geometry._query.ray_casts import HAVE_FORMULAS, Surface, meet_any, rays_of
@@ -49,6 +48,7 @@ from sheldrake.geometry._query.scene import (
     QueryScene,
     ShownPoses,
     explain_contact_status,
+    points_in,
     pose_of_point,
     with_point,
     world_poses,
@@ -122,7 +122,7 @@ class QueryObject(Images):
     def _contacts(self) -> tuple[FoundPoints, list[GeometryId]]:
         scene, poses = self._now()
         if poses.are_duals:
-            return FoundPoints.of(_find_points(scene.model, poses.X_WB())), scene.ids
+            return points_in(_find_points(scene.model, poses.X_WB())), scene.ids
         return scene.find_points(poses), scene.ids
 
     def ComputePointPairPenetration(self) -> list[PenetrationAsPointPair]:
@@ -131,8 +131,11 @@ class QueryObject(Images):
 
     @staticmethod
     def _point_pairs(points: FoundPoints, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
-        of = PenetrationAsPointPair._of
-        return [of(ids[a], ids[b], Ca, Cb, nhat, plain(-depth)) for (a, b, _, _), Ca, Cb, nhat, depth in points.rows()]
+        of, (pairs, rows) = PenetrationAsPointPair._of, points
+        return [
+            of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], row[_NHAT], row.item(_DEPTH))
+            for (a, b, _, _), row in zip(pairs, rows)
+        ]
 
     def HasCollisions(self) -> bool:
         """True if any two geometries that may touch overlap."""
@@ -152,13 +155,15 @@ class QueryObject(Images):
     # ---- distances
 
     @staticmethod
-    def _distances(model: GeometryModel, X_WB: np.ndarray, reach: float) -> FoundPoints:
+    def _distances(
+        model: GeometryModel, X_WB: np.ndarray, reach: float, see: Kernel = see_from_geometries
+    ) -> FoundPoints:
         """Distances at poses of duals, points in the frames of their geometries."""
         table = _table(model, X_WB.dtype)
         if find_distances(model, BodyPoses(X_WB), float(reach), table):
             raise explain_contact_status(model, table)
-        see_from_geometries(table)
-        return FoundPoints.of(table)
+        see(table)
+        return points_in(table)
 
     def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
         """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
@@ -167,13 +172,14 @@ class QueryObject(Images):
         """
         scene, poses = self._now()
         if poses.are_duals:
-            points = self._distances(scene.model, poses.X_WB(), max_distance)
+            pairs, rows = self._distances(scene.in_order, poses.X_WB(), max_distance)
         else:
-            points = scene.find_distances(poses, max_distance)
+            pairs, rows = scene.find_distances(poses, max_distance)
         ids, of = scene.ids, SignedDistancePair._of
-        found = [of(ids[a], ids[b], Ca, Cb, distance, nhat) for (a, b, _, _), Ca, Cb, nhat, distance in points.rows()]
-        order = sorted(range(len(found)), key=points.pair.__getitem__)
-        return [found[k] for k in order]
+        return [
+            of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], -row.item(_DEPTH), row[_NHAT])
+            for (a, b, _, _), row in zip(pairs, rows)
+        ]
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
@@ -199,10 +205,10 @@ class QueryObject(Images):
         if all(model.geometry.item(row, _KIND) == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
         if poses.are_duals:
-            table = self._distances(model._replace(pair=np.array([rows], np.int64)), poses.X_WB(), math.inf)
+            _, found = self._distances(model._replace(pair=np.array([rows], np.int64)), poses.X_WB(), math.inf)
         else:
-            table = scene.find_distance(rows[0], rows[1], poses)
-        row = table.point[0]
+            _, found = scene.find_distance(rows[0], rows[1], poses)
+        row = found[0]
         A, B = (scene.ids[k] for k in sorted(rows))  # as the table has them
         return SignedDistancePair._of(A, B, row[_P_WCA], row[_P_WCB], -row.item(_DEPTH), row[_NHAT])
 
@@ -217,12 +223,13 @@ class QueryObject(Images):
         ids, of, meshes = scene.ids, SignedDistanceToPoint._of, scene.meshes
         if poses.are_duals or p_WQ.dtype == object:
             X_WB = np.concatenate([poses.X_WB().astype(object), pose_of_point(p_WQ.astype(object))])
-            points = self._distances(with_point(scene.model, scene.num_bodies), X_WB, threshold)
+            model = with_point(scene.model, scene.num_bodies)
+            pairs, rows = self._distances(model, X_WB, threshold, see_from_point)
         else:
-            points = scene.find_distances_to(p_WQ, poses, threshold)
+            pairs, rows = scene.find_distances_to(p_WQ, poses, threshold)
         found = []
-        np.negative(points.point[:, _NHAT], out=points.point[:, _NHAT])
-        for (g, _, _, _), p_GN, _, grad_W, distance in points.rows():
+        for (g, _, _, _), row in zip(pairs, rows):
+            p_GN, distance, grad_W = row[_P_WCA], -row.item(_DEPTH), row[_NHAT]
             if g in meshes:
                 from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
 
@@ -309,9 +316,9 @@ class QueryObject(Images):
             return (*scene.find_surfaces(pairs, representation, poses), ids)
         points = _find_points(pairs.points, poses.X_WB())
         if len(pairs.model.pair) == 0:
-            return [], FoundPoints.of(points), ids
+            return [], points_in(points), ids
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
-        return [surface for _, surface in surfaces], FoundPoints.of(points), ids
+        return [surface for _, surface in surfaces], points_in(points), ids
 
     def ComputeContactSurfaces(self, representation: HydroelasticContactRepresentation) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.
@@ -324,8 +331,9 @@ class QueryObject(Images):
                 representation, or a compliant half space with another compliant one.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfaces", representation)
-        if len(points.pair) > 0:
-            a, b = points.pair[0][:2]
+        pairs, _ = points
+        if pairs:
+            a, b = pairs[0][:2]
             raise explain_unsupported(self._state, ids[a], ids[b])
         return surfaces
 

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 
+_new = object.__new__
+
+
 class _Result:
     """Fields with defaults, given by keyword."""
 
@@ -24,13 +27,6 @@ class _Result:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {sorted(unknown)[0]!r}")
         for name in self._fields:
             setattr(self, name, kwargs[name] if name in kwargs else self._default(name))
-
-    @classmethod
-    def _of(cls, *values: object) -> Self:
-        """One with all of its fields given, in their order."""
-        new = object.__new__(cls)
-        new.__dict__.update(zip(cls._fields, values))
-        return new
 
     @staticmethod
     def _default(name: str) -> float | np.ndarray | GeometryId:
@@ -77,6 +73,23 @@ class PenetrationAsPointPair(_Result):
     nhat_BA_W: np.ndarray
     depth: float
 
+    @classmethod
+    def _of(
+        cls,
+        id_A: GeometryId,
+        id_B: GeometryId,
+        p_WCa: np.ndarray,
+        p_WCb: np.ndarray,
+        nhat_BA_W: np.ndarray,
+        depth: float,
+    ) -> Self:
+        """One of arrays that nobody else has."""
+        new = _new(cls)
+        fields = new.__dict__
+        fields["id_A"], fields["id_B"], fields["p_WCa"] = id_A, id_B, p_WCa
+        fields["p_WCb"], fields["nhat_BA_W"], fields["depth"] = p_WCb, nhat_BA_W, depth
+        return new
+
 
 class SignedDistancePair(_Result):
     """Signed distance between two geometries.
@@ -97,6 +110,23 @@ class SignedDistancePair(_Result):
     distance: float
     nhat_BA_W: np.ndarray
 
+    @classmethod
+    def _of(
+        cls,
+        id_A: GeometryId,
+        id_B: GeometryId,
+        p_ACa: np.ndarray,
+        p_BCb: np.ndarray,
+        distance: float,
+        nhat_BA_W: np.ndarray,
+    ) -> Self:
+        """One of arrays that nobody else has."""
+        new = _new(cls)
+        fields = new.__dict__
+        fields["id_A"], fields["id_B"], fields["p_ACa"] = id_A, id_B, p_ACa
+        fields["p_BCb"], fields["distance"], fields["nhat_BA_W"] = p_BCb, distance, nhat_BA_W
+        return new
+
 
 class SignedDistanceToPoint(_Result):
     """Signed distance of a point Q to a geometry.
@@ -113,6 +143,15 @@ class SignedDistanceToPoint(_Result):
     p_GN: np.ndarray
     distance: float
     grad_W: np.ndarray
+
+    @classmethod
+    def _of(cls, id_G: GeometryId, p_GN: np.ndarray, distance: float, grad_W: np.ndarray) -> Self:
+        """One of arrays that nobody else has."""
+        new = _new(cls)
+        fields = new.__dict__
+        fields["id_G"], fields["p_GN"], fields["distance"] = id_G, p_GN, distance
+        fields["grad_W"] = grad_W
+        return new
 
 
 class RayIntersections(_Result):

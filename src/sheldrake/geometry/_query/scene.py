@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common.chain import Chain
+from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._compiled.hydroelastic import HydroPairs, SurfaceSearch
 from sheldrake.geometry._compiled.search import family_kernels
 from sheldrake.geometry._ids import FrameId, GeometryId
@@ -27,7 +27,7 @@ from sheldrake.geometry._kernels.model import (
     Size,
     contact_table,
 )
-from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
+from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries, see_from_point
 from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.geometry._numbers import all_duals
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
@@ -44,34 +44,22 @@ if TYPE_CHECKING:
     from sheldrake.geometry._ids import SourceId
 
 
-_P_WCA, _P_WCB = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns
-_NHAT, _DEPTH = ContactPoint.nhat_BA_W.columns, operator.index(ContactPoint.depth)
 _next_number = itertools.count(1).__next__
 _NUM_CONTACTS, _STATUS = operator.index(Found.num_contacts), operator.index(Found.status)
+_NO_POINTS = np.empty((0, ContactPoint.SIZE))
 
 
-class FoundPoints(NamedTuple):
-    """Contacts as a table has them, no row more than there are; `pair` as lists."""
-
-    pair: list[list[int]]
-    point: np.ndarray
-
-    @classmethod
-    def of(cls, table: ContactTable) -> FoundPoints:
-        """A copy of the rows of a table; constants beside duals are duals too: they may be asked for derivatives."""
-        n = table.count.item(_NUM_CONTACTS)
-        if n == 0:
-            return _NOTHING
-        point = table.point[:n].copy()
-        return cls(table.pair[:n].tolist(), point if point.dtype == float else all_duals(point))
-
-    def rows(self) -> Iterator[tuple]:
-        """Of each its pair, points on A and B, the normal, and the distance, negative where they overlap."""
-        point = self.point
-        return zip(self.pair, point[:, _P_WCA], point[:, _P_WCB], point[:, _NHAT], (-point[:, _DEPTH]).tolist())
+FoundPoints = tuple[list[list[int]], np.ndarray]
+"""Pairs of rows of the model, and of each the row of a contact table that says where they touch."""
 
 
-_NOTHING = FoundPoints([], np.empty((0, ContactPoint.SIZE)))
+def points_in(table: ContactTable) -> FoundPoints:
+    """A copy of what a table has; constants beside duals are duals too: they may be asked for derivatives."""
+    n = table.count.item(_NUM_CONTACTS)
+    if n == 0:
+        return [], _NO_POINTS
+    point = table.point[:n].copy()
+    return table.pair[:n].tolist(), point if point.dtype == float else all_duals(point)
 
 
 class GivenPoses:
@@ -132,6 +120,7 @@ class QueryScene:
 
     Attributes:
         model: The geometry; two bodies touch at one point.
+        in_order: The same, its pairs sorted by their rows, whatever family they are of.
         ids: Which geometry a row of the model is.
         moving: The frames but the world that have geometry.
         bodies: Their bodies.
@@ -148,6 +137,8 @@ class QueryScene:
         present = {state.geometries[i].frame for i in ids} - {WORLD_FRAME_ID}
         self.bodies = [body for body, frame in enumerate(frames) if frame in present]
         self.moving = [frames[body] for body in self.bodies]
+        by_rows = np.lexsort((model.pair[:, 1], model.pair[:, 0]))
+        self.in_order = self.model._replace(pair=np.ascontiguousarray(model.pair[by_rows]))
         self._rows_of_bodies = _slice_or_array(self.bodies)
         self.row_of = {geometry_id: row for row, geometry_id in enumerate(ids)}
         shapes = {row: state.geometries[geometry_id].shape for row, geometry_id in enumerate(ids)}
@@ -201,7 +192,7 @@ class QueryScene:
         try:
             search = self._idle_candidates.pop()
         except IndexError:
-            search = _Candidates(self.model, self.num_bodies)
+            search = _Candidates(self.in_order, self.num_bodies)
         try:
             return search.find(poses)
         finally:
@@ -223,7 +214,7 @@ class QueryScene:
 
         Here and below points are seen in the frames of their geometries.
         """
-        return self._distances("pairs", lambda: self.model, poses, reach)
+        return self._distances("pairs", lambda: self.in_order, poses, reach)
 
     def find_distance(self, a: int, b: int, poses: Poses) -> FoundPoints:
         """One pair of rows of the model, whether or not they may touch."""
@@ -241,7 +232,8 @@ class QueryScene:
         try:
             search = idle.pop()
         except IndexError:
-            search = _Distances(make(), self.num_bodies)
+            see = see_from_geometries if p_WQ is None else see_from_point
+            search = _Distances(make(), self.num_bodies, see)
         try:
             return search.find(poses, reach, pair, p_WQ)
         finally:
@@ -283,26 +275,27 @@ class _Search:
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
             geometry_model=model, bodies=bodies, table=self.table, cells=cells
         )
+        self._status = self._num_contacts = 0
 
     def run(self, poses: Poses) -> int:
         """Looks at all pairs, if that has not just been done; how many contacts there are."""
-        count = self.table.count
         if self._placing.moves(poses):
             self._run()
-        if count.item(_STATUS):
+            count = self.table.count
+            self._status, self._num_contacts = count.item(_STATUS), count.item(_NUM_CONTACTS)
+        if self._status:
             raise explain_contact_status(self._model, self.table)
-        return count.item(_NUM_CONTACTS)
+        return self._num_contacts
 
     def found(self) -> FoundPoints:
         """What `run` has found."""
-        return FoundPoints.of(self.table)
+        return points_in(self.table)
 
 
 class _Candidates:
     """The same for pairs that are near."""
 
     def __init__(self, model: GeometryModel, num_bodies: int):
-        model = model._replace(pair=model.pair[np.lexsort((model.pair[:, 1], model.pair[:, 0]))])
         self._placing, self._count = _Placing(np.empty((num_bodies, BodyPose.SIZE))), 0
         self._pair = np.zeros((max(1, model.pair.shape[0]), 2), np.int64)
         table = contact_table(model, capacity=1)
@@ -334,12 +327,12 @@ class _Surfaces:
 class _Distances:
     """The same for distances."""
 
-    def __init__(self, model: GeometryModel, num_bodies: int):
+    def __init__(self, model: GeometryModel, num_bodies: int, see: Kernel):
         self._model, X_WB = model, world_poses(num_bodies + 1, float)  # the last is that of a point
         self._placing, self._p_WQ = _Placing(X_WB[:-1]), X_WB[-1, BodyPose.p_WB.columns]
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))
         self._run = find_distances.bind(model, BodyPoses(X_WB), np.inf, self._table)
-        self._see = see_from_geometries.bind(self._table)
+        self._see = see.bind(self._table)
         self._asked: Any = None
 
     def find(self, poses: Poses, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundPoints:
@@ -348,7 +341,7 @@ class _Distances:
             self._asked = None
             self._search(float(reach), pair, p_WQ)
             self._asked = asked
-        return FoundPoints.of(self._table)
+        return points_in(self._table)
 
     def _search(self, reach: float, pair: Any, p_WQ: np.ndarray | None) -> None:
         if p_WQ is not None:

@@ -14,8 +14,8 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common import quick
-from sheldrake.common.calls import Calls, Query, object_query
 from sheldrake.common._kernels.poses import compose_poses
+from sheldrake.common.calls import Calls, Query, object_query
 from sheldrake.common.kernel import MISFIT, Kernel
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialVelocity, SpatialVelocity_
