@@ -74,6 +74,11 @@ class QueryObject(Images):
 
     # ---- proximity
 
+    def _scene(self) -> QueryScene:
+        """The proximity geometry of the context."""
+        scene_graph, context = self._required()
+        return scene_graph._compile_for_queries(scene_graph._geometry_state(context))
+
     def _now(self) -> tuple[QueryScene, GivenPoses | ShownPoses]:
         """The proximity geometry of the context, and poses of its bodies; of duals where poses are."""
         scene_graph, context = self._required()
