@@ -24,7 +24,6 @@ from sheldrake.geometry._kernels.model import (
     HALF_SPACE,
     BodyPose,
     BodyPoses,
-    ContactPoint,
     ContactTable,
     Found,
     Geometry,
@@ -62,8 +61,6 @@ if TYPE_CHECKING:
 
     from sheldrake.geometry._bounding import Obb
 
-_P_WCA, _P_WCB = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns
-_NHAT, _DEPTH = ContactPoint.nhat_BA_W.columns, operator.index(ContactPoint.depth)
 _NOW = "geometry and poses"
 """Where a context keeps the answer of `QueryObject._now`."""
 _KIND = operator.index(Geometry.kind)
@@ -136,11 +133,7 @@ class QueryObject(Images):
 
     @staticmethod
     def _point_pairs(points: FoundPoints, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
-        of, (pairs, rows) = PenetrationAsPointPair._of, points
-        return [
-            of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], row[_NHAT], row.item(_DEPTH))
-            for (a, b, _, _), row in zip(pairs, rows)
-        ]
+        return PenetrationAsPointPair._each(ids, *points)
 
     def HasCollisions(self) -> bool:
         """True if any two geometries that may touch overlap."""
@@ -180,11 +173,7 @@ class QueryObject(Images):
             pairs, rows = self._distances(scene.in_order, poses.X_WB(), max_distance)
         else:
             pairs, rows = scene.find_distances(poses, max_distance)
-        ids, of = scene.ids, SignedDistancePair._of
-        return [
-            of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], -row.item(_DEPTH), row[_NHAT])
-            for (a, b, _, _), row in zip(pairs, rows)
-        ]
+        return SignedDistancePair._each(scene.ids, pairs, rows)
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
@@ -210,12 +199,11 @@ class QueryObject(Images):
         if all(model.geometry.item(row, _KIND) == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
         if poses.are_duals:
-            _, found = self._distances(model._replace(pair=np.array([rows], np.int64)), poses.X_WB(), math.inf)
+            found = self._distances(model._replace(pair=np.array([rows], np.int64)), poses.X_WB(), math.inf)
         else:
-            _, found = scene.find_distance(rows[0], rows[1], poses)
-        row = found[0]
-        A, B = (scene.ids[k] for k in sorted(rows))  # as the table has them
-        return SignedDistancePair._of(A, B, row[_P_WCA], row[_P_WCB], -row.item(_DEPTH), row[_NHAT])
+            found = scene.find_distance(rows[0], rows[1], poses)
+        (result,) = SignedDistancePair._each(scene.ids, *found)
+        return result
 
     @checked
     def ComputeSignedDistanceToPoint(self, p_WQ: ArrayLike, threshold: float = math.inf) -> list[SignedDistanceToPoint]:
@@ -225,26 +213,28 @@ class QueryObject(Images):
         """
         p_WQ = as_numbers(p_WQ).reshape(3)
         scene, poses = self._now()
-        ids, of, meshes = scene.ids, SignedDistanceToPoint._of, scene.meshes
         if poses.are_duals or p_WQ.dtype == object:
             X_WB = np.concatenate([poses.X_WB().astype(object), pose_of_point(p_WQ.astype(object))])
             model = with_point(scene.model, scene.num_bodies)
             pairs, rows = self._distances(model, X_WB, threshold, see_from_point)
         else:
             pairs, rows = scene.find_distances_to(p_WQ, poses, threshold)
-        found = []
-        for (g, _, _, _), row in zip(pairs, rows):
-            p_GN, distance, grad_W = row[_P_WCA], -row.item(_DEPTH), row[_NHAT]
-            if g in meshes:
-                from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
+        found = SignedDistanceToPoint._each(scene.ids, pairs, rows)
+        if not scene.meshes:
+            return found
+        for (g, _), to in zip(pairs, found):
+            if g in scene.meshes:
+                self._see_mesh(to, scene.meshes[g], p_WQ)
+        return [to for to in found if to.distance <= threshold]
 
-                surface = _surface_of(meshes[g], "ComputeSignedDistanceToPoint()")
-                X_WG = self.GetPoseInWorld(ids[g])
-                distance, p_GN, gradient = point_to_triangles(X_WG.inverse() @ p_WQ, *surface)
-                grad_W = X_WG.rotation().matrix() @ gradient
-            if distance <= threshold:
-                found.append(of(ids[g], p_GN, distance, grad_W))
-        return found
+    def _see_mesh(self, to: SignedDistanceToPoint, mesh: Mesh, p_WQ: np.ndarray) -> None:
+        """Makes a distance to the hull of a mesh one to the mesh itself."""
+        from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
+
+        surface = _surface_of(mesh, "ComputeSignedDistanceToPoint()")
+        X_WG = self.GetPoseInWorld(to.id_G)
+        to.distance, to.p_GN, gradient = point_to_triangles(X_WG.inverse() @ p_WQ, *surface)
+        to.grad_W = X_WG.rotation().matrix() @ gradient
 
     def ComputeRayIntersections(
         self,

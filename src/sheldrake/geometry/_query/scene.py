@@ -59,7 +59,7 @@ def points_in(table: ContactTable) -> FoundPoints:
     if n == 0:
         return [], _NO_POINTS
     point = table.point[:n].copy()
-    return table.pair[:n].tolist(), point if point.dtype == float else all_duals(point)
+    return table.pair[:n, :2].tolist(), point if point.dtype == float else all_duals(point)
 
 
 class GivenPoses:
