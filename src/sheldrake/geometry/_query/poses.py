@@ -214,7 +214,9 @@ class Poses:
         """
         source_id, rows = self._find_numbers(scene)
         view, _ = _NOWHERE if source_id is None else self._shown_by(source_id)
-        return None if view is None else ShownPoses(scene, view, rows, self._required()[1]._store.i)
+        if view is None or rows is None:
+            return None
+        return ShownPoses(view, rows, self._required()[1]._store.i)
 
     def _find_numbers(self, scene: QueryScene) -> tuple[SourceId | None, np.ndarray | None]:
         """The source whose numbers have the poses of a scene's bodies, and their rows; (None, None) if none has."""

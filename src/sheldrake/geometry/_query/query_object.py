@@ -79,17 +79,17 @@ class QueryObject(Images):
     def _now(self) -> tuple[QueryScene, GivenPoses | ShownPoses]:
         """The proximity geometry of the context, and poses of its bodies; of duals where poses are."""
         scene_graph, context = self._required()
-        state, known = scene_graph._geometry_state(context), context._reads.get(_NOW)
-        if known is not None and known[0] == state.serial and not context._store.frozen:
-            return known[1]
-        scene = scene_graph._compile_for_queries(state)
-        if scene_graph._scalar is not float:
-            return scene, self._dual_poses(scene)
-        shown = self._numbers_of_source(scene)
-        if shown is None:
-            return scene, self._published_poses(scene)
-        context._reads[_NOW] = state.serial, (scene, shown)  # until its ports are connected otherwise
-        return scene, shown
+        state, known, store = scene_graph._geometry_state(context), context._reads.get(_NOW), context._store
+        if known is None or known[0] != state.serial or store.frozen:
+            scene = scene_graph._compile_for_queries(state)
+            shown = self._numbers_of_source(scene) if scene_graph._scalar is float else None
+            known = state.serial, scene, shown
+            if not (store.uncached or store.frozen or store.unsettled):
+                context._reads[_NOW] = known  # until its ports are connected otherwise
+        _, scene, shown = known
+        if shown is not None:
+            return scene, shown
+        return scene, self._published_poses(scene) if scene_graph._scalar is float else self._dual_poses(scene)
 
     def _placed(self) -> tuple[GeometryModel, list[GeometryId], np.ndarray]:
         """The proximity geometry as arrays, its ids, and X_WB of the frames that have some."""

@@ -83,23 +83,18 @@ class GivenPoses:
 
 
 class ShownPoses:
-    """The same of bodies of a plant, which move: read where the plant has them.
-
-    Attributes:
-        scene: Whose bodies they are.
-    """
+    """The same of bodies of a plant, which move: read where the plant has them."""
 
     are_duals = False
 
-    def __init__(self, scene: QueryScene, view: Any, rows: np.ndarray, counters: Any) -> None:
+    def __init__(self, view: Any, rows: np.ndarray, counters: Any) -> None:
         """
         Args:
-            scene: Whose bodies they are.
             view: What has them, `view.X_WB()`, and says which counter of writes moves with them, `view.level`.
             rows: Where they are there.
             counters: The counters of a context.
         """
-        self.scene, self._view, self._rows, self._number = scene, view, rows, _next_number()
+        self._rows, self._number = rows, _next_number()
         self._ask, self._level, self._counters = view.X_WB, view.level, counters
 
     def X_WB(self) -> np.ndarray:
