@@ -211,7 +211,9 @@ class QueryObject(Images):
 
         Meshes count as they are, not as their hulls. Sorted by id.
         """
-        p_WQ = as_numbers(p_WQ).reshape(3)
+        p_WQ = as_numbers(p_WQ)
+        if p_WQ.shape != (3,):
+            p_WQ = p_WQ.reshape(3)
         scene, poses = self._now()
         if poses.are_duals or p_WQ.dtype == object:
             X_WB = np.concatenate([poses.X_WB().astype(object), pose_of_point(p_WQ.astype(object))])
