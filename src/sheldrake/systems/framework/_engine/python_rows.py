@@ -35,7 +35,8 @@ def call(store: Store, r: int, row: Row) -> Any:
     if isinstance(row.calc, PythonStage):
         return row.calc.function(system, context)
     if row.event is None:
-        target, sources = store.values.get(r), store.layout.sources_named_by(r)
+        target: Any = store.values.get(r)  # of an abstract output that was asked before
+        sources = store.layout.sources_named_by(r)
         if target is None:
             target = _target(store, r, row, context)
         if sources is None:
