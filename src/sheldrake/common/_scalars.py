@@ -120,11 +120,11 @@ def any_array(T: type, value: object) -> np.ndarray:
     return array
 
 
-def plain_vector(value: object) -> np.ndarray | None:
-    """A read-only copy of three numbers as most calls give them, or None: then a kind has to look."""
-    if type(value) is np.ndarray and value.dtype is _FLOAT64 and value.shape == (3,):
+def plain_vector(value: object, size: int = 3) -> np.ndarray | None:
+    """A read-only copy of so many numbers as most calls give them, or None: then a kind has to look."""
+    if type(value) is np.ndarray and value.dtype is _FLOAT64 and value.shape == (size,):
         p = value.copy()
-    elif type(value) is list and len(value) == 3 and all([isinstance(x, (float, int)) for x in value]):
+    elif type(value) is list and len(value) == size and all([isinstance(x, (float, int)) for x in value]):
         p = np.array(value, np.float64)
     else:
         return None

@@ -39,6 +39,12 @@ class AbstractValue:
         new._held = self._copy(self._held)
         return new
 
+    def _like(self, value: object) -> AbstractValue:
+        """A new one of this kind that holds `value`; raises as `set_value`."""
+        new = self.Clone()
+        new.set_value(value)
+        return new
+
     def SetFrom(self, other: AbstractValue, /) -> None:
         """Copy the value of `other`.
 
@@ -198,6 +204,11 @@ class _ListValue(AbstractValue):
 
     def __init__(self, value: list | None = None, /):
         self._held = [] if value is None else self._accept(value)
+
+    def _like(self, value: object) -> AbstractValue:
+        new = object.__new__(type(self))
+        new._held = self._accept(value)
+        return new
 
     @classmethod
     def _copy(cls, held: Any) -> Any:

@@ -22,7 +22,7 @@ def plain(x: Any) -> Any:
 def as_numbers(a: Scalars) -> np.ndarray:
     """An array of floats, or of duals where there are some."""
     array = np.array(a)
-    return array if array.dtype == object else array.astype(float)
+    return array if array.dtype.char in "dO" else array.astype(float)
 
 
 def lengths(a: np.ndarray) -> np.ndarray:

@@ -109,7 +109,8 @@ class SceneGraph(LeafSystem):
         return self._pose_ports[source_id]
 
     def _calc_query(self, context: Context, output: AbstractValue) -> None:
-        output.get_mutable_value()._bind(self, context)
+        query = output.get_mutable_value()
+        query._scene_graph, query._context = self, context  # as `_bind`, which would be another call
 
     # ---- context
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.vec import compose, dot3, rotate_back, sub3, transpose
-from sheldrake.common.kernel import kernel
+from sheldrake.common.kernel import IntMatrix, kernel
 
 from .box_box import box_box_contacts
 from .convex import convex_contacts
 from .half_space import half_space_contacts
 from .memory import remembers
-from .model import CAPSULE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
+from .model import CAPSULE, HALF_SPACE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
 from .near import pairs_of, spheres_within, widest_margin
 from .sphere import sphere_contacts
 from .table import absolute, column, contacts_in_lanes, ordered, place_geometry, reach_along
@@ -83,6 +83,24 @@ def collide(model, table, first, last, near_first, near_last, contacts):
 def place_geometries(geometry_model: GeometryModel, bodies: BodyPoses, table: ContactTable) -> None:
     """Poses of all geometries for those of the bodies; empties the table."""
     place_geometry(geometry_model, bodies, table)
+
+
+@kernel(top=True)
+def bounds_that_meet(geometry_model: GeometryModel, table: ContactTable, found: IntMatrix) -> int:
+    """Lists the pairs whose bounding spheres meet, or reach a half space; how many."""
+    model, count = geometry_model, 0
+    for k in range(model.end_of_pairs):
+        a, b = model.pairs[k].a, model.pairs[k].b
+        i, j = ordered(model, a, b)
+        if model[j].kind == HALF_SPACE:
+            nhat = column(table.poses[j].R_WG, Z_AXIS)
+            near = dot3(nhat, sub3(table.poses[i].centre_W, table.poses[j].p_WG)) <= model[i].bound
+        else:
+            near = spheres_within(model, table, i, j, 0.0)
+        if near:
+            found[count, 0], found[count, 1] = a, b
+            count += 1
+    return count
 
 
 @kernel(top=True, lanes=contacts_in_lanes)

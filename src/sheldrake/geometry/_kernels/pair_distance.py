@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import dot3, rotate_back, scale3, sub3
+from sheldrake.common._kernels.vec import dot3, neg3, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .model import ELLIPSOID, HALF_SPACE, SPHERE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
@@ -46,3 +46,13 @@ def see_from_geometries(table: ContactTable) -> None:
         A, B = table.poses[contact.geometry_A], table.poses[contact.geometry_B]
         contact.p_WCa = rotate_back(A.R_WG, sub3(contact.p_WCa, A.p_WG))
         contact.p_WCb = rotate_back(B.R_WG, sub3(contact.p_WCb, B.p_WG))
+
+
+@kernel(top=True)
+def see_from_point(table: ContactTable) -> None:
+    """The same where B is always a point, of which nobody wants to know where it is, and the normal turned to it."""
+    for c in range(table.num_contacts):
+        contact = table[c]
+        A = table.poses[contact.geometry_A]
+        contact.p_WCa = rotate_back(A.R_WG, sub3(contact.p_WCa, A.p_WG))
+        contact.nhat_BA_W = neg3(contact.nhat_BA_W)

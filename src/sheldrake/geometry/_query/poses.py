@@ -10,25 +10,23 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry._ids import FrameId, GeometryId, SourceId
 from sheldrake.geometry._numbers import values_of
+from sheldrake.geometry._query.scene import QueryScene, ShownPoses
 from sheldrake.geometry._state.inspector import SceneGraphInspector
 from sheldrake.geometry._state.records import WORLD_FRAME_ID, SourceRecord
 from sheldrake.geometry._state.state import GeometryState
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from typing_extensions import Self
 
     from sheldrake.geometry._frame_pose_vector import FramePoseVector
-    from sheldrake.geometry._query.scene import QueryScene
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.math import RigidTransform
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._port import InputPort
 
 
-_NUMBERS = "numbers of the source"
-"""Where a context keeps what `_numbers_of_source` found, until its ports are connected otherwise."""
 _NOWHERE: tuple[Any, dict[FrameId, int]] = (None, {})
 
 
@@ -128,14 +126,37 @@ class Poses:
 
         return {frame: pose(frame) for frame in frames}
 
-    def _pose_in_world(self, frame: FrameId) -> RigidTransform:
-        """X_WF of one frame; of one in the world at the cost of a look, once its source was asked for it."""
+    def _pose_in_world(self, frame: FrameId, target: FrameId | GeometryId) -> RigidTransform:
+        """X_WF of one frame, for the question where `target` is."""
         record = self._state.frames[frame]
         if frame != WORLD_FRAME_ID and record.parent == WORLD_FRAME_ID:
             view, row_of = self._shown_by(record.source)
             if frame in row_of:
+                self._required()[1]._reads[target] = self._state.serial, None
                 return _pose_of(view.X_WB()[row_of[frame]])
         return self._world_poses([frame])[frame]
+
+    def _asked_pose(self, target: FrameId | GeometryId) -> RigidTransform | None:
+        """X_WF or X_WG of what was asked for before, straight from the plant that shows it; None where none does."""
+        scene_graph, context = self._required()
+        known = context._reads.get(target)
+        if known is None or context._store.frozen:
+            return None
+        serial = scene_graph._geometry_state(context).serial
+        if known[0] != serial:
+            return None
+        if known[1] is None:  # to make the call takes as long as some twenty ways round
+            known = context._reads[target] = serial, self._call_for_pose(target)
+        return known[1]()
+
+    def _call_for_pose(self, target: FrameId | GeometryId) -> Callable[[], RigidTransform]:
+        """The call that gives X_WF or X_WG of what a plant shows."""
+        state, X_FG = self._state, None
+        if isinstance(target, GeometryId):
+            record = state.geometries[target]
+            target, X_FG = record.frame, record.X_FG
+        view, row_of = self._shown_by(state.frames[target].source)
+        return view.pose_of_row(row_of[target], X_FG)
 
     def _world_matrices(self, frames: list[FrameId], memo: dict) -> np.ndarray:
         """X_WF of many frames, shape (n, 3, 4); for who asks often.
@@ -186,18 +207,16 @@ class Poses:
             return None
         return port.Eval(context)._rows
 
-    def _numbers_of_source(self, scene: QueryScene) -> np.ndarray | None:
-        """X_WB of a scene's bodies, shape (num_bodies, 12), straight from what the only source publishes poses of.
+    def _numbers_of_source(self, scene: QueryScene) -> ShownPoses | None:
+        """Poses of a scene's bodies, straight from what the only source publishes poses of.
 
         None if there are several, or the source shows no such thing: then its port is asked.
         """
-        _, context = self._required()
-        known = context._reads.get(_NUMBERS)
-        if known is None or known[0] is not scene:
-            known = context._reads[_NUMBERS] = scene, *self._find_numbers(scene)
-        _, source_id, rows = known
+        source_id, rows = self._find_numbers(scene)
         view, _ = _NOWHERE if source_id is None else self._shown_by(source_id)
-        return None if view is None else view.X_WB().take(rows, 0)
+        if view is None or rows is None:
+            return None
+        return ShownPoses(view, rows, self._required()[1]._store.i)
 
     def _find_numbers(self, scene: QueryScene) -> tuple[SourceId | None, np.ndarray | None]:
         """The source whose numbers have the poses of a scene's bodies, and their rows; (None, None) if none has."""
@@ -267,11 +286,13 @@ class Poses:
         Raises:
             RuntimeError: the id is not registered, or its source has not published the pose.
         """
+        if (X := self._asked_pose(target)) is not None:
+            return X
         if isinstance(target, FrameId):
             self._state.frame(target)
-            return self._pose_in_world(target)
+            return self._pose_in_world(target, target)
         record = self._state.geometry(target)
-        X_WF = self._pose_in_world(record.frame)
+        X_WF = self._pose_in_world(record.frame, target)
         X_FG = record.X_FG if type(record.X_FG) is type(X_WF) else type(X_WF)(record.X_FG.GetAsMatrix34())
         return X_WF @ X_FG
 

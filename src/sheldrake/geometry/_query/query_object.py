@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, find_surfaces
 from sheldrake.geometry._compiled.search import find_contacts
@@ -23,17 +24,14 @@ from sheldrake.geometry._kernels.model import (
     HALF_SPACE,
     BodyPose,
     BodyPoses,
-    ContactPoint,
     ContactTable,
     Found,
     Geometry,
     GeometryModel,
-    PoseInBody,
-    Size,
     contact_table,
 )
-from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
-from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
+from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries, see_from_point
+from sheldrake.geometry._numbers import as_numbers, like, values_of
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._query.images import Images
 from sheldrake.geometry._query.ray_casts import HAVE_FORMULAS, Surface, meet_any, rays_of
@@ -45,8 +43,11 @@ from sheldrake.geometry._query.results import (
 )
 from sheldrake.geometry._query.scene import (
     FoundPoints,
+    GivenPoses,
     QueryScene,
+    ShownPoses,
     explain_contact_status,
+    points_in,
     pose_of_point,
     with_point,
     world_poses,
@@ -60,8 +61,8 @@ if TYPE_CHECKING:
 
     from sheldrake.geometry._bounding import Obb
 
-_P_WCA, _P_WCB = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns
-_NHAT, _DEPTH = ContactPoint.nhat_BA_W.columns, operator.index(ContactPoint.depth)
+_NOW = "geometry and poses"
+"""Where a context keeps the answer of `QueryObject._now`."""
 _KIND = operator.index(Geometry.kind)
 
 
@@ -71,32 +72,41 @@ class QueryObject(Images):
     # ---- proximity
 
     def _scene(self) -> QueryScene:
-        scene_graph, _ = self._required()
-        return scene_graph._compile_for_queries(self._state)
+        """The proximity geometry of the context."""
+        scene_graph, context = self._required()
+        return scene_graph._compile_for_queries(scene_graph._geometry_state(context))
+
+    def _now(self) -> tuple[QueryScene, GivenPoses | ShownPoses]:
+        """The proximity geometry of the context, and poses of its bodies; of duals where poses are."""
+        scene_graph, context = self._required()
+        state, known, store = scene_graph._geometry_state(context), context._reads.get(_NOW), context._store
+        if known is None or known[0] != state.serial or store.frozen:
+            scene = scene_graph._compile_for_queries(state)
+            shown = self._numbers_of_source(scene) if scene_graph._scalar is float else None
+            known = state.serial, scene, shown
+            if not (store.uncached or store.frozen or store.unsettled):
+                context._reads[_NOW] = known  # until its ports are connected otherwise
+        _, scene, shown = known
+        if shown is not None:
+            return scene, shown
+        return scene, self._published_poses(scene) if scene_graph._scalar is float else self._dual_poses(scene)
 
     def _placed(self) -> tuple[GeometryModel, list[GeometryId], np.ndarray]:
         """The proximity geometry as arrays, its ids, and X_WB of the frames that have some."""
-        scene = self._scene()
-        return scene.model, scene.ids, self._body_poses(scene)
+        scene, poses = self._now()
+        return scene.model, scene.ids, poses.X_WB()
 
-    def _body_poses(self, scene: QueryScene) -> np.ndarray:
-        """X_WB of a scene's bodies, shape (num_bodies, 12), read-only; of duals where poses are."""
-        scene_graph, _ = self._required()
-        if scene_graph._scalar is float:
-            return self._plain_body_poses(scene)
+    def _dual_poses(self, scene: QueryScene) -> GivenPoses:
         X_WB = world_poses(scene.num_bodies, object)
         poses = self._world_poses(scene.moving)
         for body, frame in zip(scene.bodies, scene.moving):
             X_WB[body, BodyPose.R_WB.columns] = poses[frame].rotation().matrix().ravel()
             X_WB[body, BodyPose.p_WB.columns] = poses[frame].translation()
         dual = any(X_WF.translation().dtype == object for X_WF in poses.values())
-        return X_WB if dual else X_WB.astype(float)
+        return GivenPoses(X_WB if dual else X_WB.astype(float))
 
-    def _plain_body_poses(self, scene: QueryScene) -> np.ndarray:
-        """The same of floats; where they are not a plant's, kept until the source publishes others."""
-        own = self._numbers_of_source(scene)
-        if own is not None:
-            return own
+    def _published_poses(self, scene: QueryScene) -> GivenPoses:
+        """Poses that are numbers but no plant's, kept until the source publishes others."""
         rows, last = self._published(scene.memo), self._last_poses
         published = None if rows is None else rows[1]
         if published is not None and last is not None and last[0] is scene and last[1] is published:
@@ -107,15 +117,15 @@ class QueryObject(Images):
         else:
             X_WF = self._world_matrices(scene.moving, scene.memo)
             X_WB = scene.place_bodies(np.concatenate([X_WF[:, :, :3].reshape(-1, 9), X_WF[:, :, 3]], axis=1))
-        self._last_poses = scene, published, X_WB
-        return X_WB
+        poses = GivenPoses(X_WB)
+        self._last_poses = scene, published, poses
+        return poses
 
     def _contacts(self) -> tuple[FoundPoints, list[GeometryId]]:
-        scene = self._scene()
-        X_WB = self._body_poses(scene)
-        if X_WB.dtype == object:
-            return FoundPoints.of(_find_points(scene.model, X_WB)), scene.ids
-        return scene.find_points(X_WB), scene.ids
+        scene, poses = self._now()
+        if poses.are_duals:
+            return points_in(_find_points(scene.model, poses.X_WB())), scene.ids
+        return scene.find_points(poses), scene.ids
 
     def ComputePointPairPenetration(self) -> list[PenetrationAsPointPair]:
         """One pair of points for every pair of geometries that overlap, sorted by ids."""
@@ -123,74 +133,47 @@ class QueryObject(Images):
 
     @staticmethod
     def _point_pairs(points: FoundPoints, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
-        rows = points.point
-        return [
-            PenetrationAsPointPair._of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], row[_NHAT], plain(depth))
-            for (a, b, _, _), row, depth in zip(points.pair.tolist(), rows, rows[:, _DEPTH].tolist())
-        ]
+        return PenetrationAsPointPair._each(ids, *points)
 
     def HasCollisions(self) -> bool:
         """True if any two geometries that may touch overlap."""
-        scene = self._scene()
-        X_WB = self._body_poses(scene)
-        if X_WB.dtype == object:
-            return int(_find_points(scene.model, X_WB).count[Found.num_contacts]) > 0
-        return scene.some_overlap(X_WB)
+        scene, poses = self._now()
+        if poses.are_duals:
+            return int(_find_points(scene.model, poses.X_WB()).count[Found.num_contacts]) > 0
+        return scene.some_overlap(poses)
 
     def FindCollisionCandidates(self) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs that may touch and whose bounding spheres overlap, sorted."""
-        model, ids, X_WB = self._placed()
-        R = values_of(X_WB[:, BodyPose.R_WB.columns].reshape(-1, 3, 3))
-        p = values_of(X_WB[:, BodyPose.p_WB.columns])
-        body = model.geometry[:, Geometry.body]
-        R_BG = model.X_BG[:, PoseInBody.R_BG.columns].reshape(-1, 3, 3)
-        p_BG = model.X_BG[:, PoseInBody.p_BG.columns]
-        centre_G = model.size[:, Size.centre_G.columns]
-        R_WG = R[body] @ R_BG
-        p_WG = p[body] + np.einsum("nij,nj->ni", R[body], p_BG)
-        centre = p_WG + np.einsum("nij,nj->ni", R_WG, centre_G)
-        bound = model.size[:, Size.bound]
-        found = []
-        for a, b in sorted(model.pair.tolist()):
-            if math.isinf(bound[a]) or math.isinf(bound[b]):
-                shape, plane = (b, a) if math.isinf(bound[a]) else (a, b)
-                near = R_WG[plane][:, 2] @ (centre[shape] - p_WG[plane]) <= bound[shape]
-            else:
-                near = np.linalg.norm(centre[a] - centre[b]) <= bound[a] + bound[b]
-            if near:
-                found.append((ids[a], ids[b]))
-        return found
+        scene, poses = self._now()
+        ids = scene.ids
+        if poses.are_duals:
+            poses = GivenPoses(values_of(poses.X_WB()))
+        return [(ids[a], ids[b]) for a, b in scene.find_candidates(poses)]
 
     # ---- distances
 
     @staticmethod
-    def _distances(model: GeometryModel, X_WB: np.ndarray, reach: float) -> FoundPoints:
+    def _distances(
+        model: GeometryModel, X_WB: np.ndarray, reach: float, see: Kernel = see_from_geometries
+    ) -> FoundPoints:
         """Distances at poses of duals, points in the frames of their geometries."""
         table = _table(model, X_WB.dtype)
         if find_distances(model, BodyPoses(X_WB), float(reach), table):
             raise explain_contact_status(model, table)
-        see_from_geometries(table)
-        return FoundPoints.of(table)
+        see(table)
+        return points_in(table)
 
     def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
         """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
 
         Meshes count as their convex hulls. Sorted by ids.
         """
-        scene = self._scene()
-        X_WB = self._body_poses(scene)
-        if X_WB.dtype == object:
-            table = self._distances(scene.model, X_WB, max_distance)
+        scene, poses = self._now()
+        if poses.are_duals:
+            pairs, rows = self._distances(scene.in_order, poses.X_WB(), max_distance)
         else:
-            table = scene.find_distances(X_WB, max_distance)
-        ids, rows = scene.ids, table.point
-        found = [
-            SignedDistancePair._of(ids[a], ids[b], row[_P_WCA], row[_P_WCB], -distance, row[_NHAT])
-            for (a, b, _, _), row, distance in zip(table.pair.tolist(), rows, rows[:, _DEPTH].tolist())
-        ]
-        if len(found) > 1:
-            found = [found[k] for k in np.lexsort((table.pair[:, 1], table.pair[:, 0])).tolist()]
-        return found
+            pairs, rows = scene.find_distances(poses, max_distance)
+        return SignedDistancePair._each(scene.ids, pairs, rows)
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
@@ -202,8 +185,8 @@ class QueryObject(Images):
         Raises:
             RuntimeError: one of them is unknown, has no proximity role, or both are half spaces.
         """
-        scene = self._scene()
-        model, X_WB, rows = scene.model, self._body_poses(scene), []
+        scene, poses = self._now()
+        model, rows = scene.model, []
         for geometry_id in (geometry_id_A, geometry_id_B):
             row = scene.row_of.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
             if row is None:
@@ -215,13 +198,12 @@ class QueryObject(Images):
             rows.append(row)
         if all(model.geometry.item(row, _KIND) == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
-        if X_WB.dtype == object:
-            table = self._distances(model._replace(pair=np.array([rows], np.int64)), X_WB, math.inf)
+        if poses.are_duals:
+            found = self._distances(model._replace(pair=np.array([rows], np.int64)), poses.X_WB(), math.inf)
         else:
-            table = scene.find_distance(rows[0], rows[1], X_WB)
-        row = table.point[0]
-        A, B = (scene.ids[k] for k in sorted(rows))  # as the table has them
-        return SignedDistancePair._of(A, B, row[_P_WCA], row[_P_WCB], -row.item(_DEPTH), row[_NHAT])
+            found = scene.find_distance(rows[0], rows[1], poses)
+        (result,) = SignedDistancePair._each(scene.ids, *found)
+        return result
 
     @checked
     def ComputeSignedDistanceToPoint(self, p_WQ: ArrayLike, threshold: float = math.inf) -> list[SignedDistanceToPoint]:
@@ -229,27 +211,32 @@ class QueryObject(Images):
 
         Meshes count as they are, not as their hulls. Sorted by id.
         """
-        p_WQ = as_numbers(p_WQ).reshape(3)
-        scene = self._scene()
-        ids, X_WB = scene.ids, self._body_poses(scene)
-        if object in (p_WQ.dtype, X_WB.dtype):
-            X_WB = np.concatenate([X_WB.astype(object), pose_of_point(p_WQ.astype(object))])
-            table: Any = self._distances(with_point(scene.model, scene.num_bodies), X_WB, threshold)
+        p_WQ = as_numbers(p_WQ)
+        if p_WQ.shape != (3,):
+            p_WQ = p_WQ.reshape(3)
+        scene, poses = self._now()
+        if poses.are_duals or p_WQ.dtype == object:
+            X_WB = np.concatenate([poses.X_WB().astype(object), pose_of_point(p_WQ.astype(object))])
+            model = with_point(scene.model, scene.num_bodies)
+            pairs, rows = self._distances(model, X_WB, threshold, see_from_point)
         else:
-            table = scene.find_distances_to(p_WQ, X_WB, threshold)
-        found = []
-        for (g, _, _, _), row in zip(table.pair.tolist(), table.point):
-            p_GN, distance, grad_W = row[_P_WCA], -row.item(_DEPTH), -row[_NHAT]
+            pairs, rows = scene.find_distances_to(p_WQ, poses, threshold)
+        found = SignedDistanceToPoint._each(scene.ids, pairs, rows)
+        if not scene.meshes:
+            return found
+        for (g, _), to in zip(pairs, found):
             if g in scene.meshes:
-                from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
+                self._see_mesh(to, scene.meshes[g], p_WQ)
+        return [to for to in found if to.distance <= threshold]
 
-                surface = _surface_of(scene.meshes[g], "ComputeSignedDistanceToPoint()")
-                X_WG = self.GetPoseInWorld(ids[g])
-                distance, p_GN, gradient = point_to_triangles(X_WG.inverse() @ p_WQ, *surface)
-                grad_W = X_WG.rotation().matrix() @ gradient
-            if distance <= threshold:
-                found.append(SignedDistanceToPoint._of(ids[g], p_GN, distance, grad_W))
-        return found
+    def _see_mesh(self, to: SignedDistanceToPoint, mesh: Mesh, p_WQ: np.ndarray) -> None:
+        """Makes a distance to the hull of a mesh one to the mesh itself."""
+        from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
+
+        surface = _surface_of(mesh, "ComputeSignedDistanceToPoint()")
+        X_WG = self.GetPoseInWorld(to.id_G)
+        to.distance, to.p_GN, gradient = point_to_triangles(X_WG.inverse() @ p_WQ, *surface)
+        to.grad_W = X_WG.rotation().matrix() @ gradient
 
     def ComputeRayIntersections(
         self,
@@ -319,16 +306,16 @@ class QueryObject(Images):
                 f"{representation!r}."
             )
         scene_graph, _ = self._required()
-        scene = self._scene()
-        ids, X_WB = scene.ids, self._body_poses(scene)
+        scene, poses = self._now()
+        ids = scene.ids
         pairs = scene_graph._hydro_for_queries(self._state, representation)
-        if X_WB.dtype != object:
-            return (*scene.find_surfaces(pairs, representation, X_WB), ids)
-        points = _find_points(pairs.points, X_WB)
+        if not poses.are_duals:
+            return (*scene.find_surfaces(pairs, representation, poses), ids)
+        points = _find_points(pairs.points, poses.X_WB())
         if len(pairs.model.pair) == 0:
-            return [], FoundPoints.of(points), ids
+            return [], points_in(points), ids
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
-        return [surface for _, surface in surfaces], FoundPoints.of(points), ids
+        return [surface for _, surface in surfaces], points_in(points), ids
 
     def ComputeContactSurfaces(self, representation: HydroelasticContactRepresentation) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.
@@ -341,8 +328,9 @@ class QueryObject(Images):
                 representation, or a compliant half space with another compliant one.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfaces", representation)
-        if len(points.pair) > 0:
-            a, b = points.pair[0, :2]
+        pairs, _ = points
+        if pairs:
+            a, b = pairs[0][:2]
             raise explain_unsupported(self._state, ids[a], ids[b])
         return surfaces
 

@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import operator
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry._ids import GeometryId
+from sheldrake.geometry._kernels.model import ContactPoint
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
 
+_new = object.__new__
+_A, _B, _NHAT = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns, ContactPoint.nhat_BA_W.columns
+_DEPTH = operator.index(ContactPoint.depth)
+
+
 class _Result:
-    """Fields with defaults, given by keyword."""
+    """Fields with defaults, given by keyword.
+
+    What a query found has its row of a contact table as well, of which nobody else has a part, and vectors that are cut
+    out of it when they are first asked for: most are not.
+    """
 
     _fields: tuple[str, ...] = ()
+    _columns: ClassVar[dict[str, slice]] = {}
 
     def __init__(self, **kwargs: Any) -> None:
         unknown = set(kwargs) - set(self._fields)
@@ -28,9 +40,17 @@ class _Result:
     @classmethod
     def _of(cls, *values: object) -> Self:
         """One with all of its fields given, in their order."""
-        new = object.__new__(cls)
+        new = _new(cls)
         new.__dict__.update(zip(cls._fields, values))
         return new
+
+    def __getattr__(self, name: str) -> Any:
+        columns = type(self)._columns.get(name)
+        if columns is None:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        fields = self.__dict__
+        vector = fields[name] = fields["_row"][columns]
+        return vector
 
     @staticmethod
     def _default(name: str) -> float | np.ndarray | GeometryId:
@@ -70,12 +90,25 @@ class PenetrationAsPointPair(_Result):
     """
 
     _fields = ("id_A", "id_B", "p_WCa", "p_WCb", "nhat_BA_W", "depth")
+    _columns: ClassVar[dict[str, slice]] = {"p_WCa": _A, "p_WCb": _B, "nhat_BA_W": _NHAT}
     id_A: GeometryId
     id_B: GeometryId
     p_WCa: np.ndarray
     p_WCb: np.ndarray
     nhat_BA_W: np.ndarray
     depth: float
+
+    @classmethod
+    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
+        """One for each row of a contact table."""
+        found = []
+        for (a, b), row in zip(pairs, rows):
+            new = _new(cls)
+            fields = new.__dict__
+            fields["id_A"], fields["id_B"] = ids[a], ids[b]
+            fields["depth"], fields["_row"] = row.item(_DEPTH), row
+            found.append(new)
+        return found
 
 
 class SignedDistancePair(_Result):
@@ -90,12 +123,25 @@ class SignedDistancePair(_Result):
     """
 
     _fields = ("id_A", "id_B", "p_ACa", "p_BCb", "distance", "nhat_BA_W")
+    _columns: ClassVar[dict[str, slice]] = {"p_ACa": _A, "p_BCb": _B, "nhat_BA_W": _NHAT}
     id_A: GeometryId
     id_B: GeometryId
     p_ACa: np.ndarray
     p_BCb: np.ndarray
     distance: float
     nhat_BA_W: np.ndarray
+
+    @classmethod
+    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
+        """One for each row of a contact table."""
+        found = []
+        for (a, b), row in zip(pairs, rows):
+            new = _new(cls)
+            fields = new.__dict__
+            fields["id_A"], fields["id_B"] = ids[a], ids[b]
+            fields["distance"], fields["_row"] = -row.item(_DEPTH), row
+            found.append(new)
+        return found
 
 
 class SignedDistanceToPoint(_Result):
@@ -109,10 +155,22 @@ class SignedDistanceToPoint(_Result):
     """
 
     _fields = ("id_G", "p_GN", "distance", "grad_W")
+    _columns: ClassVar[dict[str, slice]] = {"p_GN": _A, "grad_W": _NHAT}
     id_G: GeometryId
     p_GN: np.ndarray
     distance: float
     grad_W: np.ndarray
+
+    @classmethod
+    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
+        """One for each row of a contact table."""
+        found = []
+        for (a, _), row in zip(pairs, rows):
+            new = _new(cls)
+            fields = new.__dict__
+            fields["id_G"], fields["distance"], fields["_row"] = ids[a], -row.item(_DEPTH), row
+            found.append(new)
+        return found
 
 
 class RayIntersections(_Result):

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 import operator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common.chain import Chain
+from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._compiled.hydroelastic import HydroPairs, SurfaceSearch
 from sheldrake.geometry._compiled.search import family_kernels
 from sheldrake.geometry._ids import FrameId, GeometryId
-from sheldrake.geometry._kernels.contacts import place_geometries
+from sheldrake.geometry._kernels.contacts import bounds_that_meet, place_geometries
 from sheldrake.geometry._kernels.model import (
     SPHERE,
     BodyPose,
     BodyPoses,
+    ContactPoint,
     ContactTable,
     Found,
     Geometry,
@@ -24,7 +27,7 @@ from sheldrake.geometry._kernels.model import (
     Size,
     contact_table,
 )
-from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries
+from sheldrake.geometry._kernels.pair_distance import find_distances, see_from_geometries, see_from_point
 from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.geometry._numbers import all_duals
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
@@ -41,20 +44,70 @@ if TYPE_CHECKING:
     from sheldrake.geometry._ids import SourceId
 
 
+_next_number = itertools.count(1).__next__
 _NUM_CONTACTS, _STATUS = operator.index(Found.num_contacts), operator.index(Found.status)
+_NO_POINTS = np.empty((0, ContactPoint.SIZE))
 
 
-class FoundPoints(NamedTuple):
-    """Contacts as a table has them, no row more than there are."""
+FoundPoints = tuple[list[list[int]], np.ndarray]
+"""Pairs of rows of the model, and of each the row of a contact table that says where they touch."""
 
-    pair: np.ndarray
-    point: np.ndarray
 
-    @classmethod
-    def of(cls, table: ContactTable) -> FoundPoints:
-        """A copy of the rows of a table; constants beside duals are duals too: they may be asked for derivatives."""
-        n = table.count.item(_NUM_CONTACTS)
-        return cls(table.pair[:n].copy(), all_duals(table.point[:n].copy()))
+def points_in(table: ContactTable) -> FoundPoints:
+    """A copy of what a table has; constants beside duals are duals too: they may be asked for derivatives."""
+    n = table.count.item(_NUM_CONTACTS)
+    if n == 0:
+        return [], _NO_POINTS
+    point = table.point[:n].copy()
+    return table.pair[:n, :2].tolist(), point if point.dtype == float else all_duals(point)
+
+
+class GivenPoses:
+    """Poses of the bodies of a scene that stay as they are, shape (num_bodies, 12); of duals where they are."""
+
+    def __init__(self, X_WB: np.ndarray) -> None:
+        self._X_WB, self._number = X_WB, _next_number()
+        self.are_duals = X_WB.dtype == object
+
+    def X_WB(self) -> np.ndarray:
+        """The poses, read-only."""
+        return self._X_WB
+
+    def stamp(self) -> tuple[int, int]:
+        """What is equal for equal poses."""
+        return self._number, 0
+
+    def write(self, X_WB: np.ndarray) -> None:
+        """Fills an array with them."""
+        X_WB[:] = self._X_WB
+
+
+class ShownPoses:
+    """The same of bodies of a plant, which move: read where the plant has them."""
+
+    are_duals = False
+
+    def __init__(self, view: Any, rows: np.ndarray, counters: Any) -> None:
+        """
+        Args:
+            view: What has them, `view.X_WB()`, and says which counter of writes moves with them, `view.level`.
+            rows: Where they are there.
+            counters: The counters of a context.
+        """
+        self._rows, self._number = rows, _next_number()
+        self._ask, self._level, self._counters = view.X_WB, view.level, counters
+
+    def X_WB(self) -> np.ndarray:
+        return self._ask().take(self._rows, 0)
+
+    def stamp(self) -> tuple[int, int]:
+        return self._number, self._counters[self._level]
+
+    def write(self, X_WB: np.ndarray) -> None:
+        self._ask().take(self._rows, 0, X_WB, "clip")  # (the other modes fill a buffer first)
+
+
+Poses = GivenPoses | ShownPoses
 
 
 class QueryScene:
@@ -62,6 +115,7 @@ class QueryScene:
 
     Attributes:
         model: The geometry; two bodies touch at one point.
+        in_order: The same, its pairs sorted by their rows, whatever family they are of.
         ids: Which geometry a row of the model is.
         moving: The frames but the world that have geometry.
         bodies: Their bodies.
@@ -78,6 +132,8 @@ class QueryScene:
         present = {state.geometries[i].frame for i in ids} - {WORLD_FRAME_ID}
         self.bodies = [body for body, frame in enumerate(frames) if frame in present]
         self.moving = [frames[body] for body in self.bodies]
+        by_rows = np.lexsort((model.pair[:, 1], model.pair[:, 0]))
+        self.in_order = self.model._replace(pair=np.ascontiguousarray(model.pair[by_rows]))
         self._rows_of_bodies = _slice_or_array(self.bodies)
         self.row_of = {geometry_id: row for row, geometry_id in enumerate(ids)}
         shapes = {row: state.geometries[geometry_id].shape for row, geometry_id in enumerate(ids)}
@@ -85,6 +141,7 @@ class QueryScene:
         self.at_home = world_poses(len(frames), float)
         self.memo: dict = {}
         self._idle: list[_Search] = []
+        self._idle_candidates: list[_Candidates] = []
         self._idle_surfaces: dict[HydroelasticContactRepresentation, list[_Surfaces]] = {}
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
 
@@ -101,20 +158,20 @@ class QueryScene:
         frames, places = self.memo.get(source_id, (None, None))
         return places if frames is published else None
 
-    def find_points(self, X_WB: np.ndarray) -> FoundPoints:
-        """All pairs that overlap at poses that are numbers, shape (num_bodies, 12)."""
+    def find_points(self, poses: Poses) -> FoundPoints:
+        """All pairs that overlap at poses that are numbers."""
         search = self._take_search()
         try:
-            search.run(X_WB)
+            search.run(poses)
             return search.found()
         finally:
             self._idle.append(search)
 
-    def some_overlap(self, X_WB: np.ndarray) -> bool:
+    def some_overlap(self, poses: Poses) -> bool:
         """Whether any pair overlaps at these poses."""
         search = self._take_search()
         try:
-            return search.run(X_WB) > 0
+            return search.run(poses) > 0
         finally:
             self._idle.append(search)
 
@@ -125,43 +182,55 @@ class QueryScene:
         except IndexError:
             return _Search(self.model, self.num_bodies)
 
+    def find_candidates(self, poses: Poses) -> list[list[int]]:
+        """The pairs of rows whose bounding spheres overlap at these poses, sorted."""
+        try:
+            search = self._idle_candidates.pop()
+        except IndexError:
+            search = _Candidates(self.in_order, self.num_bodies)
+        try:
+            return search.find(poses)
+        finally:
+            self._idle_candidates.append(search)
+
     def find_surfaces(
-        self, pairs: HydroPairs, representation: HydroelasticContactRepresentation, X_WB: np.ndarray
+        self, pairs: HydroPairs, representation: HydroelasticContactRepresentation, poses: Poses
     ) -> tuple[list[ContactSurface], FoundPoints]:
         """Contact surfaces at these poses, and points of the pairs that can have none; `pairs` are of this scene."""
         idle = self._idle_surfaces.setdefault(representation, [])
         search = idle.pop() if idle else _Surfaces(pairs, self.num_bodies)
         try:
-            return search.find(X_WB, self.ids)
+            return search.find(poses, self.ids)
         finally:
             idle.append(search)
 
-    def find_distances(self, X_WB: np.ndarray, reach: float) -> FoundPoints:
-        """All pairs no farther apart than `reach` [m] at poses that are numbers, shape (num_bodies, 12).
+    def find_distances(self, poses: Poses, reach: float) -> FoundPoints:
+        """All pairs no farther apart than `reach` [m] at poses that are numbers.
 
         Here and below points are seen in the frames of their geometries.
         """
-        return self._distances("pairs", lambda: self.model, X_WB, reach)
+        return self._distances("pairs", lambda: self.in_order, poses, reach)
 
-    def find_distance(self, a: int, b: int, X_WB: np.ndarray) -> FoundPoints:
+    def find_distance(self, a: int, b: int, poses: Poses) -> FoundPoints:
         """One pair of rows of the model, whether or not they may touch."""
         make = lambda: self.model._replace(pair=np.zeros((1, 2), np.int64))  # noqa: E731
-        return self._distances("pair", make, X_WB, np.inf, (a, b))
+        return self._distances("pair", make, poses, np.inf, (a, b))
 
-    def find_distances_to(self, p_WQ: np.ndarray, X_WB: np.ndarray, reach: float) -> FoundPoints:
+    def find_distances_to(self, p_WQ: np.ndarray, poses: Poses, reach: float) -> FoundPoints:
         """All geometry no farther away from a point than `reach` [m]."""
-        return self._distances("point", lambda: with_point(self.model, self.num_bodies), X_WB, reach, p_WQ=p_WQ)
+        return self._distances("point", lambda: with_point(self.model, self.num_bodies), poses, reach, p_WQ=p_WQ)
 
     def _distances(
-        self, kind: str, make: Any, X_WB: np.ndarray, reach: float, pair: Any = None, p_WQ: np.ndarray | None = None
+        self, kind: str, make: Any, poses: Poses, reach: float, pair: Any = None, p_WQ: np.ndarray | None = None
     ) -> FoundPoints:
         idle = self._idle_distances[kind]
         try:
             search = idle.pop()
         except IndexError:
-            search = _Distances(make(), self.num_bodies)
+            see = see_from_geometries if p_WQ is None else see_from_point
+            search = _Distances(make(), self.num_bodies, see)
         try:
-            return search.find(X_WB, reach, pair, p_WQ)
+            return search.find(poses, reach, pair, p_WQ)
         finally:
             idle.append(search)
 
@@ -174,28 +243,65 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
     )
 
 
+class _Placing:
+    """Where a search has the poses of the bodies, and of which moment they are: what is there is not written again."""
+
+    def __init__(self, X_WB: np.ndarray):
+        self.X_WB, self._stamp = X_WB, (0, 0)
+
+    def moves(self, poses: Poses) -> bool:
+        """Writes poses; whether they are other ones than before."""
+        stamp = poses.stamp()
+        if stamp == self._stamp:
+            return False
+        self._stamp = 0, 0  # of none, should this not end well
+        poses.write(self.X_WB)
+        self._stamp = stamp
+        return True
+
+
 class _Search:
     """Bound kernels and their arrays: binding takes far longer than the search of a robot's surroundings."""
 
     def __init__(self, model: GeometryModel, num_bodies: int):
-        self._model, self._X_WB = model, np.empty((num_bodies, BodyPose.SIZE))
+        self._model, self._placing = model, _Placing(np.empty((num_bodies, BodyPose.SIZE)))
         self.table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
+        bodies, cells = BodyPoses(self._placing.X_WB), make_cells(model)
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
-            geometry_model=model, bodies=BodyPoses(self._X_WB), table=self.table, cells=make_cells(model)
+            geometry_model=model, bodies=bodies, table=self.table, cells=cells
         )
+        self._status = self._num_contacts = 0
 
-    def run(self, X_WB: np.ndarray) -> int:
-        """Looks at all pairs; how many contacts there are."""
-        self._X_WB[:] = X_WB
-        self._run()
-        count = self.table.count
-        if count.item(_STATUS):
+    def run(self, poses: Poses) -> int:
+        """Looks at all pairs, if that has not just been done; how many contacts there are."""
+        if self._placing.moves(poses):
+            self._run()
+            count = self.table.count
+            self._status, self._num_contacts = count.item(_STATUS), count.item(_NUM_CONTACTS)
+        if self._status:
             raise explain_contact_status(self._model, self.table)
-        return count.item(_NUM_CONTACTS)
+        return self._num_contacts
 
     def found(self) -> FoundPoints:
         """What `run` has found."""
-        return FoundPoints.of(self.table)
+        return points_in(self.table)
+
+
+class _Candidates:
+    """The same for pairs that are near."""
+
+    def __init__(self, model: GeometryModel, num_bodies: int):
+        self._placing, self._count = _Placing(np.empty((num_bodies, BodyPose.SIZE))), 0
+        self._pair = np.zeros((max(1, model.pair.shape[0]), 2), np.int64)
+        table = contact_table(model, capacity=1)
+        self._place = place_geometries.bind(model, BodyPoses(self._placing.X_WB), table)
+        self._run = bounds_that_meet.bind(model, table, self._pair)
+
+    def find(self, poses: Poses) -> list[list[int]]:
+        if self._placing.moves(poses):
+            self._place()
+            self._count = self._run()
+        return self._pair[: self._count].tolist()
 
 
 class _Surfaces:
@@ -205,8 +311,8 @@ class _Surfaces:
         self._pairs, self._points = pairs, _Search(pairs.points, num_bodies)
         self._surfaces = SurfaceSearch(pairs.model, self._points.table) if len(pairs.model.pair) else None
 
-    def find(self, X_WB: np.ndarray, ids: list[GeometryId]) -> tuple[list[ContactSurface], FoundPoints]:
-        self._points.run(X_WB)
+    def find(self, poses: Poses, ids: list[GeometryId]) -> tuple[list[ContactSurface], FoundPoints]:
+        self._points.run(poses)
         if self._surfaces is None:
             return [], self._points.found()
         surfaces = surfaces_of(self._surfaces.find(), self._pairs.model, ids)
@@ -216,25 +322,31 @@ class _Surfaces:
 class _Distances:
     """The same for distances."""
 
-    def __init__(self, model: GeometryModel, num_bodies: int):
+    def __init__(self, model: GeometryModel, num_bodies: int, see: Kernel):
         self._model, X_WB = model, world_poses(num_bodies + 1, float)  # the last is that of a point
-        self._X_WB, self._p_WQ = X_WB[:-1], X_WB[-1, BodyPose.p_WB.columns]
+        self._placing, self._p_WQ = _Placing(X_WB[:-1]), X_WB[-1, BodyPose.p_WB.columns]
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))
         self._run = find_distances.bind(model, BodyPoses(X_WB), np.inf, self._table)
-        self._see = see_from_geometries.bind(self._table)
+        self._see = see.bind(self._table)
+        self._asked: Any = None
 
-    def find(self, X_WB: np.ndarray, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundPoints:
-        self._X_WB[:] = X_WB
+    def find(self, poses: Poses, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundPoints:
+        asked = reach, pair, None if p_WQ is None else p_WQ.tobytes()
+        if self._placing.moves(poses) or asked != self._asked:
+            self._asked = None
+            self._search(float(reach), pair, p_WQ)
+            self._asked = asked
+        return points_in(self._table)
+
+    def _search(self, reach: float, pair: Any, p_WQ: np.ndarray | None) -> None:
         if p_WQ is not None:
             self._p_WQ[:] = p_WQ
         if pair is not None:
             self._model.pair[0] = pair
-        self._run.set("reach", float(reach))
-        table = self._table
+        self._run.set("reach", reach)
         if self._run():
-            raise explain_contact_status(self._model, table)
+            raise explain_contact_status(self._model, self._table)
         self._see()
-        return FoundPoints.of(table)
 
 
 def with_point(model: GeometryModel, num_bodies: int) -> GeometryModel:

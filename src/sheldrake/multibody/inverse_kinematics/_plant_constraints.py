@@ -22,12 +22,16 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
+_ONE = np.ones(1)
+_ONE.setflags(write=False)
+
+
 class UnitQuaternionConstraint(Constraint):
     """The square of the length of four variables is one."""
 
     def __init__(self) -> None:
         self._set_sizes(1, 4)
-        self._set_bounds(np.ones(1), np.ones(1))
+        self._own_bounds(_ONE, _ONE)
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array([x @ x])
@@ -58,19 +62,24 @@ def _add_unit_quaternions(
     plant: MultibodyPlant, q: np.ndarray, prog: MathematicalProgram, context: Context | None, describe: bool = True
 ) -> tuple[list, list]:
     """Adds the constraints of joints that are not locked; returns them and the places of the first elements."""
-    bindings, starts = [], []
-    for joint in _joints(plant):
-        if not _has_quaternion(joint) or (context is not None and joint.is_locked(context)):
-            continue
-        start = joint.position_start()
-        vars = q[start : start + 4]
+    joints = [joint for joint in _joints(plant) if _has_quaternion(joint)]
+    if context is not None and joints and parts_of(plant).contexts.any_locked(context):
+        joints = [joint for joint in joints if not joint.is_locked(context)]
+    if not joints:
+        return [], []
+    bindings, starts = [], [joint.position_start() for joint in joints]
+    vars = [q[start : start + 4] for start in starts]
+    for joint, its in zip(joints, vars):
         constraint = UnitQuaternionConstraint()
-        bindings.append(prog.AddConstraint(constraint, vars))
+        bindings.append(prog.AddConstraint(constraint, its))
         if describe:
             constraint.set_description(f"Unit quaternion constraint for joint {joint.name()}")
-        starts.append(start)
-        if np.isnan(prog.GetInitialGuess(vars)).any():
-            prog.SetInitialGuess(vars, [1.0, 0.0, 0.0, 0.0])
+    some = np.concatenate(vars)
+    guess = np.reshape(prog.GetInitialGuess(some), (-1, 4))
+    unknown = np.isnan(guess).any(axis=1)
+    if unknown.any():
+        guess[unknown] = 1.0, 0.0, 0.0, 0.0
+        prog.SetInitialGuess(some, guess.ravel())
     return bindings, starts
 
 

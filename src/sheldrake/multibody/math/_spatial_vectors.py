@@ -11,7 +11,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, incompatible, overload
-from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_scalar, vector
+from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_scalar, plain_vector, vector
 from sheldrake.common.quick import Slots, short_way
 from sheldrake.math import RotationMatrix_
 from sheldrake.math._rotation_matrix import ROTATION
@@ -59,10 +59,33 @@ class SpatialVector(ScalarBase):
         """Both parts, shape (3,) each, or the whole, shape (6,), angular first; without arguments all NaN."""
         if len(args) == 2 and self._T is float and not kwargs and (whole := _join(*args)) is not None:
             self._c = whole
+        elif self._T is float and (whole := self._plain(args, kwargs)) is not None:
+            self._c = whole
         elif args or kwargs:
             self._choose("init", args, kwargs)
         else:
             self._c = as_array(self._T, [math.nan] * 6, (6,))
+
+    def _plain(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> np.ndarray | None:
+        """The six numbers, of lists and arrays of floats as most calls give them; None: then all ways are tried."""
+        if kwargs:
+            angular, translational, _ = self._NAMES
+            if args or len(kwargs) != 2 or angular not in kwargs or translational not in kwargs:
+                return None
+            args = kwargs[angular], kwargs[translational]
+        if len(args) == 1:
+            return plain_vector(args[0], 6)
+        if len(args) != 2:
+            return None
+        top, bottom = args
+        if type(top) is list and type(bottom) is list:
+            return plain_vector(top + bottom, 6) if len(top) == 3 else None
+        top, bottom = plain_vector(top), plain_vector(bottom)
+        if top is None or bottom is None:
+            return None
+        whole = np.concatenate((top, bottom))
+        whole.setflags(False)  # type: ignore[call-arg]
+        return whole
 
     @staticmethod
     def _ways_init(cls: type[SpatialVector]) -> list[Overload]:

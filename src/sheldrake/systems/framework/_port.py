@@ -303,9 +303,7 @@ class InputPort(_Port):
     def _abstract_value(self, value: Any) -> AbstractValue:
         model = _on_scalar(self._declaration.model, self._system._scalar)
         if not isinstance(value, AbstractValue):
-            new = model.Clone()
-            new.set_value(value)
-            return new
+            return model._like(value)
         if type(value) is not type(model):
             raise RuntimeError(
                 f"FixValue(): input port '{self.get_name()}' (index {self._index}) of system "

@@ -259,3 +259,23 @@ def test_friction_of_duals_and_symbols():
             CoulombFriction_[T](T(0.5), T(0.8))
     with pytest.raises(RuntimeError, match="variable mu"):
         CoulombFriction_[Expression](Expression(Variable("mu")), Expression(0.1))
+
+
+def test_parts_in_any_form_make_the_same_vector():
+    top, bottom = [1, 2.5, -0.0], [4.0, 5, 6.0]
+    expected = np.array([*top, *bottom], float)
+    parts = {list: (top, bottom), tuple: (tuple(top), tuple(bottom)), np.array: (np.array(top), np.array(bottom))}
+    forms = [SpatialForce(a, b) for a, _ in parts.values() for _, b in parts.values()]
+    forms += [SpatialForce(tau=a, f=b) for a, _ in parts.values() for _, b in parts.values()]
+    forms += [SpatialForce(f=bottom, tau=top), SpatialForce(top, f=np.array(bottom)), SpatialForce(expected.tolist())]
+    forms += [SpatialForce(expected), SpatialForce(F=expected), SpatialForce(np.array(top)[:, None], bottom)]
+    for F in forms:
+        assert F.get_coeffs().tobytes() == expected.tobytes()
+    expected[:] = 0.0  # which nobody sees
+    assert forms[-2].rotational()[0] == 1.0
+
+
+@pytest.mark.parametrize("given", [([1, 2], [3, 4, 5, 6]), ([1, 2, 3], [4, 5]), ([1, 2, 3, 4, 5],), (None, [1, 2, 3])])
+def test_parts_of_other_sizes_or_contents_are_refused(given):
+    with pytest.raises(TypeError, match="incompatible"):
+        SpatialForce(*given)

@@ -217,9 +217,11 @@ class Contexts:
         """Whether any joint is locked."""
         model = self._model
         if getattr(context, "_system", None) is not self._plant:
-            return any(map(plain, self.numbers(context, model.lock_group).tolist()))
-        p = context._store.S[slice(*context._place.p)]  # without a view, which a context may never need
-        return any(map(plain, p[model.parameters.of(model.lock_group)].tolist()))
+            flags = self.numbers(context, model.lock_group)
+        else:  # without a view, which a context may never need
+            p = context._store.S[slice(*context._place.p)]
+            flags = p[model.parameters.of(model.lock_group)]
+        return any(flags.tolist() if flags.dtype == float else map(plain, flags))
 
     def set_locked(self, context: Context, joint: Joint, locked: bool) -> None:
         """Locks or unlocks a joint."""

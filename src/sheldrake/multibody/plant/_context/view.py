@@ -14,6 +14,7 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common import quick
+from sheldrake.common._kernels.poses import compose_poses
 from sheldrake.common.calls import Calls, Query, object_query
 from sheldrake.common.kernel import MISFIT, Kernel
 from sheldrake.math import RigidTransform, RigidTransform_
@@ -527,12 +528,22 @@ class View:
 
     def body_pose(self, body: RigidBody, row: int) -> Callable[[], RigidTransform]:
         """A query for the pose of a body, a RigidTransform; kept in `poses`."""
-        X_WB = self.work.X_WB[row]
-        R_WB, p_WB = X_WB[BodyPose.R_WB.columns].reshape(3, 3), X_WB[BodyPose.p_WB.columns]
-        ask_R = self.calls.stages(self.POSES, answer=R_WB, frozen=True)
-        ask_p = self.calls.stages(self.POSES, answer=p_WB, frozen=True)
-        ask = self.poses[body] = self.of(RigidTransform_)._maker(ask_R, ask_p)
+        ask = self.poses[body] = self.pose_of_row(row)
         return ask
+
+    def pose_of_row(self, row: int, X_BG: RigidTransform | None = None) -> Callable[[], RigidTransform]:
+        """A query for the pose of the body of a row, or of what is fixed to it."""
+        X_WB = self.work.X_WB[row]
+        R_WB, p_WB = X_WB[BodyPose.R_WB.columns], X_WB[BodyPose.p_WB.columns]
+        if X_BG is None:
+            ask_R = self.calls.stages(self.POSES, answer=R_WB.reshape(3, 3), frozen=True)
+            return self.of(RigidTransform_)._maker(ask_R, self.calls.stages(self.POSES, answer=p_WB, frozen=True))
+        R_WG, p_WG = self.zeros(9), self.zeros(3)
+        arguments = R_WB, p_WB, X_BG.rotation().matrix().ravel(), X_BG.translation().copy(), R_WG, p_WG
+        answer = R_WG.reshape(3, 3)
+        ask_R = self.calls.query(compose_poses, *arguments, needs=self.POSES, answer=answer, frozen=True)
+        ask_p = self.calls.stages(0, answer=p_WG, frozen=True)  # the kernel has run then
+        return self.of(RigidTransform_)._maker(ask_R, ask_p)
 
     def body_velocity(self, body: RigidBody, row: int) -> Callable[[], SpatialVelocity]:
         """A query for the spatial velocity of a body's origin; kept in `twists`."""

@@ -195,7 +195,8 @@ class Advance:
         solve: bool,
     ) -> Rehearsal:
         view, (u, rows) = self._contexts.view(context), inputs
-        work, originals = in_one_piece(view.copy_of(prototype))
+        copy = view.copy_of(prototype)
+        work, originals = in_one_piece(copy, _rows_of_a_run(copy))
         values = dict(work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=view.zeros(len(view.x)))
         stages = self.equations.stages(models)
         chain = Chain(stages if solve else stages[:-1])
@@ -222,15 +223,39 @@ class Rehearsal(NamedTuple):
         return self.models is models or all(models[name] is mine for name, mine in self.models.items())
 
     def afresh(self) -> StepWork:
-        """The scratch, as the prototype is."""
+        """The scratch, as the prototype is in all that a run does not write before it reads it."""
         for array, original in self.originals:
             array[...] = original
         return self.work
 
 
-def in_one_piece(table: Any) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
-    """A table of arrays, or of tables, with all its numbers of a kind in one array: these, and copies of them."""
-    arrays = _arrays_of(table)
+_WRITTEN_FIRST = {
+    "table": ("work", "link", "hole", "stack"),
+    "surfaces": ("face", "value", "vertex", "contact", "work", "plane", "stack"),
+    "flow": ("face",),
+}
+"""Of scratch, where stages read no more than they have written in the same run: most of its memory."""
+
+
+def _rows_of_a_run(work: StepWork) -> list[np.ndarray]:
+    """The arrays of `_WRITTEN_FIRST`."""
+    return [
+        getattr(getattr(work, part), name)
+        for part, names in _WRITTEN_FIRST.items()
+        for name in names
+        if hasattr(work, part)
+    ]
+
+
+def in_one_piece(table: Any, apart: list[np.ndarray]) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
+    """A table of arrays, or of tables, with all its numbers of a kind in one array: these, and copies of them.
+
+    Args:
+        table: The table.
+        apart: Arrays of it that stay where they are, and of which there are no copies.
+    """
+    others = set(map(id, apart))
+    arrays = [array for array in _arrays_of(table) if id(array) not in others]
     kinds = {array.dtype for array in arrays}
     whole = {kind: np.concatenate([a.ravel() for a in arrays if a.dtype == kind]) for kind in kinds}
     taken = dict.fromkeys(kinds, 0)
@@ -238,6 +263,8 @@ def in_one_piece(table: Any) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
     def moved(part: Any) -> Any:
         if not isinstance(part, np.ndarray):
             return type(part)(*map(moved, part))
+        if id(part) in others:
+            return part
         begin = taken[part.dtype]
         taken[part.dtype] = end = begin + part.size
         return whole[part.dtype][begin:end].reshape(part.shape)

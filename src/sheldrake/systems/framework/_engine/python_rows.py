@@ -35,7 +35,10 @@ def call(store: Store, r: int, row: Row) -> Any:
     if isinstance(row.calc, PythonStage):
         return row.calc.function(system, context)
     if row.event is None:
-        target, sources = _target(store, r, row, context), store.layout.sources_named_by(r)
+        target: Any = store.values.get(r)  # of an abstract output that was asked before
+        sources = store.layout.sources_named_by(r)
+        if target is None:
+            target = _target(store, r, row, context)
         if sources is None:
             return row.calc(system, context, target)
         return _if_changed(store, r, sources, functools.partial(row.calc, system, context, target))
