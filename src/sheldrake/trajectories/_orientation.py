@@ -116,7 +116,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         given = [*args, *(kwargs[n] for n in ("quaternion", "rotation_matrix", "angle_axis") if n in kwargs)]
         t = self._scalar("Append", time)
         q = self._wxyz("Append", given[0] if len(given) == 1 else given)
-        if self._breaks and not is_symbolic(self._T) and t - self._breaks[-1] < EPSILON_TIME:
+        if self._breaks and not is_symbolic(self._T) and not t - self._breaks[-1] >= EPSILON_TIME:
             raise RuntimeError(f"{self._name('Append')}: time {t} s is not after the last, {self._breaks[-1]} s.")
         self._breaks.append(t)
         self._add(q)

@@ -12,7 +12,9 @@ pytestmark = pytest.mark.peer
 
 def both(program):
     """What a program gives with each library, which it gets as a function that imports its modules."""
-    return [program(lambda module, n=name: importlib.import_module(f"{n}.{module}")) for name in ("sheldrake", "pydrake")]
+    return [
+        program(lambda module, n=name: importlib.import_module(f"{n}.{module}")) for name in ("sheldrake", "pydrake")
+    ]
 
 
 def names_in_the_scene(module):

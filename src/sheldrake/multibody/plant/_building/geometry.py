@@ -129,7 +129,7 @@ class PlantGeometry:
             self._rename(self._elements.get_body(index), prefix)
 
     def _rename(self, body: RigidBody, old_prefix: str) -> None:
-        """Has the names of a body's frame and geometries begin with that of its model instance, not with the old one."""
+        """Has names of a body's frame and geometries begin with that of its model instance, not with the old one."""
         scene_graph, frame_id = self.required_scene_graph(), self.frame_of_body[int(body.index())]
         inspector = scene_graph.model_inspector()
         scene_graph.RenameFrame(frame_id, self._full_name(body, body._name))

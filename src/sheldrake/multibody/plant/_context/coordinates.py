@@ -28,7 +28,10 @@ if TYPE_CHECKING:
 
 # Of names: of all model instances or of one, and whether each says what tells the positions of a joint apart.
 _OF_ALL: dict[str, Any] = {"add_model_instance_prefix": (flag, True)}
-_OF_ONE: dict[str, Any] = {"model_instance": instance_of(ModelInstanceIndex), "add_model_instance_prefix": (flag, False)}
+_OF_ONE: dict[str, Any] = {
+    "model_instance": instance_of(ModelInstanceIndex),
+    "add_model_instance_prefix": (flag, False),
+}
 _SUFFIX: dict[str, Any] = {"always_add_suffix": (flag, True)}
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
@@ -208,9 +211,7 @@ class Coordinates:
                 instances are asked for.
             always_add_suffix: End names with what tells a joint's positions apart even when it has only one.
         """
-        return self._known_names(
-            "GetPositionNames", True, model_instance, add_model_instance_prefix, always_add_suffix
-        )
+        return self._known_names("GetPositionNames", True, model_instance, add_model_instance_prefix, always_add_suffix)
 
     @overloaded(
         overload(**_OF_ONE, **_SUFFIX),

@@ -93,7 +93,7 @@ class Dynamics:
     def CalcForceElementsContribution(self, context: Context, forces: MultibodyForces) -> None:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._contexts.view(context)
-        expect("CalcForceElementsContribution", forces, MultibodyForces).require_fitting("CalcForceElementsContribution", view.nb, view.nv)
+        _require_fitting("CalcForceElementsContribution", view, forces)
         if (view.T is float) != (forces._tau.dtype == float) or view.ask_contribution(forces._F_Bo_W, forces._tau):
             raise TypeError(
                 "CalcForceElementsContribution(): incompatible function arguments. forces must have the scalar type of "
@@ -103,7 +103,7 @@ class Dynamics:
     def CalcGeneralizedForces(self, context: Context, forces: MultibodyForces) -> np.ndarray:
         """All of `forces` as generalized forces, shape (nv,)."""
         view = self._contexts.view(context)
-        expect("CalcGeneralizedForces", forces, MultibodyForces).require_fitting("CalcGeneralizedForces", view.nb, view.nv)
+        _require_fitting("CalcGeneralizedForces", view, forces)
         F = np.empty_like(forces._F_Bo_W)
         F[view.frozen.rows] = forces._F_Bo_W
         tau = view.ask_generalized_forces(F)
@@ -370,6 +370,10 @@ def _sparse(columns: np.ndarray) -> csc_matrix:
     column, row = columns.nonzero()
     ends = np.searchsorted(column, np.arange(len(columns) + 1))
     return csc_matrix((columns[column, row], row, ends), columns.T.shape)
+
+
+def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
+    expect(call, forces, MultibodyForces).require_fitting(call, view.nb, view.nv)
 
 
 def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, Any, Frame, Frame]:
