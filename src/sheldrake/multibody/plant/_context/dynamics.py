@@ -83,7 +83,7 @@ class Dynamics:
         """
         call = "CalcInverseDynamics"
         vdot = vector(call, "known_vdot", known_vdot, view.nv)
-        expect(call, external_forces, MultibodyForces).require_fitting(call, view.nb, view.nv)
+        _require_fitting(call, view, external_forces)
         F_Bo_W = external_forces._F_Bo_W[view.frozen.row_indices]
         tau = view.ask_inverse_dynamics(vdot, F_Bo_W, external_forces._tau)
         if type(tau) is int:
