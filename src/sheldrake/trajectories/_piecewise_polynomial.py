@@ -224,11 +224,21 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return out
 
     def getPolynomial(self, segment_index: int, row: int = 0, col: int = 0) -> Polynomial:
-        """Returns one polynomial of a segment."""
+        """Returns one polynomial of a segment.
+
+        Raises:
+            RuntimeError: the matrix has no such element.
+        """
+        self._check_block("getPolynomial", row, col, 1, 1)
         return Polynomial_[self._T](self._c[self._segment(segment_index)][row, col])
 
     def getSegmentPolynomialDegree(self, segment_index: int, row: int = 0, col: int = 0) -> int:
-        """Returns the degree of one polynomial of a segment."""
+        """Returns the degree of one polynomial of a segment.
+
+        Raises:
+            RuntimeError: the matrix has no such element.
+        """
+        self._check_block("getSegmentPolynomialDegree", row, col, 1, 1)
         return self._c[self._segment(segment_index)][row, col].size - 1
 
     def setPolynomialMatrixBlock(

@@ -195,3 +195,33 @@ def test_what_trajectories_refuse():
         for program in wrong:
             with pytest.raises((TypeError, RuntimeError, SystemExit)):
                 program(library(name))
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-9, 0.05, 0.2, 0.5, 1.0])
+def test_how_far_apart_approximate_orientations_may_be(apart):
+    def program(name):
+        L = library(name)
+
+        def pose(angle):
+            end = L.RigidTransform(L.RotationMatrix.MakeZRotation(angle), [0, 0, 0])
+            return L.PiecewisePose.MakeLinear([0.0, 1.0], [L.RigidTransform(), end])
+
+        tolerances = (0.0, 2e-9, 0.1, 0.3, 0.49, 0.51, 1.1, 3.0, 7.0)
+        return [pose(0.7).IsApprox(pose(0.7 + apart), tolerance) for tolerance in tolerances]
+
+    assert program("sheldrake") == program("pydrake")
+
+
+def test_no_elements_outside_of_matrices():
+    L = library("sheldrake")  # (Drake reads what lies beside them)
+    curve = L.PiecewisePolynomial.FirstOrderHold([0, 1], [[1.0, 2.0], [3.0, 4.0]])
+    spline = L.BsplineTrajectory(L.BsplineBasis(2, 3), [np.ones((2, 1))] * 3)
+    assert curve.getPolynomial(0, 1).GetDegree() == curve.getSegmentPolynomialDegree(0, 1) == 1
+    assert spline.CopyBlock(1, 0, 1, 1).rows() == 1
+    for row, column in ((-1, 0), (2, 0), (0, 1), (0, -1)):
+        with pytest.raises(RuntimeError, match="is not inside 2 x 1"):
+            curve.getPolynomial(0, row, column)
+        with pytest.raises(RuntimeError, match="is not inside 2 x 1"):
+            curve.getSegmentPolynomialDegree(0, row, column)
+        with pytest.raises(RuntimeError, match="is not inside 2 x 1"):
+            spline.CopyBlock(row, column, 1, 1)
