@@ -77,8 +77,8 @@ def list_of(cls: type) -> Kind:
 
 @kind("bool")
 def flag(value: object) -> bool:
-    """Kind: a bool."""
-    return bool(instance_of(bool, int)(value))
+    """Kind: a bool; None is False."""
+    return bool(instance_of(bool, int, np.bool_, type(None))(value))
 
 
 def called(description: str) -> Kind:

@@ -155,22 +155,23 @@ class Polynomial:
         """Tells whether all coefficients agree.
 
         Args:
-            other: Another polynomial; coefficients it has not count as zero.
-            tol: Largest difference; relative to the larger coefficient with `ToleranceType.kRelative`.
+            other: Another polynomial; coefficients it has not must be within `tol` of zero, and with
+                `ToleranceType.kRelative` it must have all.
+            tol: Largest difference; relative to the smaller coefficient with `ToleranceType.kRelative`.
             tol_type: `ToleranceType.kAbsolute` (the default) or `kRelative`.
         """
         from sheldrake.common._scalar_math import all_of
         from sheldrake.common._scalars import is_symbolic
 
-        n = max(self._c.size, other._c.size)
         relative = tol_type is not None and tol_type.name == "kRelative"
-        conditions = []
-        for a, b in zip(_padded(self._c, n), _padded(other._c, n)):
+        n = min(self._c.size, other._c.size)
+        conditions: list[Any] = [False if relative else abs(c) <= tol for c in (*self._c[n:], *other._c[n:])]
+        for a, b in zip(self._c[:n], other._c[:n]):
             difference = abs(a - b)
             if relative:
                 a, b = abs(a), abs(b)
-                larger = a.max(b) if is_symbolic(self._T) else max(a, b)
-                conditions.append(difference <= larger * tol)
+                smaller = a.min(b) if is_symbolic(self._T) else min(a, b)
+                conditions.append(difference <= smaller * tol)
             else:
                 conditions.append(difference <= tol)
         result = all_of(conditions)

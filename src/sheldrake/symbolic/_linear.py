@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._kinds import anything
-from sheldrake.common._overloads import Mismatch, overload, overloaded
+from sheldrake.common._overloads import Mismatch, expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _differentiate, _traverse
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable
@@ -229,8 +229,13 @@ def DecomposeQuadraticPolynomial(
         map_var_to_index: Place of each variable in x, by its identity number.
 
     Raises:
-        RuntimeError: the degree is above two.
+        RuntimeError: the degree is above two, a coefficient is no number, or a variable has no place.
     """
+    expect("DecomposeQuadraticPolynomial", poly, Polynomial)
+    if missing := [v for v in poly.indeterminates() if v.get_id() not in map_var_to_index]:
+        raise RuntimeError(
+            f"DecomposeQuadraticPolynomial(): {missing[0]} of {poly} has no place in the map of indices."
+        )
     n = len(map_var_to_index)
     Q, b, c = np.zeros((n, n)), np.zeros(n), 0.0
     for m, coefficient in poly.monomial_to_coefficient_map().items():
@@ -259,6 +264,11 @@ def DecomposeL2NormExpression(
         coefficient_tol: Largest error of a coefficient of the square.
     """
     e = _build.expect("DecomposeL2NormExpression", e)
+    if not (psd_tol >= 0.0 and coefficient_tol >= 0.0):
+        raise RuntimeError(
+            "DecomposeL2NormExpression(): psd_tol and coefficient_tol must not be negative, got "
+            f"{psd_tol} and {coefficient_tol}."
+        )
     none = (False, np.zeros((0, 0)), np.zeros(0), np.empty(0, dtype=object))
     if e._kind != k.SQRT:
         return none
@@ -318,8 +328,14 @@ def ReplaceBilinearTerms(e: Symbolic | None, x: Symbolics, y: Symbolics, W: Symb
 
 
 def TaylorExpand(f: Symbolics, a: dict[Variable, float], order: int) -> Expression:
-    """Returns the Taylor polynomial of f about a point, of total degree `order` in the variables of that point."""
+    """Returns the Taylor polynomial of f about a point, of total degree `order` in the variables of that point.
+
+    Raises:
+        RuntimeError: the order is less than one.
+    """
     e = _build.expect("TaylorExpand", f)
+    if order < 1:
+        raise RuntimeError(f"TaylorExpand(): the order must be at least one, got {order}.")
     point = _traverse.numbers_by_variable("TaylorExpand", a)
     variables = _sorted(point)
     terms = [e.EvaluatePartial(point)]

@@ -303,13 +303,28 @@ def MonomialBasis(sets: Mapping[Variables, int]) -> np.ndarray:
 
 
 def EvenDegreeMonomialBasis(vars: Variables, degree: int) -> np.ndarray:
-    """Returns all monomials of even total degree up to `degree`, the highest first."""
+    """Returns all monomials of even total degree up to `degree`, the highest first.
+
+    Raises:
+        RuntimeError: the degree is negative.
+    """
+    _require_degree("EvenDegreeMonomialBasis", degree)
     return _of_degrees(vars, range(0, degree + 1, 2))
 
 
 def OddDegreeMonomialBasis(vars: Variables, degree: int) -> np.ndarray:
-    """Returns all monomials of odd total degree up to `degree`, the highest first."""
+    """Returns all monomials of odd total degree up to `degree`, the highest first.
+
+    Raises:
+        RuntimeError: the degree is negative.
+    """
+    _require_degree("OddDegreeMonomialBasis", degree)
     return _of_degrees(vars, range(1, degree + 1, 2))
+
+
+def _require_degree(call: str, degree: int) -> None:
+    if degree < 0:
+        raise RuntimeError(f"{call}(): the degree must not be negative, got {degree}.")
 
 
 def CalcMonomialBasisOrderUpToOne(x: Variables, sort_monomial: bool = False) -> np.ndarray:

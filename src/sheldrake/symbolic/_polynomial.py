@@ -346,7 +346,14 @@ class Polynomial:
         return self
 
     def RemoveTermsWithSmallCoefficients(self, coefficient_tol: float) -> Polynomial:
-        """Returns it without the terms whose coefficients are numbers of no more than this magnitude."""
+        """Returns it without the terms whose coefficients are numbers of no more than this magnitude.
+
+        Raises:
+            RuntimeError: `coefficient_tol` is not positive.
+        """
+        if not coefficient_tol > 0.0:
+            call = "Polynomial.RemoveTermsWithSmallCoefficients"
+            raise RuntimeError(f"{call}(): coefficient_tol must be positive, got {coefficient_tol}.")
         keep = {m: c for m, c in self._map.items() if c._kind != k.CONSTANT or abs(c._args[0]) > coefficient_tol}
         return Polynomial._of(keep)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
 from sheldrake.symbolic import _build, _decompose
 from sheldrake.symbolic import _kinds as k
@@ -40,6 +41,7 @@ class SinCos:
         type: Of which angle.
     """
 
+    @checked
     def __init__(self, s: Variable, c: Variable, type: SinCosSubstitutionType = SinCosSubstitutionType.kAngle):
         self.s = s
         self.c = c

@@ -247,6 +247,9 @@ def named(names: Iterable[str], type: VariableType) -> list[Variable]:
 def _make(size: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
     if not isinstance(name, str) or not isinstance(type, VariableType):
         raise TypeError(f"expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
+    size = tuple(map(operator.index, size))
+    if min(size) < 0:
+        raise ValueError(f"new variables {name!r}: numbers of rows and columns must not be negative, got {size}.")
     if len(size) == 1:
         names = [f"{name}({i})" for i in range(size[0])]
     else:

@@ -5,6 +5,7 @@ The base of all classes here, and of trajectories that users write.
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -234,6 +235,14 @@ class Trajectory:
             raise cls._mismatch(call, f"a number of type {cls._T.__name__}", t) from None
 
     @classmethod
+    def _whole(cls, call: str, number: Any) -> int:
+        """A whole number; one of Python's or NumPy's, never a float that happens to be whole."""
+        try:
+            return operator.index(number)
+        except TypeError:
+            raise cls._mismatch(call, "a whole number", number) from None
+
+    @classmethod
     def _scalars(cls, call: str, t: Any) -> list:
         if isinstance(t, np.ndarray) and t.ndim == 2 and 1 in t.shape:
             t = t.ravel()
@@ -293,9 +302,10 @@ def holds(condition: object) -> bool:
 
 
 def _order(call: str, order: int) -> int:
+    order = Trajectory._whole(call, order)
     if order < 0:
         raise RuntimeError(f"Trajectory.{call}(): the order of the derivative must not be negative, got {order}.")
-    return int(order)
+    return order
 
 
 def no_derivatives() -> RuntimeError:

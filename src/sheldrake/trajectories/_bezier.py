@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.calls import Query
 
+_NO_POINTS = np.zeros((0, 0))
+
 
 class BezierCurve(Trajectory):
     """A vector that runs along a Bézier curve.
@@ -28,10 +30,10 @@ class BezierCurve(Trajectory):
         RuntimeError: the end is before the start.
     """
 
-    def __init__(self, start_time: Scalar = 0.0, end_time: Scalar = 1.0, control_points: Scalars | None = None):
+    def __init__(self, start_time: Scalar = 0.0, end_time: Scalar = 1.0, control_points: Scalars = _NO_POINTS):
         self._times = (self._scalar("", start_time), self._scalar("", end_time))
-        self._points = self._zeros(0, 0) if control_points is None else self._matrix("", control_points)
-        if not is_symbolic(self._T) and self._times[1] < self._times[0]:
+        self._points = self._zeros(0, 0) if control_points is _NO_POINTS else self._matrix("", control_points)
+        if not is_symbolic(self._T) and not self._times[1] >= self._times[0]:
             raise RuntimeError(f"{self._name('')}: the end, {end_time} s, is before the start, {start_time} s.")
 
     def order(self) -> int:

@@ -210,7 +210,17 @@ class BsplineTrajectory(Trajectory):
         self._basis = BsplineBasis_[self._T](order, [*knots[: i + 1], t, *knots[i + 1 :]])
 
     def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> BsplineTrajectory:
-        """Returns the trajectory of a block of the matrix."""
+        """Returns the trajectory of a block of the matrix.
+
+        Raises:
+            RuntimeError: the block is not inside the matrix.
+        """
+        starts, sizes, shape = (start_row, start_col), (block_rows, block_cols), (self.rows(), self.cols())
+        if any(not 0 <= start <= start + size <= n for start, size, n in zip(starts, sizes, shape)):
+            raise RuntimeError(
+                f"{self._name('CopyBlock')}: a block of {block_rows} x {block_cols} at {starts} is not inside "
+                f"{shape[0]} x {shape[1]}."
+            )
         rows, cols = slice(start_row, start_row + block_rows), slice(start_col, start_col + block_cols)
         return type(self)(self._require(), [p[rows, cols].copy() for p in self._points])
 

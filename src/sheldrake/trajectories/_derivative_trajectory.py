@@ -70,6 +70,15 @@ class DerivativeTrajectory(_OneOther, Trajectory):
         if not nominal.has_derivative():
             raise RuntimeError(f"{self._name('')}: {type(nominal).__name__} has no derivatives.")
         self._nominal = kept(nominal)
+        self._shape = nominal.EvalDerivative(nominal.start_time(), self._order).shape  # a pose's is 4 x 4, then 6 x 1
+
+    def do_rows(self) -> int:
+        """Rows of the derivative."""
+        return self._shape[0]
+
+    def do_cols(self) -> int:
+        """Columns of the derivative."""
+        return self._shape[1]
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The derivative at time t."""

@@ -47,6 +47,8 @@ class FunctionHandleTrajectory(Trajectory):
 
     def set_derivative(self, func: Any) -> None:
         """Sets the function that gives the derivative at (time [s], order)."""
+        if not (func is None or callable(func)):
+            raise self._mismatch("set_derivative", "a function of time and order", func)
         self._derivative = func
 
     def do_value(self, t: Scalar) -> np.ndarray:

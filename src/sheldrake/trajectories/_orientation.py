@@ -5,6 +5,7 @@ Quaternions between breaks on the shortest great circle, and poses made of one o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
@@ -41,6 +42,9 @@ def _select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> An
 
 def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+_ROUNDING_OF_DOT = 1e-15  # of two unit quaternions: what is equal must be so with a tolerance of zero
 
 
 class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
@@ -116,7 +120,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         given = [*args, *(kwargs[n] for n in ("quaternion", "rotation_matrix", "angle_axis") if n in kwargs)]
         t = self._scalar("Append", time)
         q = self._wxyz("Append", given[0] if len(given) == 1 else given)
-        if self._breaks and not is_symbolic(self._T) and t - self._breaks[-1] < EPSILON_TIME:
+        if self._breaks and not is_symbolic(self._T) and not t - self._breaks[-1] >= EPSILON_TIME:
             raise RuntimeError(f"{self._name('Append')}: time {t} s is not after the last, {self._breaks[-1]} s.")
         self._breaks.append(t)
         self._add(q)
@@ -415,11 +419,11 @@ class PiecewisePose(PiecewiseTrajectory):
 
     @checked
     def IsApprox(self, other: PiecewisePose, tol: float) -> bool:
-        """Tells whether positions and orientations of both agree."""
+        """Tells whether positions agree, as by `isApprox(tol)`, and orientations are no more than `tol` [rad] apart."""
         if not self._p.isApprox(other._p, tol) or len(self._R._q) != len(other._R._q):
             return False
-        # Two unit quaternions are one orientation when their product's scalar part is one.
-        return all(holds(abs(abs(_dot(a, b)) - 1.0) <= tol) for a, b in zip(self._R._q, other._R._q))
+        least = math.cos(tol / 2.0) - _ROUNDING_OF_DOT
+        return all(holds(abs(_dot(a, b)) >= least) for a, b in zip(self._R._q, other._R._q))
 
     def do_value(self, t: Scalar) -> np.ndarray:
         """The pose as a matrix."""

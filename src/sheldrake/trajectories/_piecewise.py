@@ -94,10 +94,10 @@ class PiecewiseTrajectory(Trajectory):
         return self._breaks[self._segment(self.get_number_of_segments() - 1) + 1]
 
     def _segment(self, index: int) -> int:
-        n = self.get_number_of_segments()
+        n, index = self.get_number_of_segments(), self._whole("", index)
         if not 0 <= index < n:
             raise RuntimeError(f"{self._name('')}: Segment number {index} out of range [0, {n}).")
-        return int(index)
+        return index
 
     def _clamped(self, time: Scalar) -> Scalar:
         """The nearest time inside."""

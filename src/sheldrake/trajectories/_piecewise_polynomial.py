@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._assert import ToleranceType
 from sheldrake.common._checked import checked
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, expect
@@ -21,7 +22,6 @@ from sheldrake.trajectories._kernels.values import polynomials, polynomials_at_t
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 
 if TYPE_CHECKING:
-    from sheldrake.common._assert import ToleranceType
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.calls import Query
     from sheldrake.trajectories._base import Trajectory
@@ -224,11 +224,21 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return out
 
     def getPolynomial(self, segment_index: int, row: int = 0, col: int = 0) -> Polynomial:
-        """Returns one polynomial of a segment."""
+        """Returns one polynomial of a segment.
+
+        Raises:
+            RuntimeError: the matrix has no such element.
+        """
+        self._check_block("getPolynomial", row, col, 1, 1)
         return Polynomial_[self._T](self._c[self._segment(segment_index)][row, col])
 
     def getSegmentPolynomialDegree(self, segment_index: int, row: int = 0, col: int = 0) -> int:
-        """Returns the degree of one polynomial of a segment."""
+        """Returns the degree of one polynomial of a segment.
+
+        Raises:
+            RuntimeError: the matrix has no such element.
+        """
+        self._check_block("getSegmentPolynomialDegree", row, col, 1, 1)
         return self._c[self._segment(segment_index)][row, col].size - 1
 
     def setPolynomialMatrixBlock(
@@ -384,7 +394,9 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         last = self._segment(first + num_segments - 1)
         return self._of([c.copy() for c in self._c[first : last + 1]], self._breaks[first : last + 2])
 
-    def isApprox(self, other: PiecewisePolynomial, tol: float, tol_type: ToleranceType | None = None) -> bool:
+    def isApprox(
+        self, other: PiecewisePolynomial, tol: float, tol_type: ToleranceType = ToleranceType.kRelative
+    ) -> bool:
         """Tells whether all breaks and coefficients agree; see `Polynomial.CoefficientsAlmostEqual`."""
         expect("isApprox", other, self._template[self._T])
         if len(self._c) != len(other._c) or (self._c and self._shape("rows") != other._shape("rows")):
@@ -403,6 +415,11 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         times_differ = any(holds(abs(a - b) > EPSILON_OF_A_JOINT) for a, b in zip(self._breaks, other._breaks))
         if len(self._c) != len(other._c) or times_differ:
             raise RuntimeError(f"{self._name('')}: adding needs the same breaks in both.")
+        if self._c and self._shape("rows") != other._shape("rows"):
+            shapes = self._shape("rows"), other._shape("rows")
+            raise RuntimeError(
+                f"{self._name('')}: adding needs matrices of one shape, got {shapes[0]} and {shapes[1]}."
+            )
         out = []
         for a, b in zip(self._c, other._c):
             longer, shorter = (a, b) if a.shape[-1] >= b.shape[-1] else (b, a)

@@ -143,3 +143,85 @@ def test_lines_see_small_differences():
     assert lines.same("array([1.0, 2.0])", "array([1.0, 2.0000000000000004])")
     assert not lines.same("array([1.0, 2.0])", "array([1.0, 2.00000000001])")
     assert not lines.same("RuntimeError", "TypeError")
+
+
+COEFFICIENTS = ([1.0], [1.0, 0.0], [1.0, 0.5], [0.0], [0.0, 1.0], [1.0, 2.0], [1.0, 3.0], [1.0, -2.0], [1.0, 2.0, 0.0])
+
+
+@pytest.mark.parametrize("a", COEFFICIENTS)
+def test_what_counts_as_almost_equal(a):
+    def program(name):
+        L, kinds = library(name), importlib.import_module(f"{name}.common").ToleranceType
+        found = []
+        for b in COEFFICIENTS:
+            p, q = L.Polynomial(a), L.Polynomial(b)
+            curves = [L.PiecewisePolynomial([polynomial], [0.0, 1.0]) for polynomial in (p, q)]
+            for tolerance in (0.0, 0.1, 0.4, 0.6, 3.0):
+                found.append(curves[0].isApprox(curves[1], tolerance))
+                for kind in (kinds.kRelative, kinds.kAbsolute):
+                    found.append(p.CoefficientsAlmostEqual(q, tolerance, kind))
+                    found.append(curves[0].isApprox(curves[1], tolerance, kind))
+        return found
+
+    assert program("sheldrake") == program("pydrake")
+
+
+def test_the_shape_of_derivatives_of_poses():
+    def program(name):
+        L = library(name)
+        poses = [L.RigidTransform(L.RollPitchYaw(0.1 * i, 0.2, -0.3 * i), [i, 2.0, 0.0]) for i in range(3)]
+        pose, times = L.PiecewisePose, [0.0, 1.0, 2.0]
+        linear, cubic = pose.MakeLinear(times, poses), pose.MakeCubicLinearWithEndLinearVelocity(times, poses)
+        orders = [L.DerivativeTrajectory(linear, order) for order in range(3)]
+        shapes = [(d.rows(), d.cols(), d.value(0.5).shape, d.MakeDerivative().rows()) for d in orders]
+        return shapes, [linear.IsApprox(cubic, tolerance) for tolerance in (0.1, 1.0, 5.0, 100.0)]
+
+    assert program("sheldrake") == program("pydrake")
+
+
+def test_what_trajectories_refuse():
+    points, two = np.ones((2, 4)), [[1.0, 2.0], [3.0, 4.0]]
+    wrong = [
+        lambda L: L.BezierCurve(0.0, 1.0, None),
+        lambda L: L.BezierCurve(0.0, np.nan, points),
+        lambda L: L.PiecewisePolynomial.FirstOrderHold([0, 1], two).start_time(1.0),
+        lambda L: L.PiecewisePolynomial.FirstOrderHold([0, 1], two).end_time(segment_index=0.0),
+        lambda L: L.PiecewisePolynomial.FirstOrderHold([0, 1], two).getPolynomialMatrix(0.0),
+        lambda L: L.PiecewisePolynomial.FirstOrderHold([0, 1], two).derivative(1.0),
+        lambda L: L.PiecewiseQuaternionSlerp([0, 1], [np.eye(3)] * 2).Append(np.nan, L.Quaternion()),
+        lambda L: L.FunctionHandleTrajectory(lambda t: np.ones((1, 1)), 1).set_derivative([]),
+    ]
+    for name in ("sheldrake", "pydrake"):
+        for program in wrong:
+            with pytest.raises((TypeError, RuntimeError, SystemExit)):
+                program(library(name))
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-9, 0.05, 0.2, 0.5, 1.0])
+def test_how_far_apart_approximate_orientations_may_be(apart):
+    def program(name):
+        L = library(name)
+
+        def pose(angle):
+            end = L.RigidTransform(L.RotationMatrix.MakeZRotation(angle), [0, 0, 0])
+            return L.PiecewisePose.MakeLinear([0.0, 1.0], [L.RigidTransform(), end])
+
+        tolerances = (0.0, 2e-9, 0.1, 0.3, 0.49, 0.51, 1.1, 3.0, 7.0)
+        return [pose(0.7).IsApprox(pose(0.7 + apart), tolerance) for tolerance in tolerances]
+
+    assert program("sheldrake") == program("pydrake")
+
+
+def test_no_elements_outside_of_matrices():
+    L = library("sheldrake")  # (Drake reads what lies beside them)
+    curve = L.PiecewisePolynomial.FirstOrderHold([0, 1], [[1.0, 2.0], [3.0, 4.0]])
+    spline = L.BsplineTrajectory(L.BsplineBasis(2, 3), [np.ones((2, 1))] * 3)
+    assert curve.getPolynomial(0, 1).GetDegree() == curve.getSegmentPolynomialDegree(0, 1) == 1
+    assert spline.CopyBlock(1, 0, 1, 1).rows() == 1
+    for row, column in ((-1, 0), (2, 0), (0, 1), (0, -1)):
+        with pytest.raises(RuntimeError, match="is not inside 2 x 1"):
+            curve.getPolynomial(0, row, column)
+        with pytest.raises(RuntimeError, match="is not inside 2 x 1"):
+            curve.getSegmentPolynomialDegree(0, row, column)
+        with pytest.raises(RuntimeError, match="is not inside 2 x 1"):
+            spline.CopyBlock(row, column, 1, 1)

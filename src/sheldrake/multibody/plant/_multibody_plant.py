@@ -260,7 +260,7 @@ class MultibodyPlant(LeafSystem):
 
     is_finalized = Call(_elements.is_finalized)
     AddModelInstance = Call(_elements.AddModelInstance)
-    RenameModelInstance = Call(_elements.RenameModelInstance)
+    RenameModelInstance = Call(_geometry.RenameModelInstance)
     num_model_instances = Call(_elements.num_model_instances)
     HasModelInstanceNamed = Call(_elements.HasModelInstanceNamed)
     GetModelInstanceByName = Call(_elements.GetModelInstanceByName)

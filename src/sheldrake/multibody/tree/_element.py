@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
 
 _FLOAT64 = np.dtype(np.float64)
 _FLOATS = frozenset((float, np.float64))
@@ -60,6 +61,12 @@ class Element:
         owner = self._owner or self._required_owner(call)
         owner.elements.require_finalized(call)
         return owner
+
+    def _fitting(self, call: str, forces: MultibodyForces) -> MultibodyForces:
+        """Forces, after Finalize(), that are of the size of the plant's."""
+        plant = self._finalized(call).plant
+        forces.require_fitting(call, plant.num_bodies(), plant.num_velocities())
+        return forces
 
     def index(self) -> Any:
         """Number of the element among its kind; invalid before it is added."""

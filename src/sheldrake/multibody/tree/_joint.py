@@ -311,9 +311,13 @@ class Joint(NamedElement):
 
     @checked
     def AddInDamping(self, context: Context, forces: MultibodyForces) -> None:
-        """Adds its damping forces to `forces`."""
+        """Adds its damping forces to `forces`.
+
+        Raises:
+            RuntimeError: they are for another number of bodies or velocities.
+        """
+        tau = self._fitting("AddInDamping", forces).mutable_generalized_forces()
         v = self._velocities(context, "AddInDamping")
-        tau = forces.mutable_generalized_forces()
         tau[self._v_start : self._v_start + len(v)] -= self.GetDampingVector(context) * v
 
     @checked
@@ -321,9 +325,10 @@ class Joint(NamedElement):
         """Adds a force or torque on one of its velocities to `forces`.
 
         Raises:
-            RuntimeError: it has no such velocity, or a velocity of its kind has no force of its own.
+            RuntimeError: it has no such velocity, a velocity of its kind has no force of its own, or `forces` are for
+                another number of bodies or velocities.
         """
-        self._finalized("AddInOneForce")
+        tau = self._fitting("AddInOneForce", forces).mutable_generalized_forces()
         if not self._type.v_is_qdot:
             raise RuntimeError(
                 f"Joint.AddInOneForce(): {self.type_name()} joints do not allow applying forces to individual degrees "
@@ -333,7 +338,7 @@ class Joint(NamedElement):
             raise RuntimeError(
                 f"Joint.AddInOneForce(): joint {self._name!r} has {self.num_velocities()} velocities, not {joint_dof}."
             )
-        forces.mutable_generalized_forces()[self._v_start + joint_dof] += joint_tau
+        tau[self._v_start + joint_dof] += joint_tau
 
     # --- default positions
 

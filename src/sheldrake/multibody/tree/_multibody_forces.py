@@ -28,19 +28,20 @@ class MultibodyForces:
         dtype: Any = float if self._scalar is float else object
         if nb is None and isinstance(plant, (int, np.integer)):
             nb, plant = int(plant), None
-        if nb is None:
-            if plant is None or nv is not None or not hasattr(plant, "num_velocities"):
-                raise Mismatch(
-                    "MultibodyForces(): incompatible constructor arguments. Takes (plant: MultibodyPlant) or "
-                    "(nb: int, nv: int)."
-                )
+        is_of_plant = nb is None and nv is None and hasattr(plant, "num_velocities")
+        if not is_of_plant and (nb is None or nv is None):
+            raise Mismatch(
+                "MultibodyForces(): incompatible constructor arguments. Takes (plant: MultibodyPlant) or "
+                "(nb: int, nv: int)."
+            )
+        if plant is not None and is_of_plant:
             if not plant.is_finalized():
                 raise RuntimeError(
                     "MultibodyForces(): this plant is pre-finalize; it answers once Finalize() is called."
                 )
             nb, nv, dtype = plant.num_bodies(), plant.num_velocities(), float if plant._scalar is float else object
         self._zero = 0.0 if plant is None else plant._scalar(0.0)
-        self._F_Bo_W, self._tau = np.zeros((int(nb), 6), dtype), np.zeros(int(nv or 0), dtype)
+        self._F_Bo_W, self._tau = np.zeros((int(nb or 0), 6), dtype), np.zeros(int(nv or 0), dtype)
         if dtype is object:
             self.SetZero()
 
@@ -51,6 +52,18 @@ class MultibodyForces:
     def num_velocities(self) -> int:
         """Number of generalized forces."""
         return len(self._tau)
+
+    def require_fitting(self, call: str, num_bodies: int, num_velocities: int) -> None:
+        """Refuses to be used for a plant of another size.
+
+        Raises:
+            RuntimeError: they are for another number of bodies or velocities.
+        """
+        if len(self._F_Bo_W) != num_bodies or len(self._tau) != num_velocities:
+            raise RuntimeError(
+                f"{call}(): the forces are for {self.num_bodies()} bodies and {self.num_velocities()} velocities, "
+                f"this plant has {num_bodies} and {num_velocities}; MultibodyForces(plant) fits it."
+            )
 
     def SetZero(self) -> MultibodyForces:
         """Makes all forces zero."""

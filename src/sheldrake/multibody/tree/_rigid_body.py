@@ -158,17 +158,13 @@ class RigidBody(NamedElement):
     @checked
     def GetForceInWorld(self, context: Context, forces: MultibodyForces) -> SpatialForce:
         """The spatial force on it at Bo, in W, among `forces`."""
-        self._finalized("GetForceInWorld")
-        return SpatialForce_[context._system._scalar](forces._F_Bo_W[int(self._index)].copy())
+        F_Bo_W = self._fitting("GetForceInWorld", forces)._F_Bo_W
+        return SpatialForce_[context._system._scalar](F_Bo_W[int(self._index)].copy())
 
     @checked
     def AddInForceInWorld(self, context: Context, F_Bo_W: SpatialForce, forces: MultibodyForces) -> None:
         """Adds a spatial force at Bo, given in W, to `forces`."""
-        self._finalized("AddInForceInWorld")
-        self._add(F_Bo_W, forces)
-
-    def _add(self, F_Bo_W: SpatialForce, forces: MultibodyForces) -> None:
-        forces._F_Bo_W[int(self._index)] += F_Bo_W._c
+        self._fitting("AddInForceInWorld", forces)._F_Bo_W[int(self._index)] += F_Bo_W._c
 
     @checked
     def AddInForce(
@@ -186,7 +182,8 @@ class RigidBody(NamedElement):
         owner = self._finalized("AddInForce")
         F_Bo_E = F_Bp_E.Shift(-vector("AddInForce", "p_BP_E", p_BP_E, 3))
         in_world = frame_E is owner.kinematics.world_frame  # another plant's is refused below
-        self._add(F_Bo_E if in_world else F_Bo_E.Rotate(frame_E.CalcRotationMatrixInWorld(context)), forces)
+        F_Bo_W = F_Bo_E if in_world else F_Bo_E.Rotate(frame_E.CalcRotationMatrixInWorld(context))
+        self._fitting("AddInForce", forces)._F_Bo_W[int(self._index)] += F_Bo_W._c
 
     # --- free motion
 

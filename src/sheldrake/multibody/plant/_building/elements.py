@@ -184,12 +184,6 @@ class Elements:
         self.require_not_finalized("AddModelInstance")
         return self.instances.add_named(name)
 
-    @checked
-    def RenameModelInstance(self, model_instance: ModelInstanceIndex, name: str) -> None:
-        """Gives a model instance another name."""
-        self.require_not_finalized("RenameModelInstance")
-        self.instances.rename("RenameModelInstance", model_instance, name)
-
     def num_model_instances(self) -> int:
         """Number of model instances, those of the world and the default one included."""
         return len(self.instances.slots)

@@ -34,7 +34,7 @@ from sheldrake.geometry._state.records import WORLD_FRAME_ID, GeometryRecord
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.multibody.plant._building.elements import Elements
-from sheldrake.multibody.tree import BodyIndex, RigidBody
+from sheldrake.multibody.tree import BodyIndex, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import finite_pose
 
 
@@ -111,6 +111,32 @@ class PlantGeometry:
     def _full_name(self, body: RigidBody, name: str) -> str:
         instance = int(body._instance)
         return name if instance < 2 else f"{self._elements.GetModelInstanceName(body._instance)}::{name}"
+
+    @checked
+    def RenameModelInstance(self, model_instance: ModelInstanceIndex, name: str) -> None:
+        """Gives a model instance another name; frames and geometries that have its name in theirs follow.
+
+        Raises:
+            RuntimeError: the plant is finalized, there is no such instance, or another has the name.
+        """
+        call = "RenameModelInstance"
+        self._elements.require_not_finalized(call)
+        prefix = f"{self._elements.instances.get(model_instance, call).name()}::"
+        self._elements.instances.rename(call, model_instance, name)
+        if self.scene_graph is None or int(model_instance) < 2:
+            return
+        for index in self._elements.GetBodyIndices(model_instance):
+            self._rename(self._elements.get_body(index), prefix)
+
+    def _rename(self, body: RigidBody, old_prefix: str) -> None:
+        """Has names of a body's frame and geometries begin with that of its model instance, not with the old one."""
+        scene_graph, frame_id = self.required_scene_graph(), self.frame_of_body[int(body.index())]
+        inspector = scene_graph.model_inspector()
+        scene_graph.RenameFrame(frame_id, self._full_name(body, body._name))
+        for geometry_id in inspector.GetGeometries(frame_id):
+            name = inspector.GetName(geometry_id)
+            if name.startswith(old_prefix):
+                scene_graph.RenameGeometry(geometry_id, self._full_name(body, name.removeprefix(old_prefix)))
 
     def geometry_source_is_registered(self) -> bool:
         """Whether it is a source of a SceneGraph."""

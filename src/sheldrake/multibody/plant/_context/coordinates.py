@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sheldrake.common._checked import checked
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._kinds import flag, instance_of
+from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -25,7 +26,13 @@ if TYPE_CHECKING:
     from sheldrake.multibody.plant._context.view import View
 
 
-_MOST_NAMES = 64  # lists of names are asked for in few ways
+# Of names: of all model instances or of one, and whether each says what tells the positions of a joint apart.
+_OF_ALL: dict[str, Any] = {"add_model_instance_prefix": (flag, True)}
+_OF_ONE: dict[str, Any] = {
+    "model_instance": instance_of(ModelInstanceIndex),
+    "add_model_instance_prefix": (flag, False),
+}
+_SUFFIX: dict[str, Any] = {"always_add_suffix": (flag, True)}
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
 
@@ -166,109 +173,80 @@ class Coordinates:
 
     # --- names
 
-    def _element_names(
-        self, call: str, which: str, args: tuple, always_add_suffix: bool, add_model_instance_prefix: bool | None
-    ) -> list[str]:
-        return self._known_names(self._new_names, call, which, args, always_add_suffix, add_model_instance_prefix)
-
-    def _known_names(self, make: Callable[..., list[str]], *how: Any) -> list[str]:
-        """What `make` gives, kept, as no name changes; among the arguments is a tuple of those that a caller gave."""
-        kinds = tuple(type(arg) for given in how if type(given) is tuple for arg in given)
-        key = make.__name__, kinds, how  # kinds, as a model instance equals an integer, which is a flag here
-        try:
-            return self._names[key].copy()
-        except (KeyError, TypeError):  # not asked yet, or with what is no key and is complained of
-            pass
-        names = make(*how)
-        if len(self._names) < _MOST_NAMES:
-            self._names[key] = names
+    def _known_names(self, *which: Any) -> list[str]:
+        """What `_new_names` gives, kept, as no name changes."""
+        names = self._names.get(which)
+        if names is None:
+            make = self._new_actuator_names if which[0] == "GetActuatorNames" else self._new_names
+            names = self._names[which] = make(*which)
         return names.copy()
 
     def _new_names(
-        self, call: str, which: str, args: tuple, always_add_suffix: bool, add_model_instance_prefix: bool | None
+        self, call: str, of_q: bool, model_instance: ModelInstanceIndex | None, prefix: bool, always_add_suffix: bool
     ) -> list[str]:
-        instance, flags = None, list(args)
-        if flags and isinstance(flags[0], ModelInstanceIndex):
-            instance = flags.pop(0)
-        prefix = flags.pop(0) if flags else add_model_instance_prefix
-        always_add_suffix = flags.pop(0) if flags else always_add_suffix
-        prefix = (instance is None) if prefix is None else prefix
         model = self._elements.model(call)
-        names: np.ndarray = np.empty(model.nq if which == "q" else model.nv, dtype=object)
+        names: np.ndarray = np.empty(model.nq if of_q else model.nv, dtype=object)
         for joint in model.joints:
-            count = joint.num_positions() if which == "q" else joint.num_velocities()
-            start = joint._q_start if which == "q" else joint._v_start
-            suffixes = joint._type.positions if which == "q" else joint._type.velocities
+            count = joint.num_positions() if of_q else joint.num_velocities()
+            start = joint._q_start if of_q else joint._v_start
+            suffixes = joint._type.positions if of_q else joint._type.velocities
             before = f"{self._instance_name(joint)}_" if prefix else ""
             for k in range(count):
                 after = f"_{suffixes[k]}" if always_add_suffix or count > 1 else ""
                 names[start + k] = f"{before}{joint.name()}{after}"
-        return list(names[self.indices(call, which, instance)])
+        return list(names[self.indices(call, "q" if of_q else "v", model_instance)])
 
+    @overloaded(
+        overload(**_OF_ONE, **_SUFFIX),
+        overload(lambda self, *flags: self._known_names("GetPositionNames", True, None, *flags), **_OF_ALL, **_SUFFIX),
+    )
     def GetPositionNames(
-        self,
-        *args: Any,
-        model_instance: ModelInstanceIndex | None = None,
-        add_model_instance_prefix: bool | None = None,
-        always_add_suffix: bool = True,
+        self, model_instance: ModelInstanceIndex, add_model_instance_prefix: bool, always_add_suffix: bool
     ) -> list[str]:
         """Names of the positions.
 
         Args:
-            args: `[model_instance], [add_model_instance_prefix], [always_add_suffix]`.
-            model_instance: Only those of one model instance.
+            model_instance: Only those of one model instance; all when left out.
             add_model_instance_prefix: Begin names with that of the model instance; by default only when names of all
                 instances are asked for.
             always_add_suffix: End names with what tells a joint's positions apart even when it has only one.
         """
-        args = args if model_instance is None else (model_instance, *args)
-        return self._element_names("GetPositionNames", "q", args, always_add_suffix, add_model_instance_prefix)
+        return self._known_names("GetPositionNames", True, model_instance, add_model_instance_prefix, always_add_suffix)
 
+    @overloaded(
+        overload(**_OF_ONE, **_SUFFIX),
+        overload(lambda self, *flags: self._known_names("GetVelocityNames", False, None, *flags), **_OF_ALL, **_SUFFIX),
+    )
     def GetVelocityNames(
-        self,
-        *args: Any,
-        model_instance: ModelInstanceIndex | None = None,
-        add_model_instance_prefix: bool | None = None,
-        always_add_suffix: bool = True,
+        self, model_instance: ModelInstanceIndex, add_model_instance_prefix: bool, always_add_suffix: bool
     ) -> list[str]:
         """Names of the velocities; arguments as in GetPositionNames()."""
-        args = args if model_instance is None else (model_instance, *args)
-        return self._element_names("GetVelocityNames", "v", args, always_add_suffix, add_model_instance_prefix)
+        return self._known_names(
+            "GetVelocityNames", False, model_instance, add_model_instance_prefix, always_add_suffix
+        )
 
-    def GetStateNames(
-        self,
-        *args: Any,
-        model_instance: ModelInstanceIndex | None = None,
-        add_model_instance_prefix: bool | None = None,
-    ) -> list[str]:
+    @overloaded(overload(**_OF_ONE), overload(lambda self, prefix: self._state_names(None, prefix), **_OF_ALL))
+    def GetStateNames(self, model_instance: ModelInstanceIndex, add_model_instance_prefix: bool) -> list[str]:
         """Names of the positions, then of the velocities; arguments as in GetPositionNames()."""
-        args = args if model_instance is None else (model_instance, *args)
-        return [
-            *self._element_names("GetStateNames", "q", args, True, add_model_instance_prefix),
-            *self._element_names("GetStateNames", "v", args, True, add_model_instance_prefix),
-        ]
+        return self._state_names(model_instance, add_model_instance_prefix)
 
-    def GetActuatorNames(
-        self,
-        *args: Any,
-        model_instance: ModelInstanceIndex | None = None,
-        add_model_instance_prefix: bool | None = None,
-    ) -> list[str]:
+    def _state_names(self, model_instance: ModelInstanceIndex | None, prefix: bool) -> list[str]:
+        how = model_instance, prefix, True
+        return self._known_names("GetStateNames", True, *how) + self._known_names("GetStateNames", False, *how)
+
+    @overloaded(
+        overload(**_OF_ONE),
+        overload(lambda self, prefix: self._known_names("GetActuatorNames", None, prefix), **_OF_ALL),
+    )
+    def GetActuatorNames(self, model_instance: ModelInstanceIndex, add_model_instance_prefix: bool) -> list[str]:
         """Names of the actuators, in the order of the actuation vector."""
-        self._elements.require_finalized("GetActuatorNames")
-        return self._known_names(self._new_actuator_names, args, model_instance, add_model_instance_prefix)
+        return self._known_names("GetActuatorNames", model_instance, add_model_instance_prefix)
 
-    def _new_actuator_names(
-        self, args: tuple, model_instance: ModelInstanceIndex | None, add_model_instance_prefix: bool | None
-    ) -> list[str]:
-        flags, instance = list(args), model_instance
-        if flags and isinstance(flags[0], ModelInstanceIndex):
-            instance = flags.pop(0)
-        prefix = flags.pop(0) if flags else add_model_instance_prefix
-        prefix = (instance is None) if prefix is None else prefix
+    def _new_actuator_names(self, call: str, model_instance: ModelInstanceIndex | None, prefix: bool) -> list[str]:
+        self._elements.require_finalized(call)
         return [
             f"{self._instance_name(a)}_{a.name()}" if prefix else a.name()
-            for a in self.actuators_of("GetActuatorNames", instance)
+            for a in self.actuators_of(call, model_instance)
         ]
 
     def _instance_name(self, element: Joint | JointActuator) -> str:

@@ -373,12 +373,7 @@ def _sparse(columns: np.ndarray) -> csc_matrix:
 
 
 def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:
-    expect(call, forces, MultibodyForces)
-    if forces.num_bodies() != view.nb or forces.num_velocities() != view.nv:
-        raise RuntimeError(
-            f"{call}(): the forces are for {forces.num_bodies()} bodies and {forces.num_velocities()} velocities, "
-            f"this plant has {view.nb} and {view.nv}."
-        )
+    expect(call, forces, MultibodyForces).require_fitting(call, view.nb, view.nv)
 
 
 def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, Any, Frame, Frame]:
