@@ -34,12 +34,15 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
             raise Mismatch(f"LcmInterfaceSystem(): incompatible constructor arguments: {lcm!r} is no DrakeLcmInterface")
         self._lcm = lcm
         self._is_kept = lcm._is_kept = True
-        self.DeclarePerStepUnrestrictedUpdateEvent(self._pump)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._pump)
 
     def _pump(self, context: Context, state: Any) -> EventStatus:
         self._lcm.HandleSubscriptions(0)
         return EventStatus.DidNothing()
+
+    def _asks(self, context: Context) -> bool:
+        self._lcm.HandleSubscriptions(0)
+        return False  # those who have got a message ask
 
     def get_lcm_url(self) -> str:
         return self._lcm.get_lcm_url()
@@ -172,7 +175,7 @@ class LcmSubscriberSystem(LeafSystem):
         message = self.DeclareAbstractState(serializer.CreateDefaultValue())
         self.DeclareAbstractState(AbstractValue.Make(0))
         self.DeclareStateOutputPort("y0", AbstractStateIndex(int(message)))
-        self.DeclarePerStepUnrestrictedUpdateEvent(self._take)
+        self._declare_request(self._take)
         self.DeclareForcedUnrestrictedUpdateEvent(self._take)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         lcm.Subscribe(channel, _keeper(self._box))
@@ -236,9 +239,12 @@ class LcmSubscriberSystem(LeafSystem):
                 )
         return self._take(context, state)
 
-    def _take(self, context: Context, state: Any) -> EventStatus:
+    def _asks(self, context: Context) -> bool:
         if self._lcm._is_kept:
             self._lcm.HandleSubscriptions(0)  # whatever the order of the two systems in the diagram
+        return context.get_abstract_state(1).get_value() != self._box[1]
+
+    def _take(self, context: Context, state: Any) -> EventStatus:
         raw, count = self._box
         if context.get_abstract_state(1).get_value() == count:
             return EventStatus.DidNothing()
