@@ -36,8 +36,6 @@ class DrakeLcmParams(Options):
 class DrakeLcmInterface:
     """What publishes and subscribes; see `DrakeLcm`."""
 
-    _is_kept = False  # whether a system hands out its messages while a simulation runs
-
     def get_lcm_url(self) -> str:
         """Where messages go."""
         raise NotImplementedError(f"{type(self).__name__} has no get_lcm_url().")

@@ -33,7 +33,6 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
         if not isinstance(lcm, DrakeLcmInterface):
             raise Mismatch(f"LcmInterfaceSystem(): incompatible constructor arguments: {lcm!r} is no DrakeLcmInterface")
         self._lcm = lcm
-        self._is_kept = lcm._is_kept = True
         self.DeclareInitializationUnrestrictedUpdateEvent(self._pump)
 
     def _pump(self, context: Context, state: Any) -> EventStatus:
@@ -240,8 +239,6 @@ class LcmSubscriberSystem(LeafSystem):
         return self._take(context, state)
 
     def _asks(self, context: Context) -> bool:
-        if self._lcm._is_kept:
-            self._lcm.HandleSubscriptions(0)  # whatever the order of the two systems in the diagram
         return context.get_abstract_state(1).get_value() != self._box[1]
 
     def _take(self, context: Context, state: Any) -> EventStatus:

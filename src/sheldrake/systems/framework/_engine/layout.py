@@ -330,7 +330,9 @@ class Layout(Memory):
         self.shortest_period = min((period for _, period in clocks), default=np.inf)  # [s]
         self.group_list = [(kind, clock, rows, nodes) for (kind, clock), (rows, nodes) in groups.items() if nodes]
         self.requests = [g for g, (_, clock, *_) in enumerate(self.group_list) if clock == _program.AT_REQUEST]
-        self.may_ask = [n for n in self.leaves if self.systems[n]._may_ask()]
+        updates = {n for *_, clock, _, nodes in self.group_list if clock == _program.AT_REQUEST for n in nodes}
+        asked = [n for n in self.leaves if self.systems[n]._may_ask()]
+        self.may_ask = sorted(asked, key=updates.__contains__)  # what wakes others comes first
         self.updates_at_start = any(k != PUBLISH and c == _program.AT_START for k, c, *_ in self.group_list)
         number = {(kind, clock): g for g, (kind, clock, *_) in enumerate(self.group_list)}
         self.turns = [[(r, number[group], self._reads_slab(r)) for r, group in rows] for rows in turns]
