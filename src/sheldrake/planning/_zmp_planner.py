@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.trajectories import ExponentialPlusPiecewisePolynomial, PiecewisePolynomial
+from sheldrake.trajectories._exponential import MatrixExponential
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -48,6 +50,7 @@ class ZmpPlanner:
             R: Weight of accelerations.
 
         Raises:
+            TypeError: x0 has another size.
             RuntimeError: the trajectory has another size, or the height or the gravity is not positive.
         """
         from sheldrake.systems.controllers import LinearQuadraticRegulator
@@ -57,6 +60,9 @@ class ZmpPlanner:
                 f"Plan(): expected a trajectory of two rows, positive height and gravity; got {zmp_d.rows()} rows, "
                 f"{height} and {gravity}."
             )
+        start = np.array(x0, dtype=float).ravel()
+        if start.shape != (4,):
+            raise Mismatch(f"ZmpPlanner.Plan(): incompatible function arguments: x0 has shape {np.shape(x0)}, not (4,)")
         zero, one = np.zeros((2, 2)), np.eye(2)
         self._A, self._B = np.block([[zero, one], [zero, zero]]), np.vstack((zero, one))
         self._C, self._D = np.hstack((one, zero)), -height / gravity * one
@@ -76,7 +82,7 @@ class ZmpPlanner:
         wanted = self._pieces(zmp_d)
         times = np.array(zmp_d.get_segment_times())
         alpha2 = self._backward(M2, N2, wanted, times)
-        alpha, poly = self._forward(M, N, wanted, times, alpha2, np.array(x0, dtype=float).ravel())
+        alpha, poly = self._forward(M, N, wanted, times, alpha2, start)
         vx = PiecewisePolynomial([_columns(p[:, 4:]) for p in poly], times)
         com = PiecewisePolynomial([_columns(p[:, :2] + _at_zero(p, self._end)) for p in poly], times)
         rows = np.eye(2, 8)
@@ -102,12 +108,10 @@ class ZmpPlanner:
 
     def _backward(self, M: np.ndarray, N: np.ndarray, wanted: list, times: np.ndarray) -> np.ndarray:
         """Coefficients of the exponentials of the value function's linear part, which is zero at the end."""
-        from scipy.linalg import expm
-
-        alpha, after = np.zeros((4, len(wanted))), np.zeros(4)
+        alpha, after, exp = np.zeros((4, len(wanted))), np.zeros(4), MatrixExponential(M)
         for j in range(len(wanted) - 1, -1, -1):
             h, poly = times[j + 1] - times[j], _particular(M, N, wanted[j])
-            alpha[:, j] = expm(-M * h) @ (after - _value(poly, h))
+            alpha[:, j] = exp.applied(-h, after - _value(poly, h))
             after = alpha[:, j] + poly[0]
         return alpha
 
@@ -115,15 +119,13 @@ class ZmpPlanner:
         self, M: np.ndarray, N: np.ndarray, wanted: list, times: np.ndarray, alpha2: np.ndarray, x0: np.ndarray
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         """Coefficients of the exponentials of (state, linear part), and polynomials, of all segments."""
-        from scipy.linalg import expm
-
-        alpha, polys = np.zeros((8, len(wanted))), []
+        alpha, polys, exp = np.zeros((8, len(wanted))), [], MatrixExponential(M)
         x = x0 - np.append(self._end, [0.0, 0.0])
         for j, c in enumerate(wanted):
             poly = _particular(M, N, c)
             alpha[:, j] = np.concatenate((x - poly[0, :4], alpha2[:, j]))
             h = times[j + 1] - times[j]
-            x = (expm(M * h) @ alpha[:, j] + _value(poly, h))[:4]
+            x = (exp.applied(h, alpha[:, j]) + _value(poly, h))[:4]
             polys.append(poly)
         return alpha, polys
 
