@@ -60,9 +60,7 @@ class ZmpPlanner:
                 f"Plan(): expected a trajectory of two rows, positive height and gravity; got {zmp_d.rows()} rows, "
                 f"{height} and {gravity}."
             )
-        start = np.array(x0, dtype=float).ravel()
-        if start.shape != (4,):
-            raise Mismatch(f"ZmpPlanner.Plan(): incompatible function arguments: x0 has shape {np.shape(x0)}, not (4,)")
+        start = _state("Plan", x0)
         zero, one = np.zeros((2, 2)), np.eye(2)
         self._A, self._B = np.block([[zero, one], [zero, zero]]), np.vstack((zero, one))
         self._C, self._D = np.hstack((one, zero)), -height / gravity * one
@@ -91,6 +89,8 @@ class ZmpPlanner:
             ExponentialPlusPiecewisePolynomial(rows @ np.linalg.matrix_power(M, k), M, alpha, com.derivative(k))
             for k in range(3)
         )
+        self._gains = np.hstack((self._K, self._to_u0))  # of x, Vx and the wanted point: of the best acceleration
+        self._known_at_rest = np.concatenate((self._end, np.zeros(6), self._end))
         self._planned = True
 
     def _pieces(self, zmp_d: PiecewisePolynomial) -> list[np.ndarray]:
@@ -143,11 +143,15 @@ class ZmpPlanner:
         Args:
             time: The time [s].
             x: Position and velocity of the center of mass [m, m/s], shape (4,).
+
+        Raises:
+            TypeError: x has another size.
+            RuntimeError: there is no plan.
         """
         self._require_plan()
-        state = np.array(x, dtype=float).ravel() - np.append(self._end, [0.0, 0.0])
-        wanted = self.get_desired_zmp(time) - self._end
-        return self._K @ state + self._to_u0 @ np.concatenate((self.get_Vx(time), wanted))
+        wanted = self._zmp_d.value(time)
+        known = np.concatenate((_state("ComputeOptimalCoMdd", x), self._Vx.value(time)[:, 0], wanted[:, 0]))
+        return self._gains @ (known - self._known_at_rest)
 
     def comdd_to_cop(self, x: ArrayLike, u: ArrayLike) -> np.ndarray:
         """Returns the center of pressure [m] for a state and an acceleration, shape (2,)."""
@@ -209,6 +213,15 @@ class ZmpPlanner:
     def get_nominal_comdd(self, time: float | None = None) -> Trajectory:
         """Returns the planned acceleration of the center of mass [m/s^2], at a time if one is given."""
         return self._trajectory("_comdd", time)
+
+
+def _state(call: str, x: ArrayLike) -> np.ndarray:
+    state = np.asarray(x, dtype=float).ravel()
+    if state.shape != (4,):
+        raise Mismatch(
+            f"ZmpPlanner.{call}(): incompatible function arguments: the state has shape {np.shape(x)}, not (4,)"
+        )
+    return state
 
 
 def _particular(M: np.ndarray, N: np.ndarray, c: np.ndarray) -> np.ndarray:
