@@ -180,8 +180,7 @@ class Freezer:
         side, L = store.I.copy(), self._logs()
         side[self.layout.log0 : self.layout.fixed0] = self._log_table.reshape(-1)
         run = self.span.run.word.copy()
-        for switch in (RunWords.has_commit, RunWords.has_witness, RunWords.has_monitor, RunWords.has_every_step):
-            run[switch] = 0
+        run[: RunWords.budget.at] = 0  # the switches
         self._L = np.empty(len(L)) if store.L.size != L.size else store.L
         numbers = self.span.numbers.number
         self.places = {

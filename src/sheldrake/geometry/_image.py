@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
 
@@ -70,7 +71,10 @@ class _Image:
     def __init__(self, width: int = 0, height: int = 0, initial_value: float = 0):
         self._data = np.empty((0, 0, self.Traits.kNumChannels), self.Traits.ChannelType)
         self.resize(width, height)
-        self._data[...] = initial_value
+        try:
+            self._data[...] = initial_value
+        except OverflowError as error:
+            raise Mismatch(f"{type(self).__name__}(): incompatible constructor arguments: {error}") from error
 
     def width(self) -> int:
         """Width [pixels]."""

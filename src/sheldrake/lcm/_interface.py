@@ -36,8 +36,6 @@ class DrakeLcmParams(Options):
 class DrakeLcmInterface:
     """What publishes and subscribes; see `DrakeLcm`."""
 
-    _is_kept = False  # whether a system hands out its messages while a simulation runs
-
     def get_lcm_url(self) -> str:
         """Where messages go."""
         raise NotImplementedError(f"{type(self).__name__} has no get_lcm_url().")
@@ -54,10 +52,16 @@ class DrakeLcmInterface:
 
     def Subscribe(self, channel: str, handler: Callable[[bytes], None]) -> None:
         """Lets `handler(message)` have the messages of a channel."""
+        if not callable(handler):
+            raise Mismatch(f"DrakeLcm.Subscribe(): incompatible function arguments: {handler!r} is no handler")
         self._subscribe(re.escape(channel), lambda name, message: handler(message))
 
     def SubscribeMultichannel(self, regex: str, handler: Callable[[str, bytes], None]) -> None:
-        """Lets `handler(channel, message)` have the messages of all channels whose whole names match."""
+        """Lets `handler(channel, message)` have the messages of all channels whose whole names match.
+
+        Raises:
+            RuntimeError: `regex` is no regular expression.
+        """
         self._subscribe(regex, handler)
 
     def SubscribeAllChannels(self, handler: Callable[[str, bytes], None]) -> None:
@@ -157,6 +161,8 @@ class DrakeLcm(DrakeLcmInterface):
 
     def Publish(self, channel: str, buffer: bytes, time_sec: float | None = None) -> None:
         """Sends a message; see `DrakeLcmInterface.Publish`."""
+        if not isinstance(buffer, (bytes, bytearray)):  # `bytes(5)` would be five zeros
+            raise Mismatch(f"DrakeLcm.Publish(): incompatible function arguments: {buffer!r} is no bytes")
         if not channel:
             raise RuntimeError("DrakeLcm.Publish(): the channel's name is empty.")
         name, provider = channel + self._suffix, self._connect()
@@ -165,8 +171,18 @@ class DrakeLcm(DrakeLcmInterface):
         provider.send(name, bytes(buffer))
 
     def _subscribe(self, regex: str, handler: Callable[[str, bytes], None]) -> None:
+        if not callable(handler):
+            raise Mismatch(
+                f"DrakeLcm.SubscribeMultichannel(): incompatible function arguments: {handler!r} is no handler"
+            )
+        try:
+            pattern = re.compile(f"(?:{regex}){re.escape(self._suffix)}")
+        except re.error as error:
+            raise RuntimeError(
+                f"DrakeLcm.SubscribeMultichannel(): {regex!r} is no regular expression: {error}."
+            ) from error
         self._connect()
-        self._handlers.append((re.compile(f"(?:{regex}){re.escape(self._suffix)}"), handler))
+        self._handlers.append((pattern, handler))
 
     def _handlers_of(self, name: str) -> list[Callable[[str, bytes], None]]:
         return [handler for pattern, handler in self._handlers if pattern.fullmatch(name)]
@@ -213,4 +229,5 @@ class Subscriber:
 
     def _handler(self, raw: bytes) -> None:
         self.count += 1
-        self.raw, self.message = raw, self.lcm_type.decode(raw)
+        self.raw = raw
+        self.message = self.lcm_type.decode(raw)

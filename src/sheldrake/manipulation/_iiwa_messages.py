@@ -77,6 +77,8 @@ class IiwaCommandReceiver(LeafSystem):
         control_mode: IiwaControlMode = IiwaControlMode.kPositionAndTorque,
     ):
         super().__init__()
+        if num_joints < 1:
+            raise RuntimeError(f"IiwaCommandReceiver(): num_joints must be positive, got {num_joints}.")
         self._n = n = num_joints
         self.DeclareAbstractInputPort("lcmt_iiwa_command", AbstractValue.Make(lcmt_iiwa_command()))
         self.DeclareVectorInputPort("position_measured", n)

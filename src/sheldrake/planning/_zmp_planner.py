@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.trajectories import ExponentialPlusPiecewisePolynomial, PiecewisePolynomial
+from sheldrake.trajectories._exponential import MatrixExponential
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -48,6 +50,7 @@ class ZmpPlanner:
             R: Weight of accelerations.
 
         Raises:
+            TypeError: x0 has another size.
             RuntimeError: the trajectory has another size, or the height or the gravity is not positive.
         """
         from sheldrake.systems.controllers import LinearQuadraticRegulator
@@ -57,6 +60,7 @@ class ZmpPlanner:
                 f"Plan(): expected a trajectory of two rows, positive height and gravity; got {zmp_d.rows()} rows, "
                 f"{height} and {gravity}."
             )
+        start = _state("Plan", x0)
         zero, one = np.zeros((2, 2)), np.eye(2)
         self._A, self._B = np.block([[zero, one], [zero, zero]]), np.vstack((zero, one))
         self._C, self._D = np.hstack((one, zero)), -height / gravity * one
@@ -76,7 +80,7 @@ class ZmpPlanner:
         wanted = self._pieces(zmp_d)
         times = np.array(zmp_d.get_segment_times())
         alpha2 = self._backward(M2, N2, wanted, times)
-        alpha, poly = self._forward(M, N, wanted, times, alpha2, np.array(x0, dtype=float).ravel())
+        alpha, poly = self._forward(M, N, wanted, times, alpha2, start)
         vx = PiecewisePolynomial([_columns(p[:, 4:]) for p in poly], times)
         com = PiecewisePolynomial([_columns(p[:, :2] + _at_zero(p, self._end)) for p in poly], times)
         rows = np.eye(2, 8)
@@ -85,6 +89,8 @@ class ZmpPlanner:
             ExponentialPlusPiecewisePolynomial(rows @ np.linalg.matrix_power(M, k), M, alpha, com.derivative(k))
             for k in range(3)
         )
+        self._gains = np.hstack((self._K, self._to_u0))  # of x, Vx and the wanted point: of the best acceleration
+        self._known_at_rest = np.concatenate((self._end, np.zeros(6), self._end))
         self._planned = True
 
     def _pieces(self, zmp_d: PiecewisePolynomial) -> list[np.ndarray]:
@@ -102,12 +108,10 @@ class ZmpPlanner:
 
     def _backward(self, M: np.ndarray, N: np.ndarray, wanted: list, times: np.ndarray) -> np.ndarray:
         """Coefficients of the exponentials of the value function's linear part, which is zero at the end."""
-        from scipy.linalg import expm
-
-        alpha, after = np.zeros((4, len(wanted))), np.zeros(4)
+        alpha, after, exp = np.zeros((4, len(wanted))), np.zeros(4), MatrixExponential(M)
         for j in range(len(wanted) - 1, -1, -1):
             h, poly = times[j + 1] - times[j], _particular(M, N, wanted[j])
-            alpha[:, j] = expm(-M * h) @ (after - _value(poly, h))
+            alpha[:, j] = exp.applied(-h, after - _value(poly, h))
             after = alpha[:, j] + poly[0]
         return alpha
 
@@ -115,15 +119,13 @@ class ZmpPlanner:
         self, M: np.ndarray, N: np.ndarray, wanted: list, times: np.ndarray, alpha2: np.ndarray, x0: np.ndarray
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         """Coefficients of the exponentials of (state, linear part), and polynomials, of all segments."""
-        from scipy.linalg import expm
-
-        alpha, polys = np.zeros((8, len(wanted))), []
+        alpha, polys, exp = np.zeros((8, len(wanted))), [], MatrixExponential(M)
         x = x0 - np.append(self._end, [0.0, 0.0])
         for j, c in enumerate(wanted):
             poly = _particular(M, N, c)
             alpha[:, j] = np.concatenate((x - poly[0, :4], alpha2[:, j]))
             h = times[j + 1] - times[j]
-            x = (expm(M * h) @ alpha[:, j] + _value(poly, h))[:4]
+            x = (exp.applied(h, alpha[:, j]) + _value(poly, h))[:4]
             polys.append(poly)
         return alpha, polys
 
@@ -141,11 +143,15 @@ class ZmpPlanner:
         Args:
             time: The time [s].
             x: Position and velocity of the center of mass [m, m/s], shape (4,).
+
+        Raises:
+            TypeError: x has another size.
+            RuntimeError: there is no plan.
         """
         self._require_plan()
-        state = np.array(x, dtype=float).ravel() - np.append(self._end, [0.0, 0.0])
-        wanted = self.get_desired_zmp(time) - self._end
-        return self._K @ state + self._to_u0 @ np.concatenate((self.get_Vx(time), wanted))
+        wanted = self._zmp_d.value(time)
+        known = np.concatenate((_state("ComputeOptimalCoMdd", x), self._Vx.value(time)[:, 0], wanted[:, 0]))
+        return self._gains @ (known - self._known_at_rest)
 
     def comdd_to_cop(self, x: ArrayLike, u: ArrayLike) -> np.ndarray:
         """Returns the center of pressure [m] for a state and an acceleration, shape (2,)."""
@@ -207,6 +213,15 @@ class ZmpPlanner:
     def get_nominal_comdd(self, time: float | None = None) -> Trajectory:
         """Returns the planned acceleration of the center of mass [m/s^2], at a time if one is given."""
         return self._trajectory("_comdd", time)
+
+
+def _state(call: str, x: ArrayLike) -> np.ndarray:
+    state = np.asarray(x, dtype=float).ravel()
+    if state.shape != (4,):
+        raise Mismatch(
+            f"ZmpPlanner.{call}(): incompatible function arguments: the state has shape {np.shape(x)}, not (4,)"
+        )
+    return state
 
 
 def _particular(M: np.ndarray, N: np.ndarray, c: np.ndarray) -> np.ndarray:

@@ -106,6 +106,9 @@ SYSTEMS = {
     "SceneGraph of an arm": lambda s: scene(s, lambda b, p, g: g),
     "DrakeVisualizer": lambda s: s.DrakeVisualizer(),
     "MultibodyPositionToGeometryPose": lambda s: scene(s, lambda b, p, g: s.MultibodyPositionToGeometryPose(p)),
+    "MultibodyPositionToGeometryPose of a state": lambda s: scene(
+        s, lambda b, p, g: s.MultibodyPositionToGeometryPose(p, input_multibody_state=True)
+    ),
     "Propeller": lambda s: s.Propeller(s.BodyIndex(1), thrust_ratio=1.0, moment_ratio=0.1),
     "Wing": lambda s: s.Wing(s.BodyIndex(1), surface_area=1.0, fluid_density=1.2),
     "ExternallyAppliedSpatialForceMultiplexer": lambda s: s.ExternallyAppliedSpatialForceMultiplexer(2),

@@ -48,3 +48,13 @@ def test_a_planted_fault_is_seen():
     mine = everything(planned("sheldrake", "FirstOrderHold", 1.01 * POINTS))
     other = everything(planned("pydrake", "FirstOrderHold"))
     assert max(np.abs(a - b).max() for a, b in zip(mine, other)) > 1e-3
+
+
+@pytest.mark.parametrize("name", ["sheldrake", "pydrake"])
+def test_a_state_has_four_numbers(name):
+    planner = planned(name, "FirstOrderHold")
+    with pytest.raises(TypeError):
+        planner.ComputeOptimalCoMdd(0.5, [0.1, 0.2])
+    with pytest.raises(TypeError):
+        planner.Plan(planner.get_desired_zmp(), [0.1, 0.2, 0.3], 0.8)
+    assert planner.get_nominal_com(0.0) == pytest.approx(X0[:2])

@@ -150,3 +150,22 @@ class TestMessages:
             lcmt_scope.decode(lcmt_scope(size=2, value=[1.0, 2.0]).encode()[:-1])
         with pytest.raises(TypeError, match="it has utime, size, value"):
             lcmt_scope(time=1)
+
+
+@pytest.mark.parametrize("buffer", [5, None, "text", [1, 2]])
+def test_a_message_is_bytes(buffer):
+    lcm, got = DrakeLcm("memq://"), []
+    lcm.Subscribe("A", got.append)
+    with pytest.raises(TypeError, match="is no bytes"):
+        lcm.Publish("A", buffer)
+    lcm.HandleSubscriptions(0)
+    assert got == []
+
+
+def test_subscriptions_that_cannot_be():
+    lcm = DrakeLcm("memq://")
+    with pytest.raises(RuntimeError, match=r"'\(' is no regular expression"):
+        lcm.SubscribeMultichannel("(", lambda channel, message: None)
+    for subscribe in (lambda: lcm.Subscribe("A", 3), lambda: lcm.SubscribeMultichannel("A", 3)):
+        with pytest.raises(TypeError, match="3 is no handler"):
+            subscribe()

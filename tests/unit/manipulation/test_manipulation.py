@@ -143,3 +143,10 @@ directives:
     context = alone.CreateDefaultContext()
     assert alone.CalcTotalMass(context) == 13.0
     assert alone.CalcCenterOfMassPositionInWorld(context)[0] == pytest.approx(5 * 0.75 / 13.0, rel=1e-12)
+
+
+def test_an_arm_has_joints():
+    from sheldrake.manipulation import IiwaCommandReceiver
+
+    with pytest.raises(RuntimeError, match="num_joints must be positive, got 0"):
+        IiwaCommandReceiver(0)

@@ -808,3 +808,26 @@ def test_values_of_basis_functions_are_curves_of_units(order, kind):
         np.testing.assert_allclose(curve.value(u), curve.EvaluateLinearInControlPoints(u) @ np.arange(7.0) ** 2)
     with pytest.raises(RuntimeError, match="not within"):
         basis.EvaluateLinearInControlPoints(2.1)
+
+
+@pytest.mark.parametrize("dependent", [False, True])
+def test_sums_over_eigenvectors_are_matrix_exponentials(dependent):
+    from scipy.linalg import expm
+
+    from sheldrake.trajectories._exponential import MatrixExponential
+
+    rng = np.random.default_rng(5)
+    A = np.array([[0.0, 1.0], [0.0, 0.0]]) if dependent else rng.normal(size=(5, 5))
+    exp = MatrixExponential(A)
+    assert (exp.modes is None) == dependent  # a chain of integrators has one eigenvector
+    alpha, K = rng.normal(size=(len(A), 2)), rng.normal(size=(3, len(A)))
+    zero = PiecewisePolynomial.ZeroOrderHold([0.0, 1.0, 2.0], np.zeros((3, 3)))
+    trajectory = ExponentialPlusPiecewisePolynomial(K, A, alpha, zero)
+    for t in (-0.5, 0.0, 0.3, 1.0, 1.9, 2.0):
+        slow = expm(A * t)
+        tolerance = 1e-12 * np.abs(slow).max()
+        np.testing.assert_allclose(exp.applied(t, alpha), slow @ alpha, atol=10 * tolerance)
+        np.testing.assert_allclose(exp.applied(t, alpha[:, 0]), slow @ alpha[:, 0], atol=10 * tolerance)
+        j = int(t >= 1.0)
+        expected = K @ expm(A * (t - j)) @ alpha[:, j : j + 1]
+        np.testing.assert_allclose(trajectory.value(t), expected, atol=100 * tolerance)

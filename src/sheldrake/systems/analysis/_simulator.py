@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 Simulated = TypeVar("Simulated", bound=System)
 _Reason = SimulatorStatus.ReturnReason
 _COMMITS, _WATCHES = operator.index(RunWords.has_commit), operator.index(RunWords.has_witness)
-_MONITORS, _PUBLISHES = operator.index(RunWords.has_monitor), operator.index(RunWords.has_every_step)
+_ASKS, _MONITORS = operator.index(RunWords.has_requests), operator.index(RunWords.has_monitor)
+_PUBLISHES = operator.index(RunWords.has_every_step)
 _BUDGET, _FRESH = operator.index(RunWords.budget), operator.index(RunWords.fresh)
 _TERMINATE, _STATUS = operator.index(SideWords.terminate), operator.index(SideWords.status)
 
@@ -76,6 +77,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         self._span: Any = None
         self._ready = self._steps = False
         self._last_time: Any = None
+        self._asked_at = math.nan
         if context is None:
             context = system.CreateDefaultContext()
         self._check_context(context)
@@ -259,13 +261,15 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         store = self._context._store
         me = weakref.ref(self)  # the span must not own its simulator
         commits, watches = store.layout.num_abstract > 0, bool(store.layout.witness_nodes)
+        asks = bool(store.layout.may_ask)
         special: list[Any] = [store.commit_abstract, store.discard_abstract] if commits else [None, None]
         special += [_method(me, name) if watches else None for name in _OF_WITNESSES]
+        special += [_method(me, "_requests") if asks else None]
         special += [_method(me, name) for name in _SPECIAL]
         self._span = Span(store, self._run, self._integrator._numbers, special, self._native)
         self._watch: Any = WitnessWatch(self._system, self._span, self._integrator) if watches else None
         count = self._count
-        count[_COMMITS], count[_WATCHES] = commits, watches
+        count[_COMMITS], count[_WATCHES], count[_ASKS] = commits, watches, asks
         if count[_MONITORS]:
             self._span.enable(_program.MONITOR)
         if count[_PUBLISHES]:
@@ -279,6 +283,17 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
 
     def _witness_after(self) -> None:
         self._watch.after()
+
+    def _requests(self) -> None:
+        """Triggers what systems ask for, once at a time: else two that wake each other would make time stand still."""
+        store, layout = self._context._store, self._context._store.layout
+        if store.S[0] == self._asked_at:
+            return
+        wanted = [store.systems[n]._asks(store.context(n)) for n in layout.may_ask]  # all: asking has effects
+        if any(wanted):
+            self._asked_at = float(store.S[0])
+            for g in layout.requests:
+                store.side.word[layout.program.triggers + g] = 1
 
     def _call_monitor(self) -> Any:
         return None if self._monitor is None else self._monitor(self._context)
@@ -344,7 +359,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
             )
         if not abs(t) < self._horizon:
             self._check_time(float(t), "AdvanceTo")
-        self._count[_FRESH] = 1
+        self._count[_FRESH], self._asked_at = 1, math.nan
         try:
             code = self._advance(T)
         finally:

@@ -124,7 +124,7 @@ class OutputDeclaration:
 
 @dataclasses.dataclass(slots=True)
 class EventDeclaration:
-    """An event: kind, trigger ("periodic", "per_step", "initialization" or "forced"), times [s] and handler."""
+    """An event: kind, trigger ("periodic", "per_step", "initialization", "request", "forced"), times [s], handler."""
 
     kind: int
     trigger: str

@@ -35,6 +35,7 @@ _TRIGGERS = {
     "per_step": TriggerType.kPerStep,
     "initialization": TriggerType.kInitialization,
     "forced": TriggerType.kForced,
+    "request": TriggerType.kTimed,
 }
 _DISPATCH = {PUBLISH: "DoPublish", DISCRETE: "DoCalcDiscreteVariableUpdates", UNRESTRICTED: "DoCalcUnrestrictedUpdate"}
 
@@ -188,6 +189,21 @@ class LeafEvents(System):
     def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:
         """Witness functions that are active now; to be overridden."""
         return []
+
+    def _declare_request(self, update: Callable[..., Any]) -> None:
+        """`update(context, state)` in a step of no length, where the system has asked for it; see `_asks`."""
+        self._declare_event(UNRESTRICTED, "request", update)
+
+    def _asks(self, context: Context) -> bool:
+        """Whether the system wants its events of the trigger "request" now; to be overridden.
+
+        The simulator asks after the updates of a step. If somebody wants them, time stands still in this step: who
+        updates at this time has not seen what comes, as in Drake, where such a system names this time as its next.
+        """
+        return False
+
+    def _may_ask(self) -> bool:
+        return type(self)._asks is not LeafEvents._asks
 
     def _has_witnesses(self) -> bool:
         return type(self).DoGetWitnessFunctions is not LeafEvents.DoGetWitnessFunctions

@@ -71,6 +71,11 @@ def ApplyLcmBusConfig(lcm_buses: dict[str, DrakeLcmParams | None], builder: Diag
         builder: Where the systems go.
     """
     buses = LcmBuses()
+    for name, params in lcm_buses.items():
+        if params is not None and not isinstance(params, DrakeLcmParams):
+            raise Mismatch(
+                f"ApplyLcmBusConfig(): incompatible function arguments: bus {name!r}: {params!r} is no DrakeLcmParams"
+            )
     for name, params in sorted(lcm_buses.items()):
         if params is None or params.lcm_url == NULL_URL:
             lcm: DrakeLcmInterface = DrakeLcm(NULL_URL)

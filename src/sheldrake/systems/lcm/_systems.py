@@ -5,6 +5,7 @@ The border between diagrams and channels: an input becomes messages, messages be
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable, Iterable
@@ -29,14 +30,18 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
 
     def __init__(self, lcm: DrakeLcmInterface):
         super().__init__()
+        if not isinstance(lcm, DrakeLcmInterface):
+            raise Mismatch(f"LcmInterfaceSystem(): incompatible constructor arguments: {lcm!r} is no DrakeLcmInterface")
         self._lcm = lcm
-        self._is_kept = lcm._is_kept = True
-        self.DeclarePerStepUnrestrictedUpdateEvent(self._pump)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._pump)
 
     def _pump(self, context: Context, state: Any) -> EventStatus:
         self._lcm.HandleSubscriptions(0)
         return EventStatus.DidNothing()
+
+    def _asks(self, context: Context) -> bool:
+        self._lcm.HandleSubscriptions(0)
+        return False  # those who have got a message ask
 
     def get_lcm_url(self) -> str:
         return self._lcm.get_lcm_url()
@@ -101,7 +106,7 @@ class LcmPublisherSystem(LeafSystem):
                 f"LcmPublisherSystem({self._channel}): publish_triggers must be some of kForced, kPeriodic and "
                 f"kPerStep, not {sorted(str(t) for t in triggers)}."
             )
-        if (TriggerType.kPeriodic in triggers) != (period > 0):
+        if (TriggerType.kPeriodic in triggers) != (period > 0) or not period >= 0:
             raise RuntimeError(
                 f"LcmPublisherSystem({self._channel}): a publish_period > 0 goes with the trigger kPeriodic, and only "
                 f"with it; the period is {period} s."
@@ -149,7 +154,8 @@ class LcmSubscriberSystem(LeafSystem):
         channel: The channel.
         serializer: Reads the messages.
         lcm: The connection, or the system that keeps it.
-        wait_for_message_on_initialization_timeout: How long initialization waits for a message [s, wall clock].
+        wait_for_message_on_initialization_timeout: How long initialization waits for a message [s, wall clock]; a
+            RuntimeError of `Simulator.Initialize` if none has come by then. Not positive: it does not wait.
     """
 
     def __init__(
@@ -168,7 +174,7 @@ class LcmSubscriberSystem(LeafSystem):
         message = self.DeclareAbstractState(serializer.CreateDefaultValue())
         self.DeclareAbstractState(AbstractValue.Make(0))
         self.DeclareStateOutputPort("y0", AbstractStateIndex(int(message)))
-        self.DeclarePerStepUnrestrictedUpdateEvent(self._take)
+        self._declare_request(self._take)
         self.DeclareForcedUnrestrictedUpdateEvent(self._take)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         lcm.Subscribe(channel, _keeper(self._box))
@@ -223,12 +229,19 @@ class LcmSubscriberSystem(LeafSystem):
 
     def _initialize(self, context: Context, state: Any) -> EventStatus:
         if self._timeout > 0:
-            self.WaitForMessage(context.get_abstract_state(1).get_value(), timeout=self._timeout)
+            logging.getLogger("drake").info("Waiting for messages on %s", self._channel)
+            old = context.get_abstract_state(1).get_value()
+            if self.WaitForMessage(old, timeout=self._timeout) <= old:
+                raise RuntimeError(
+                    f"Timed out without receiving any message on channel {self._channel} at url "
+                    f"{self._lcm.get_lcm_url()}, after {self._timeout} s."
+                )
         return self._take(context, state)
 
+    def _asks(self, context: Context) -> bool:
+        return context.get_abstract_state(1).get_value() != self._box[1]
+
     def _take(self, context: Context, state: Any) -> EventStatus:
-        if self._lcm._is_kept:
-            self._lcm.HandleSubscriptions(0)  # whatever the order of the two systems in the diagram
         raw, count = self._box
         if context.get_abstract_state(1).get_value() == count:
             return EventStatus.DidNothing()

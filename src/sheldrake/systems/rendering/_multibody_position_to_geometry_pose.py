@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import FramePoseVector
 from sheldrake.systems.framework import LeafSystem
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 class MultibodyPositionToGeometryPose(LeafSystem):
     """Computes the poses of a plant's bodies for a SceneGraph from the plant's positions.
 
-    Ports: input "position" (or "state"), output "geometry_pose".
+    Ports: input "position", output "geometry_pose".
 
     Args:
         plant: A MultibodyPlant that is finalized and registered with a SceneGraph.
@@ -26,6 +27,7 @@ class MultibodyPositionToGeometryPose(LeafSystem):
         RuntimeError: The plant is not finalized or knows no SceneGraph.
     """
 
+    @checked
     def __init__(self, plant: MultibodyPlant, input_multibody_state: bool = False):
         super().__init__()
         if not plant.is_finalized():
@@ -37,7 +39,7 @@ class MultibodyPositionToGeometryPose(LeafSystem):
             )
         self._plant, self._context = plant, plant.CreateDefaultContext()
         size = plant.num_multibody_states() if input_multibody_state else plant.num_positions()
-        self.DeclareVectorInputPort("state" if input_multibody_state else "position", size)
+        self.DeclareVectorInputPort("position", size)
         self.DeclareAbstractOutputPort("geometry_pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
     def multibody_plant(self) -> MultibodyPlant:

@@ -152,3 +152,49 @@ def test_buses():
         buses.Find("a driver", "x")
     with pytest.raises(RuntimeError, match="'robot' has already been defined"):
         buses.Add("robot", DrakeLcm("memq://"))
+
+
+def test_initialization_fails_when_no_message_has_come_in_time():
+    lcm = DrakeLcm("memq://")
+    subscriber = LcmSubscriberSystem.Make("C", lcmt_scope, lcm, wait_for_message_on_initialization_timeout=0.01)
+    simulator = Simulator(subscriber)
+    with pytest.raises(RuntimeError, match="Timed out without receiving any message on channel C at url memq://"):
+        simulator.Initialize()
+    message = lcmt_scope()
+    message.size, message.value = 1, [3.0]
+    lcm.Publish("C", message.encode())
+    simulator.Initialize()
+    assert list(subscriber.get_output_port().Eval(simulator.get_context()).value) == [3.0]
+
+
+@pytest.mark.parametrize("period", [-0.1, float("nan")])
+def test_a_period_is_not_negative(period):
+    with pytest.raises(RuntimeError, match="publish_period"):
+        LcmPublisherSystem.Make("C", lcmt_scope, DrakeLcm("memq://"), publish_period=period)
+
+
+def test_what_is_no_connection_and_no_settings_is_refused():
+    with pytest.raises(TypeError, match="is no DrakeLcmInterface"):
+        LcmInterfaceSystem(None)
+    builder = DiagramBuilder()
+    with pytest.raises(TypeError, match="bus 'b': 3 is no DrakeLcmParams"):
+        ApplyLcmBusConfig({"a": None, "b": 3}, builder)
+    assert builder.empty()
+
+
+def test_time_goes_on_where_every_step_sends_a_message():
+    """With Drake it stands still: the message makes a step of no length, in which the next one is sent."""
+    lcm, builder = DrakeLcm("memq://"), DiagramBuilder()
+    interface = builder.AddSystem(LcmInterfaceSystem(lcm))
+    subscriber = builder.AddSystem(LcmSubscriberSystem.Make("S", lcmt_scope, interface))
+    source = builder.AddSystem(ConstantVectorSource([1.0]))
+    scope = builder.AddSystem(LcmScopeSystem(1))
+    publisher = builder.AddSystem(LcmPublisherSystem.Make("S", lcmt_scope, interface))
+    builder.Connect(source.get_output_port(), scope.get_input_port())
+    builder.Connect(scope.get_output_port(), publisher.get_input_port())
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.25)
+    assert simulator.get_context().get_time() == 0.25
+    assert simulator.get_num_steps_taken() == 2  # one takes the message of initialization
+    context = subscriber.GetMyContextFromRoot(simulator.get_context())
+    assert list(subscriber.get_output_port().Eval(context).value) == [1.0]

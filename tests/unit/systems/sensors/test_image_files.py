@@ -186,3 +186,11 @@ def test_ports_that_could_not_write(tmp_path):
             writer.DeclareImageInputPort(*arguments)
     assert writer.num_input_ports() == 0
     assert writer.DeclareImageInputPort(*good).get_name() == "p"
+
+
+@pytest.mark.parametrize("value", [300, -1])
+def test_an_initial_value_must_fit_into_a_channel(value):
+    from sheldrake.systems.sensors import ImageRgb8U
+
+    with pytest.raises(TypeError, match=r"ImageRgb8U\(\): .*out of bounds for uint8"):
+        ImageRgb8U(3, 2, value)

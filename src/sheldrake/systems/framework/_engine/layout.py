@@ -42,7 +42,7 @@ _FIRST_ROOM = 256
 LOG = "log"
 """Handler of an event that appends the leaf's only input to its log."""
 
-_CLOCK_OF = {"per_step": _program.PER_STEP, "initialization": _program.AT_START}
+_CLOCK_OF = {"per_step": _program.PER_STEP, "initialization": _program.AT_START, "request": _program.AT_REQUEST}
 _RANK_OF = {_program.AT_START: 0, _program.PER_STEP: 1}
 """In a system, what these trigger comes before what clocks do."""
 
@@ -338,6 +338,10 @@ class Layout(Memory):
         self.clocks = list(clocks)
         self.shortest_period = min((period for _, period in clocks), default=np.inf)  # [s]
         self.group_list = [(kind, clock, rows, nodes) for (kind, clock), (rows, nodes) in groups.items() if nodes]
+        self.requests = [g for g, (_, clock, *_) in enumerate(self.group_list) if clock == _program.AT_REQUEST]
+        updates = {n for *_, clock, _, nodes in self.group_list if clock == _program.AT_REQUEST for n in nodes}
+        asked = [n for n in self.leaves if self.systems[n]._may_ask()]
+        self.may_ask = sorted(asked, key=updates.__contains__)  # what wakes others comes first
         self.updates_at_start = any(k != PUBLISH and c == _program.AT_START for k, c, *_ in self.group_list)
         number = {(kind, clock): g for g, (kind, clock, *_) in enumerate(self.group_list)}
         self.turns = [[(r, number[group], self._reads_slab(r)) for r, group in rows] for rows in turns]

@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.systems.framework._kernels.integrate import Integrator, derivatives, integrate
 from sheldrake.systems.framework._kernels.program import (
+    AT_REQUEST,
     AT_START,
     AT_WITNESS,
     BREAK,
@@ -22,6 +23,7 @@ from sheldrake.systems.framework._kernels.program import (
     MONITOR,
     PER_STEP,
     PUBLISH,
+    REQUESTS,
     ROOM,
     SAMPLED,
     TERMINATED,
@@ -146,7 +148,7 @@ def next_event_time(program, side):
 
 @inner
 def trigger(program, side, clock):
-    """Triggers the groups of a clock; `PER_STEP`, `AT_WITNESS`, `AT_START` count as clocks."""
+    """Triggers the groups of a clock; `PER_STEP`, `AT_WITNESS`, ... count as clocks."""
     for g in range(program.num_groups):
         if program.groups[g].clock == clock:
             side.word[program.triggers + g] = 1
@@ -178,6 +180,26 @@ def logs_full(program, side):
         if side.word[b + 2] + 4 > side.word[b + 1]:
             return True
     return False
+
+
+@inner
+def requested(program, side):
+    """Whether a system has asked for its events at this very time."""
+    for g in range(program.num_groups):
+        if program.groups[g].clock == AT_REQUEST and side.word[program.triggers + g] != 0:
+            return True
+    return False
+
+
+@inner
+def integrate_step(program, run, integrator, S, side, L, rows, t_event, T):
+    """A step of the continuous state, under the eyes of witness functions."""
+    if run.has_witness != 0:
+        special(program, S, side, rows, WITNESS_BEFORE)
+    if side.status == 0:
+        integrate(program, run, integrator, S, side, L, rows, t_event, T)
+    if side.status == 0 and run.has_witness != 0:
+        special(program, S, side, rows, WITNESS_AFTER)
 
 
 FARTHEST = 2.0**52  # ticks
@@ -340,12 +362,10 @@ def advance(
             t_event = next_event_time(program, side)
             if S[0] != t and t == t:  # an update has set it: Python looks whether time can go on from there
                 return BREAK
-        if run.has_witness != 0:
-            special(program, S, side, rows, WITNESS_BEFORE)
-        if side.status == 0:
-            integrate(program, run, integrator, S, side, L, rows, t_event, T)
-        if side.status == 0 and run.has_witness != 0:
-            special(program, S, side, rows, WITNESS_AFTER)
+        if run.has_requests != 0:
+            special(program, S, side, rows, REQUESTS)
+        if side.status == 0 and (run.has_requests == 0 or not requested(program, side)):  # else time stands still
+            integrate_step(program, run, integrator, S, side, L, rows, t_event, T)
         if side.status != 0:
             return ERROR
         run.steps += 1

@@ -23,10 +23,10 @@ UNRESTRICTED, DISCRETE, PUBLISH = range(3)
 # What `advance` returns.
 DONE, ERROR, ROOM, BREAK, TERMINATED = range(5)
 # Groups that belong to no clock.
-PER_STEP, AT_WITNESS, AT_START = -1, -2, -3
+PER_STEP, AT_WITNESS, AT_START, AT_REQUEST = -1, -2, -3, -4
 # Rows after the program's own.
-COMMIT, DISCARD, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP, PYTHON_STEP = range(7)
-NUM_SPECIAL = 7
+COMMIT, DISCARD, WITNESS_BEFORE, WITNESS_AFTER, REQUESTS, MONITOR, EVERY_STEP, PYTHON_STEP = range(8)
+NUM_SPECIAL = 8
 
 
 class Segment(Record):
@@ -130,6 +130,7 @@ class RunWords(Record):
 
     has_commit = integer("1: there is abstract state")
     has_witness = integer("1: there are witness functions")
+    has_requests = integer("1: a system may ask for its events between two ticks")
     has_monitor = integer("1: a monitor is called after each step")
     has_every_step = integer("1: all is published after each step")
     budget = integer("steps until Python looks in")
