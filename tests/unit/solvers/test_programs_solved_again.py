@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
 
 from sheldrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, Solve, SolverOptions
 
@@ -143,3 +144,55 @@ def test_results_are_copied_and_pickled_with_their_duals():
     result = Solve(prog)
     state = pickle.loads(pickle.dumps(result.__getstate__()["_duals"]))
     assert any(np.array_equal(dual, wanted) for dual in state.values())
+
+
+def with_cones():
+    """A program with a cone of each kind and a length, its bindings, and numbers that it is made of."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3)
+    S = prog.NewSymmetricContinuousVariables(2)
+    A, b = np.vstack((np.zeros(3), np.eye(3))), np.array([2.0, 0.0, 0.0, 0.1])
+    E = np.diag([0.0, 0.0, 1.0])
+    found = {
+        "Lorentz": prog.AddLorentzConeConstraint(A, b, x),
+        "rotated": prog.AddRotatedLorentzConeConstraint(np.eye(3), np.array([2.0, 2.0, 0.0]), x),
+        "exponential": prog.AddExponentialConeConstraint(csc_matrix(E), np.array([4.0, 1.0, 0.0]), x),
+        "length": prog.AddL2NormCost(np.eye(3), np.full(3, 0.3), x),
+        "matrix": prog.AddPositiveSemidefiniteConstraint(S),
+        "inequality": prog.AddLinearMatrixInequalityConstraint([np.eye(2), np.diag([1.0, -1.0])], x[:1]),
+        "linear": prog.AddLinearCost(np.array([1.0, 1.0, 1.0]), 0.0, x),
+        "trace": prog.AddLinearCost(S[0, 0] + S[1, 1]),
+        "rows": prog.AddLinearConstraint(np.eye(3), np.full(3, -1.0), np.full(3, 3.0), x),
+        "equal": prog.AddLinearEqualityConstraint(np.array([[1.0]]), np.array([0.5]), S[:1, 1]),
+    }
+    return prog, found, (A, b, E)
+
+
+_CHANGES_OF_CONES = {
+    "Lorentz": lambda e, A, b, E: e.UpdateCoefficients(1.5 * A, np.array([1.0, 0.0, 0.0, 0.1])),
+    "rotated": lambda e, A, b, E: e.UpdateCoefficients(1.5 * np.eye(3), np.array([0.5, 0.6, 0.1])),
+    "exponential": lambda e, A, b, E: e.UpdateCoefficients(csc_matrix(-2.5 * E), np.array([4.0, 1.0, 0.2])),
+    "length": lambda e, A, b, E: e.UpdateCoefficients(4.0 * np.eye(3), np.array([-0.5, 0.4, 0.1])),
+    "linear": lambda e, A, b, E: e.UpdateCoefficients(np.array([-2.0, 1.0, 1.0]), 0.5),
+    "rows": lambda e, A, b, E: e.set_bounds(np.full(3, -0.2), np.full(3, 3.0)),
+    "equal": lambda e, A, b, E: e.UpdateCoefficients(np.array([[1.0]]), np.array([0.75])),
+}
+
+
+@pytest.mark.parametrize("what", _CHANGES_OF_CONES)
+def test_changed_programs_with_cones_have_the_bits_of_new_ones(what):
+    prog, found, numbers = with_cones()
+    first, same = ClarabelSolver().Solve(prog), ClarabelSolver().Solve(prog)
+    assert first.is_success()
+    third = ClarabelSolver().Solve(prog)
+    for result in (same, third):
+        np.testing.assert_array_equal(result.get_x_val(), first.get_x_val())
+    _CHANGES_OF_CONES[what](found[what].evaluator(), *numbers)
+    for _ in range(2):
+        again, anew = ClarabelSolver().Solve(prog), ClarabelSolver().Solve(prog.Clone())
+        assert again.get_solution_result() is anew.get_solution_result()
+        assert again.get_optimal_cost() == anew.get_optimal_cost()
+        np.testing.assert_array_equal(again.get_x_val(), anew.get_x_val())
+        for name in ("Lorentz", "rotated", "exponential", "matrix", "inequality", "rows", "equal"):
+            np.testing.assert_array_equal(again.GetDualSolution(found[name]), anew.GetDualSolution(found[name]))
+    assert np.abs(again.get_x_val() - first.get_x_val()).max() > 1e-6
