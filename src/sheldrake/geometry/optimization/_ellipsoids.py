@@ -5,6 +5,7 @@ With the smallest one around points; a polyhedron makes the largest one inside i
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
@@ -34,6 +35,7 @@ _TOUCHES = 1e-7  # By how much sets may be apart, of the size of one, and touch:
 _INVERTED = 1e-9
 _FLAT = 1e-24  # Squares of axes that are nothing beside the largest.
 _MOST_ROUNDS = 60
+_ROUND = 1e6  # Ratio of axes up to which the inverse of a matrix is as good as its factors.
 _ROUNDING = 1e-12
 
 
@@ -77,6 +79,11 @@ class AffineBall(ConvexSet):
         if B.shape[0] != B.shape[1]:
             raise RuntimeError(f"AffineBall(): B is {B.shape[0]} x {B.shape[1]}, expected a square matrix.")
         self._B, self._center, self._dimension = np.array(B), np.array(center), center.size
+
+    @functools.cached_property
+    def _inverse(self) -> np.ndarray | None:
+        """That of B, where it is as good as solving for B u."""
+        return np.linalg.inv(self._B) if self._B.size and np.linalg.cond(self._B) < _ROUND else None
 
     def _set_of_form(self, ellipsoid: Hyperellipsoid) -> None:
         if not ellipsoid.IsBounded():
@@ -167,9 +174,10 @@ class AffineBall(ConvexSet):
         into.lorentz(scale.stacked(u))
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
-        u, *_ = np.linalg.lstsq(self._B, x - self._center, rcond=None)
-        near = np.all(np.abs(self._B @ u + self._center - x) <= tol)
-        return bool(near and np.linalg.norm(u) <= 1.0 + tol)
+        d = x - self._center
+        u = np.linalg.lstsq(self._B, d, rcond=None)[0] if self._inverse is None else self._inverse.dot(d)
+        near = (np.abs(self._B.dot(u) - d) <= tol).all()
+        return bool(near and u.dot(u) <= (1.0 + tol) ** 2)
 
     def _extent(self, direction: np.ndarray) -> float:
         return float(direction @ self._center + np.linalg.norm(self._B.T @ direction))
