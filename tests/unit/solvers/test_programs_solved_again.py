@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
 
-from sheldrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, Solve, SolverOptions
+from sheldrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, ScsSolver, Solve, SolverOptions
 
 
 class Numbers:
@@ -180,19 +180,38 @@ _CHANGES_OF_CONES = {
 
 
 @pytest.mark.parametrize("what", _CHANGES_OF_CONES)
-def test_changed_programs_with_cones_have_the_bits_of_new_ones(what):
+@pytest.mark.parametrize("solver", [ClarabelSolver, ScsSolver])
+def test_changed_programs_with_cones_have_the_bits_of_new_ones(what, solver):
+    if not solver().available():
+        pytest.skip(f"{solver.__name__} stands on a package that is not installed")
     prog, found, numbers = with_cones()
-    first, same = ClarabelSolver().Solve(prog), ClarabelSolver().Solve(prog)
+    first, same = solver().Solve(prog), solver().Solve(prog)
     assert first.is_success()
-    third = ClarabelSolver().Solve(prog)
+    third = solver().Solve(prog)
     for result in (same, third):
         np.testing.assert_array_equal(result.get_x_val(), first.get_x_val())
     _CHANGES_OF_CONES[what](found[what].evaluator(), *numbers)
     for _ in range(2):
-        again, anew = ClarabelSolver().Solve(prog), ClarabelSolver().Solve(prog.Clone())
+        again, anew = solver().Solve(prog), solver().Solve(prog.Clone())
         assert again.get_solution_result() is anew.get_solution_result()
         assert again.get_optimal_cost() == anew.get_optimal_cost()
         np.testing.assert_array_equal(again.get_x_val(), anew.get_x_val())
         for name in ("Lorentz", "rotated", "exponential", "matrix", "inequality", "rows", "equal"):
             np.testing.assert_array_equal(again.GetDualSolution(found[name]), anew.GetDualSolution(found[name]))
     assert np.abs(again.get_x_val() - first.get_x_val()).max() > 1e-6
+
+
+def test_scs_takes_programs_whose_rows_come_and_go():
+    if not ScsSolver().available():
+        pytest.skip("ScsSolver stands on a package that is not installed")
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddQuadraticCost(np.eye(2), np.array([-1.0, -1.0]), x)
+    for upper, wanted in ((np.inf, 1.0), (0.5, 0.5), (0.25, 0.25), (np.inf, 1.0)):
+        if upper == np.inf:
+            box = prog.AddBoundingBoxConstraint(-np.inf, np.inf, x)
+        box.evaluator().UpdateUpperBound(np.full(2, upper))
+        for _ in range(2):
+            np.testing.assert_allclose(ScsSolver().Solve(prog).get_x_val(), wanted, atol=1e-6)
+        if upper == 0.25:
+            prog.RemoveConstraint(box)
