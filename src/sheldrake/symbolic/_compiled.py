@@ -6,6 +6,7 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Iterable, Sequence
+from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -129,8 +130,17 @@ def _source(
         variables: What its arguments stand for.
         whole_power: Text for a power whose exponent is a whole number.
     """
+    return _source_of(nodes(*expressions), expressions, variables, whole_power)
+
+
+def _source_of(
+    order: list[Expression],
+    expressions: Sequence[Expression],
+    variables: Iterable[Variable],
+    whole_power: str = "power({}, {})",
+) -> str | None:
+    """The same where the nodes of the expressions are known, those within others first."""
     places = {v.get_id(): i for i, v in enumerate(variables)}
-    order = nodes(*expressions)
     if len(order) > _MOST_PARTS:
         return None
     lines: list[str] = []
@@ -150,16 +160,25 @@ def _source(
 
 def smooth_source(expressions: Sequence[Expression], variables: Iterable[Variable]) -> str | None:
     """Text that is the same for expressions that differ by their variables alone; None where they are not smooth."""
-    if any(e._kind in _NOT_SMOOTH for e in nodes(*expressions)):
+    order = nodes(*expressions)
+    if not _NOT_SMOOTH.isdisjoint([e._kind for e in order]):
         return None
-    return _source(expressions, variables)
+    return _source_of(order, expressions, variables)
 
 
 def _made(source: str, names: dict[str, Any]) -> Callable[[Any], Any]:
     # The text has numbers and the names made above, nothing that a user wrote.
     space = dict(names)
-    exec(source, space)
+    exec(_code(source) if len(source) < _SHORT else source, space)
     return space["function"]
+
+
+_SHORT = 4000  # characters of text whose code is kept: programs made anew step after step say the same again
+
+
+@functools.lru_cache(maxsize=256)
+def _code(source: str) -> CodeType:
+    return compile(source, "<expressions>", "exec")
 
 
 class Vectorized:

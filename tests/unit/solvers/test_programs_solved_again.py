@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
 
-from sheldrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, ScsSolver, Solve, SolverOptions
+from sheldrake.solvers import (
+    ClarabelSolver,
+    MathematicalProgram,
+    OsqpSolver,
+    ScsSolver,
+    SnoptSolver,
+    Solve,
+    SolverOptions,
+)
+from sheldrake.symbolic import cosh
 
 
 class Numbers:
@@ -215,3 +224,17 @@ def test_scs_takes_programs_whose_rows_come_and_go():
             np.testing.assert_allclose(ScsSolver().Solve(prog).get_x_val(), wanted, atol=1e-6)
         if upper == 0.25:
             prog.RemoveConstraint(box)
+
+
+def test_what_was_made_of_expressions_serves_the_next_solve_and_other_bindings():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    cost = prog.AddCost((x[0] - 1.0) ** 2 * cosh(x[0]) + x[1] ** 4)
+    prog.AddCost(cost.evaluator(), x[::-1])
+    first, second = (SnoptSolver().Solve(prog, np.array([0.3, 0.4])) for _ in range(2))
+    np.testing.assert_array_equal(first.get_x_val(), second.get_x_val())
+    assert cost.evaluator()._many() is cost.evaluator()._many()
+    a, b = first.get_x_val()
+    np.testing.assert_allclose(
+        first.get_optimal_cost(), (a - 1) ** 2 * np.cosh(a) + b**4 + (b - 1) ** 2 * np.cosh(b) + a**4
+    )

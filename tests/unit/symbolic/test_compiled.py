@@ -7,7 +7,7 @@ import pytest
 
 from sheldrake import symbolic as sym
 from sheldrake.symbolic import Variable, _compiled, _traverse
-from sheldrake.symbolic._compiled import Compiled, compiled
+from sheldrake.symbolic._compiled import Compiled, Vectorized, compiled
 
 X = [Variable(f"x{k}") for k in range(3)]
 
@@ -64,3 +64,14 @@ def test_branches_are_walked():
     for _ in range(2 * _compiled.PATIENCE):
         assert list(function([0.0, 3.0, 0.0])) == [3.0]
         assert list(function([2.0, 3.0, 0.0])) == [0.5]
+
+
+def test_functions_of_the_same_text_are_functions_of_their_own():
+    x, y = Variable("x"), Variable("y")
+    first, second = (Vectorized.of([v * sym.sin(v)], [v]) for v in (x, y))
+    points = np.linspace(0.0, 1.0, 5).reshape(-1, 1)
+    for made in (first, second):
+        values, J = made.slopes(points)
+        np.testing.assert_allclose(values, points * np.sin(points), rtol=1e-15)
+        np.testing.assert_allclose(J[:, 0], np.sin(points) + points * np.cos(points), rtol=1e-15)
+    assert first._of_values is not second._of_values and first._of_values.__code__ is second._of_values.__code__

@@ -40,6 +40,13 @@ class Formulas:
         return smooth_source(self.expressions, self.vars)
 
     @functools.cached_property
+    def together(self) -> Vectorized:
+        """What evaluates them at many points at once, where there is a source."""
+        found = Vectorized.of(self.expressions, self.vars)
+        assert found is not None
+        return found
+
+    @functools.cached_property
     def derivatives(self) -> tuple[Compiled, np.ndarray, np.ndarray]:
         """Values and the derivatives that are not zero everywhere, and these derivatives' rows and columns."""
         J = Jacobian(self.expressions, self.vars)
@@ -74,9 +81,7 @@ class ExpressionFunction(EvaluatorBase):
         return self._formulas.source
 
     def _many(self) -> Many:
-        found = Vectorized.of(self._formulas.expressions, self._formulas.vars)
-        assert found is not None  # it has something to be alike by
-        return found
+        return self._formulas.together
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array(self._formulas.values(x.tolist()), dtype=float)
