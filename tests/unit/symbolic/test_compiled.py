@@ -66,12 +66,20 @@ def test_branches_are_walked():
         assert list(function([2.0, 3.0, 0.0])) == [0.5]
 
 
-def test_functions_of_the_same_text_are_functions_of_their_own():
-    x, y = Variable("x"), Variable("y")
+def test_what_has_the_same_text_is_the_same_function_of_its_variables():
+    x, y, z = (Variable(name) for name in "xyz")
     first, second = (Vectorized.of([v * sym.sin(v)], [v]) for v in (x, y))
-    points = np.linspace(0.0, 1.0, 5).reshape(-1, 1)
-    for made in (first, second):
-        values, J = made.slopes(points)
-        np.testing.assert_allclose(values, points * np.sin(points), rtol=1e-15)
-        np.testing.assert_allclose(J[:, 0], np.sin(points) + points * np.cos(points), rtol=1e-15)
-    assert first._of_values is not second._of_values and first._of_values.__code__ is second._of_values.__code__
+    wide = Vectorized.of([x * sym.sin(x)], [x, y])
+    assert first is second and wide is not first
+    assert Vectorized.of([x * sym.sin(x) * 1.5], [x]) is not first
+    points = np.linspace(0.1, 1.0, 6).reshape(-1, 1)
+    values, J = first.slopes(points)
+    np.testing.assert_allclose(values, points * np.sin(points), rtol=1e-15)
+    np.testing.assert_allclose(J[:, 0], np.sin(points) + points * np.cos(points), rtol=1e-15)
+    assert wide.slopes(np.hstack((points, points)))[1].shape == (6, 1, 2)
+    one, other = (Vectorized.of([a * a * b + sym.cos(b)], [a, b]) for a, b in ((x, y), (z, x)))
+    assert one is not other
+    pairs, weights = np.hstack((points, 2.0 * points)), np.ones((6, 1))
+    for made in (one, other):  # whichever variable is older
+        np.testing.assert_allclose(made.slopes(pairs)[1][:, 0, 0], 2.0 * pairs[:, 0] * pairs[:, 1], rtol=1e-14)
+        np.testing.assert_allclose(made.hessian(pairs, weights)[:, 1, 1], -np.cos(pairs[:, 1]), rtol=1e-14)

@@ -35,16 +35,15 @@ class Formulas:
         self.values = Compiled(self.expressions, self.vars)
 
     @functools.cached_property
-    def source(self) -> Hashable | None:
+    def source(self) -> str | None:
         """What those have in common that can be evaluated together; None if they cannot."""
         return smooth_source(self.expressions, self.vars)
 
     @functools.cached_property
     def together(self) -> Vectorized:
         """What evaluates them at many points at once, where there is a source."""
-        found = Vectorized.of(self.expressions, self.vars)
-        assert found is not None
-        return found
+        assert self.source is not None
+        return Vectorized.of_source(self.source, self.expressions, self.vars)
 
     @functools.cached_property
     def derivatives(self) -> tuple[Compiled, np.ndarray, np.ndarray]:
