@@ -14,7 +14,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import column_space
@@ -50,11 +50,6 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
-def _ellipsoid(value: object) -> Hyperellipsoid:
-    """Converter: a Hyperellipsoid, given before its class is known."""
-    return instance_of(Hyperellipsoid)(value)
-
-
 class AffineBall(ConvexSet):
     """B u + center for |u| <= 1; may be flat, but is bounded and not empty.
 
@@ -67,12 +62,7 @@ class AffineBall(ConvexSet):
     _has_volume = True
 
     def __init__(self, *args: Any, **kwargs: Any):
-        ways = [
-            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
-            overload(AffineBall._set_of_form, ellipsoid=_ellipsoid),
-        ]
-        dispatch("AffineBall", ways, self, args, kwargs)
+        dispatch("AffineBall", _WAYS_OF_BALLS, self, args, kwargs)
 
     def _set(self, B: np.ndarray, center: np.ndarray) -> None:
         _check_square("AffineBall", B, center)
@@ -227,13 +217,7 @@ class Hyperellipsoid(ConvexSet):
     @typing_overload
     def __init__(self, ellipsoid: AffineBall) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        ways = [
-            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
-            geometry_overload(Hyperellipsoid._set_of_geometry),
-            overload(Hyperellipsoid._set_of_ball, ellipsoid=instance_of(AffineBall)),
-        ]
-        dispatch("Hyperellipsoid", ways, self, args, kwargs)
+        dispatch("Hyperellipsoid", _WAYS, self, args, kwargs)
 
     def _set(self, A: np.ndarray, center: np.ndarray) -> None:
         _check_square("Hyperellipsoid", A, center)
@@ -361,6 +345,23 @@ class Hyperellipsoid(ConvexSet):
         if np.linalg.det(R) < 0.0:
             R[:, 0] = -R[:, 0]
         return Ellipsoid(*(1.0 / np.sqrt(squares))), RigidTransform(RotationMatrix(R), self._center)
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+        overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
+        geometry_overload(Hyperellipsoid._set_of_geometry),
+        overload(Hyperellipsoid._set_of_ball, ellipsoid=instance_of(AffineBall)),
+    ]
+)
+_WAYS_OF_BALLS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+        overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
+        overload(AffineBall._set_of_form, ellipsoid=instance_of(Hyperellipsoid)),
+    ]
+)
 
 
 def _nearest_of_ellipsoid(A: np.ndarray, center: np.ndarray, S: np.ndarray, from_: np.ndarray) -> np.ndarray | None:

@@ -57,7 +57,8 @@ class _LcpSolver(SolverInterface):
     ) -> None:
         x = np.zeros(prog.num_vars())
         for b in prog.linear_complementarity_constraints():
-            M, q = b._evaluator._M, b._evaluator._q
+            M: Any = b._evaluator._M
+            q = b._evaluator._q
             z = solve_lcp(M.toarray() if _arrays.is_sparse(M) else M, q)
             if z is None or not b._evaluator._is_satisfied(z, 1e-6 * max(1.0, np.abs(q).max())):
                 result._finish(SolutionResult.kInfeasibleConstraints, x, np.inf)
