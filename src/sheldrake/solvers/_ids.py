@@ -151,7 +151,7 @@ def id_of_type(solver_type: SolverType) -> SolverId:
 _COMMON = "Drake"  # The name under which options that all solvers understand are kept.
 
 
-@kind("float | int | str")
+@kind("float | int | str", takes=(float, int, str))
 def option_value(value: Any) -> float | int | str:
     """Kind: a value of an option, as plain Python."""
     if isinstance(value, bool) or not isinstance(value, (float, int, str, np.integer, np.floating)):

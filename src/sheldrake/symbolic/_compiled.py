@@ -6,6 +6,7 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Iterable, Sequence
+from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -129,8 +130,17 @@ def _source(
         variables: What its arguments stand for.
         whole_power: Text for a power whose exponent is a whole number.
     """
+    return _source_of(nodes(*expressions), expressions, variables, whole_power)
+
+
+def _source_of(
+    order: list[Expression],
+    expressions: Sequence[Expression],
+    variables: Iterable[Variable],
+    whole_power: str = "power({}, {})",
+) -> str | None:
+    """The same where the nodes of the expressions are known, those within others first."""
     places = {v.get_id(): i for i, v in enumerate(variables)}
-    order = nodes(*expressions)
     if len(order) > _MOST_PARTS:
         return None
     lines: list[str] = []
@@ -150,16 +160,27 @@ def _source(
 
 def smooth_source(expressions: Sequence[Expression], variables: Iterable[Variable]) -> str | None:
     """Text that is the same for expressions that differ by their variables alone; None where they are not smooth."""
-    if any(e._kind in _NOT_SMOOTH for e in nodes(*expressions)):
+    order = nodes(*expressions)
+    if not _NOT_SMOOTH.isdisjoint([e._kind for e in order]):
         return None
-    return _source(expressions, variables)
+    return _source_of(order, expressions, variables)
 
 
 def _made(source: str, names: dict[str, Any]) -> Callable[[Any], Any]:
     # The text has numbers and the names made above, nothing that a user wrote.
     space = dict(names)
-    exec(source, space)
+    exec(_code(source) if len(source) < _SHORT else source, space)
     return space["function"]
+
+
+_SHORT = 4000  # characters of text whose code is kept: programs made anew step after step say the same again
+_MOST_KNOWN = 256
+_KNOWN: dict[tuple[str, tuple[int, ...]], Vectorized] = {}
+
+
+@functools.lru_cache(maxsize=_MOST_KNOWN)
+def _code(source: str) -> CodeType:
+    return compile(source, "<expressions>", "exec")
 
 
 class Vectorized:
@@ -176,11 +197,23 @@ class Vectorized:
     def of(cls, expressions: Sequence[Expression], variables: Iterable[Variable]) -> Vectorized | None:
         """Expressions as functions of variables; None where they are not smooth, or only a walk can evaluate them."""
         source = smooth_source(expressions, variables)
-        if source is None:
-            return None
-        out = cls.__new__(cls)
-        out._source, out._expressions, out._variables = source, list(expressions), list(variables)
-        return out
+        return None if source is None else cls.of_source(source, expressions, variables)
+
+    @classmethod
+    def of_source(cls, source: str, expressions: Sequence[Expression], variables: Iterable[Variable]) -> Vectorized:
+        """The same where `smooth_source` is known; what has the same text is the same function of its variables."""
+        own = list(variables)
+        ages = [v.get_id() for v in own]  # in whose order derivatives write sums and products
+        key = source, tuple(sorted(range(len(own)), key=ages.__getitem__))
+        found = _KNOWN.get(key)
+        if found is None:
+            found = cls.__new__(cls)
+            found._source, found._expressions, found._variables = source, list(expressions), own
+            if len(source) < _SHORT:
+                if len(_KNOWN) >= _MOST_KNOWN:
+                    _KNOWN.clear()
+                _KNOWN[key] = found
+        return found
 
     def __call__(self, points: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, np.ndarray]:
         """Values, shape (points, m), and derivatives, shape (points, m, n) or, if not wanted, (points, 0, n)."""

@@ -5,8 +5,18 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
 
-from sheldrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver, Solve, SolverOptions
+from sheldrake.solvers import (
+    ClarabelSolver,
+    MathematicalProgram,
+    OsqpSolver,
+    ScsSolver,
+    SnoptSolver,
+    Solve,
+    SolverOptions,
+)
+from sheldrake.symbolic import cosh
 
 
 class Numbers:
@@ -143,3 +153,88 @@ def test_results_are_copied_and_pickled_with_their_duals():
     result = Solve(prog)
     state = pickle.loads(pickle.dumps(result.__getstate__()["_duals"]))
     assert any(np.array_equal(dual, wanted) for dual in state.values())
+
+
+def with_cones():
+    """A program with a cone of each kind and a length, its bindings, and numbers that it is made of."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3)
+    S = prog.NewSymmetricContinuousVariables(2)
+    A, b = np.vstack((np.zeros(3), np.eye(3))), np.array([2.0, 0.0, 0.0, 0.1])
+    E = np.diag([0.0, 0.0, 1.0])
+    found = {
+        "Lorentz": prog.AddLorentzConeConstraint(A, b, x),
+        "rotated": prog.AddRotatedLorentzConeConstraint(np.eye(3), np.array([2.0, 2.0, 0.0]), x),
+        "exponential": prog.AddExponentialConeConstraint(csc_matrix(E), np.array([4.0, 1.0, 0.0]), x),
+        "length": prog.AddL2NormCost(np.eye(3), np.full(3, 0.3), x),
+        "matrix": prog.AddPositiveSemidefiniteConstraint(S),
+        "inequality": prog.AddLinearMatrixInequalityConstraint([np.eye(2), np.diag([1.0, -1.0])], x[:1]),
+        "linear": prog.AddLinearCost(np.array([1.0, 1.0, 1.0]), 0.0, x),
+        "trace": prog.AddLinearCost(S[0, 0] + S[1, 1]),
+        "rows": prog.AddLinearConstraint(np.eye(3), np.full(3, -1.0), np.full(3, 3.0), x),
+        "equal": prog.AddLinearEqualityConstraint(np.array([[1.0]]), np.array([0.5]), S[:1, 1]),
+    }
+    return prog, found, (A, b, E)
+
+
+_CHANGES_OF_CONES = {
+    "Lorentz": lambda e, A, b, E: e.UpdateCoefficients(1.5 * A, np.array([1.0, 0.0, 0.0, 0.1])),
+    "rotated": lambda e, A, b, E: e.UpdateCoefficients(1.5 * np.eye(3), np.array([0.5, 0.6, 0.1])),
+    "exponential": lambda e, A, b, E: e.UpdateCoefficients(csc_matrix(-2.5 * E), np.array([4.0, 1.0, 0.2])),
+    "length": lambda e, A, b, E: e.UpdateCoefficients(4.0 * np.eye(3), np.array([-0.5, 0.4, 0.1])),
+    "linear": lambda e, A, b, E: e.UpdateCoefficients(np.array([-2.0, 1.0, 1.0]), 0.5),
+    "rows": lambda e, A, b, E: e.set_bounds(np.full(3, -0.2), np.full(3, 3.0)),
+    "equal": lambda e, A, b, E: e.UpdateCoefficients(np.array([[1.0]]), np.array([0.75])),
+}
+
+
+@pytest.mark.parametrize("what", _CHANGES_OF_CONES)
+@pytest.mark.parametrize("solver", [ClarabelSolver, ScsSolver])
+def test_changed_programs_with_cones_have_the_bits_of_new_ones(what, solver):
+    if not solver().available():
+        pytest.skip(f"{solver.__name__} stands on a package that is not installed")
+    prog, found, numbers = with_cones()
+    first, same = solver().Solve(prog), solver().Solve(prog)
+    assert first.is_success()
+    third = solver().Solve(prog)
+    for result in (same, third):
+        np.testing.assert_array_equal(result.get_x_val(), first.get_x_val())
+    _CHANGES_OF_CONES[what](found[what].evaluator(), *numbers)
+    for _ in range(2):
+        again, anew = solver().Solve(prog), solver().Solve(prog.Clone())
+        assert again.get_solution_result() is anew.get_solution_result()
+        assert again.get_optimal_cost() == anew.get_optimal_cost()
+        np.testing.assert_array_equal(again.get_x_val(), anew.get_x_val())
+        for name in ("Lorentz", "rotated", "exponential", "matrix", "inequality", "rows", "equal"):
+            np.testing.assert_array_equal(again.GetDualSolution(found[name]), anew.GetDualSolution(found[name]))
+    assert np.abs(again.get_x_val() - first.get_x_val()).max() > 1e-6
+
+
+def test_scs_takes_programs_whose_rows_come_and_go():
+    if not ScsSolver().available():
+        pytest.skip("ScsSolver stands on a package that is not installed")
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddQuadraticCost(np.eye(2), np.array([-1.0, -1.0]), x)
+    for upper, wanted in ((np.inf, 1.0), (0.5, 0.5), (0.25, 0.25), (np.inf, 1.0)):
+        if upper == np.inf:
+            box = prog.AddBoundingBoxConstraint(-np.inf, np.inf, x)
+        box.evaluator().UpdateUpperBound(np.full(2, upper))
+        for _ in range(2):
+            np.testing.assert_allclose(ScsSolver().Solve(prog).get_x_val(), wanted, atol=1e-6)
+        if upper == 0.25:
+            prog.RemoveConstraint(box)
+
+
+def test_what_was_made_of_expressions_serves_the_next_solve_and_other_bindings():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    cost = prog.AddCost((x[0] - 1.0) ** 2 * cosh(x[0]) + x[1] ** 4)
+    prog.AddCost(cost.evaluator(), x[::-1])
+    first, second = (SnoptSolver().Solve(prog, np.array([0.3, 0.4])) for _ in range(2))
+    np.testing.assert_array_equal(first.get_x_val(), second.get_x_val())
+    assert cost.evaluator()._many() is cost.evaluator()._many()
+    a, b = first.get_x_val()
+    np.testing.assert_allclose(
+        first.get_optimal_cost(), (a - 1) ** 2 * np.cosh(a) + b**4 + (b - 1) ** 2 * np.cosh(b) + a**4
+    )

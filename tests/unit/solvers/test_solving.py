@@ -1,6 +1,7 @@
 """Solvers, each by the conditions that its answer must satisfy."""
 
 import importlib.util
+import itertools
 import subprocess
 import sys
 import threading
@@ -121,6 +122,24 @@ def test_lemke_answers_are_complementary():
         z = solve_lcp(M, q)
         w = M @ z + q
         assert z.min() >= 0 and w.min() >= -1e-9 and abs(z @ w) < 1e-9
+
+
+def test_lemke_breaks_ties_and_finds_what_all_choices_of_rows_do():
+    rng = np.random.default_rng(8)
+    seen = 0
+    for _ in range(60):
+        n = int(rng.integers(2, 5))
+        B = rng.integers(-1, 2, size=(n, n)).astype(float)
+        M, q = B @ B.T + np.eye(n), rng.integers(-2, 2, size=n).astype(float)  # positive definite: there is one answer
+        answers = []
+        for bits in itertools.product((False, True), repeat=n):
+            at, z = np.array(bits), np.zeros(n)
+            z[at] = np.linalg.solve(M[np.ix_(at, at)], -q[at])
+            if z.min() >= -1e-9 and (M @ z + q).min() >= -1e-9:
+                answers.append(z)
+        np.testing.assert_allclose(solve_lcp(M, q), answers[0], atol=1e-9)
+        seen += len(answers) > 1  # of a degenerate one several choices give the same
+    assert seen > 5
 
 
 def test_lemke_stops_where_there_is_no_answer():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._kinds import instance_of
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.solvers import Solve, _arrays
@@ -31,26 +31,21 @@ class AffineSubspace(ConvexSet):
     _translation: np.ndarray
 
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_basis(self: AffineSubspace, basis: np.ndarray, translation: np.ndarray) -> None:
-            if basis.shape[0] != translation.size:
-                raise RuntimeError(
-                    f"AffineSubspace(): the basis has {basis.shape[0]} rows, the translation {translation.size}."
-                )
-            if basis.shape[1] > basis.shape[0] or np.linalg.matrix_rank(basis) < basis.shape[1]:
-                raise RuntimeError("AffineSubspace(): the columns of the basis must be linearly independent.")
-            self._basis, self._translation, self._dimension = basis, translation, translation.size
+        dispatch("AffineSubspace", _WAYS, self, args, kwargs)
 
-        def of_set(self: AffineSubspace, set: ConvexSet, tol: float | None) -> None:
-            if tol is not None and tol < 0.0:
-                raise RuntimeError(f"AffineSubspace(): tol must not be negative, got {tol}.")
-            of_basis(self, *affine_hull(set, 1e-12 if tol is None else float(tol)))
+    def _set(self, basis: np.ndarray, translation: np.ndarray) -> None:
+        if basis.shape[0] != translation.size:
+            raise RuntimeError(
+                f"AffineSubspace(): the basis has {basis.shape[0]} rows, the translation {translation.size}."
+            )
+        if basis.shape[1] > basis.shape[0] or np.linalg.matrix_rank(basis) < basis.shape[1]:
+            raise RuntimeError("AffineSubspace(): the columns of the basis must be linearly independent.")
+        self._basis, self._translation, self._dimension = basis, translation, translation.size
 
-        ways = [
-            overload(lambda self: of_basis(self, np.zeros((0, 0)), np.zeros(0))),
-            overload(of_basis, basis=_matrix, translation=vector),
-            overload(of_set, set=instance_of(ConvexSet), tol=(_arrays.number, 1e-12)),
-        ]
-        dispatch("AffineSubspace", ways, self, args, kwargs)
+    def _set_of_set(self, set: ConvexSet, tol: float | None) -> None:
+        if tol is not None and tol < 0.0:
+            raise RuntimeError(f"AffineSubspace(): tol must not be negative, got {tol}.")
+        self._set(*affine_hull(set, 1e-12 if tol is None else float(tol)))
 
     def basis(self) -> np.ndarray:
         """Returns the basis, shape (n, m)."""
@@ -130,6 +125,15 @@ class AffineSubspace(ConvexSet):
 
 def _matrix(value: ArrayLike) -> np.ndarray:
     return np.array(_arrays.float_matrix(value))
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+        overload(AffineSubspace._set, basis=_matrix, translation=vector),
+        overload(AffineSubspace._set_of_set, set=instance_of(ConvexSet), tol=(_arrays.number, 1e-12)),
+    ]
+)
 
 
 def complement(basis: np.ndarray) -> np.ndarray:

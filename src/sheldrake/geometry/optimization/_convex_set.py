@@ -416,6 +416,9 @@ class ConvexSet:
     def _nearest(self, p: np.ndarray) -> np.ndarray:
         if self.PointInSet(p, 0.0):
             return p
+        nearest = self._least_scaled(np.eye(p.size), p)
+        if nearest is not None:
+            return nearest
         prog, x = self._program()
         prog.AddQuadraticErrorCost(np.eye(p.size), p, x)
         result = Solve(prog)

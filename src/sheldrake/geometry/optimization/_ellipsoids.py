@@ -5,6 +5,7 @@ With the smallest one around points; a polyhedron makes the largest one inside i
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
@@ -13,7 +14,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import column_space
@@ -34,6 +35,7 @@ _TOUCHES = 1e-7  # By how much sets may be apart, of the size of one, and touch:
 _INVERTED = 1e-9
 _FLAT = 1e-24  # Squares of axes that are nothing beside the largest.
 _MOST_ROUNDS = 60
+_ROUND = 1e6  # Ratio of axes up to which the inverse of a matrix is as good as its factors.
 _ROUNDING = 1e-12
 
 
@@ -48,11 +50,6 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
-def _ellipsoid(value: object) -> Hyperellipsoid:
-    """Converter: a Hyperellipsoid, given before its class is known."""
-    return instance_of(Hyperellipsoid)(value)
-
-
 class AffineBall(ConvexSet):
     """B u + center for |u| <= 1; may be flat, but is bounded and not empty.
 
@@ -65,18 +62,18 @@ class AffineBall(ConvexSet):
     _has_volume = True
 
     def __init__(self, *args: Any, **kwargs: Any):
-        ways = [
-            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
-            overload(AffineBall._set_of_form, ellipsoid=_ellipsoid),
-        ]
-        dispatch("AffineBall", ways, self, args, kwargs)
+        dispatch("AffineBall", _WAYS_OF_BALLS, self, args, kwargs)
 
     def _set(self, B: np.ndarray, center: np.ndarray) -> None:
         _check_square("AffineBall", B, center)
         if B.shape[0] != B.shape[1]:
             raise RuntimeError(f"AffineBall(): B is {B.shape[0]} x {B.shape[1]}, expected a square matrix.")
         self._B, self._center, self._dimension = np.array(B), np.array(center), center.size
+
+    @functools.cached_property
+    def _inverse(self) -> np.ndarray | None:
+        """That of B, where it is as good as solving for B u."""
+        return np.linalg.inv(self._B) if self._B.size and np.linalg.cond(self._B) < _ROUND else None
 
     def _set_of_form(self, ellipsoid: Hyperellipsoid) -> None:
         if not ellipsoid.IsBounded():
@@ -167,9 +164,10 @@ class AffineBall(ConvexSet):
         into.lorentz(scale.stacked(u))
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
-        u, *_ = np.linalg.lstsq(self._B, x - self._center, rcond=None)
-        near = np.all(np.abs(self._B @ u + self._center - x) <= tol)
-        return bool(near and np.linalg.norm(u) <= 1.0 + tol)
+        d = x - self._center
+        u = np.linalg.lstsq(self._B, d, rcond=None)[0] if self._inverse is None else self._inverse.dot(d)
+        near = (np.abs(self._B.dot(u) - d) <= tol).all()
+        return bool(near and u.dot(u) <= (1.0 + tol) ** 2)
 
     def _extent(self, direction: np.ndarray) -> float:
         return float(direction @ self._center + np.linalg.norm(self._B.T @ direction))
@@ -219,13 +217,7 @@ class Hyperellipsoid(ConvexSet):
     @typing_overload
     def __init__(self, ellipsoid: AffineBall) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        ways = [
-            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
-            geometry_overload(Hyperellipsoid._set_of_geometry),
-            overload(Hyperellipsoid._set_of_ball, ellipsoid=instance_of(AffineBall)),
-        ]
-        dispatch("Hyperellipsoid", ways, self, args, kwargs)
+        dispatch("Hyperellipsoid", _WAYS, self, args, kwargs)
 
     def _set(self, A: np.ndarray, center: np.ndarray) -> None:
         _check_square("Hyperellipsoid", A, center)
@@ -353,6 +345,23 @@ class Hyperellipsoid(ConvexSet):
         if np.linalg.det(R) < 0.0:
             R[:, 0] = -R[:, 0]
         return Ellipsoid(*(1.0 / np.sqrt(squares))), RigidTransform(RotationMatrix(R), self._center)
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+        overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
+        geometry_overload(Hyperellipsoid._set_of_geometry),
+        overload(Hyperellipsoid._set_of_ball, ellipsoid=instance_of(AffineBall)),
+    ]
+)
+_WAYS_OF_BALLS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+        overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
+        overload(AffineBall._set_of_form, ellipsoid=instance_of(Hyperellipsoid)),
+    ]
+)
 
 
 def _nearest_of_ellipsoid(A: np.ndarray, center: np.ndarray, S: np.ndarray, from_: np.ndarray) -> np.ndarray | None:

@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from sheldrake.math._rigid_transform import RigidTransform
 
 
+_DEEP = 1e-6  # How deep inside a point must be, relative to how far it is from the origin.
+
+
 class HPolyhedron(ConvexSet):
     """A x <= b.
 
@@ -65,7 +68,10 @@ class HPolyhedron(ConvexSet):
             raise RuntimeError(f"HPolyhedron(): A has {A.shape[0]} rows, b {b.size}.")
         if not np.isfinite(A).all() or np.isnan(b).any():
             raise RuntimeError("HPolyhedron(): A must be finite, and b no nan.")
-        self._A, self._b, self._dimension = np.array(A), np.array(b), A.shape[1]
+        self._own(np.array(A), np.array(b))
+
+    def _own(self, A: np.ndarray, b: np.ndarray) -> None:
+        self._A, self._b, self._dimension = A, b, A.shape[1]
 
     def _set_of_geometry(self, at: Placed) -> None:
         if isinstance(at.shape, HalfSpace):
@@ -134,11 +140,17 @@ class HPolyhedron(ConvexSet):
             tol: By how much they may be violated and still count as implied.
         """
         self._same_space("Intersection", other)
-        A, b = self._A, self._b
-        for a, c in zip(other._A, other._b):
-            if not check_for_redundancy or programs.largest(A, b, a) > c + tol:
-                A, b = np.vstack((A, a)), np.append(b, c)
-        return HPolyhedron(A, b)
+        A, b, rows = self._A, self._b, len(self._b)
+        A, b = np.concatenate((A, other._A)), np.concatenate((b, other._b))
+        if check_for_redundancy:
+            kept = list(range(rows))
+            for k in range(rows, len(b)):
+                if programs.largest(A[kept], b[kept], A[k]) > b[k] + tol:
+                    kept.append(k)
+            A, b = A[kept], b[kept]
+        out = HPolyhedron.__new__(HPolyhedron)
+        out._own(A, b)
+        return out
 
     def FindRedundant(self, tol: float = 1e-9) -> set[int]:
         """Returns the rows that those before and after them imply, up to a tolerance."""
@@ -340,6 +352,22 @@ class HPolyhedron(ConvexSet):
 
     def _some_point(self) -> np.ndarray | None:
         return programs.point(self._A, self._b)
+
+    def _inside(self, tol: float) -> np.ndarray | None:
+        """A point deeper inside than a tolerance, beyond doubt; None where there is none, or none is found."""
+        lengths = np.linalg.norm(self._A, axis=1)
+        if not (self._dimension and lengths.all()):
+            return None
+        try:
+            center = self.ChebyshevCenter()
+        except RuntimeError:
+            return None
+        depth = ((self._b - self._A @ center) / lengths).min(initial=np.inf)
+        return center if depth > max(tol, _DEEP * np.abs(center).max()) else None
+
+    def _affine_hull(self, tol: float) -> tuple[np.ndarray, np.ndarray] | None:
+        start = None if self._inside(tol) is None else self._some_point()
+        return None if start is None else (np.eye(self._dimension), start)
 
     def _shape(self) -> tuple[Shape, RigidTransform]:
         return VPolytope(self).ToShapeWithPose()

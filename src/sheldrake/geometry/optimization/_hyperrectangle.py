@@ -8,7 +8,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._distributions import sample_uniform
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Box
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -39,17 +39,13 @@ class Hyperrectangle(ConvexSet):
     @typing_overload
     def __init__(self, lb: ArrayLike, ub: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_bounds(self: Hyperrectangle, lb: np.ndarray, ub: np.ndarray) -> None:
-            self._lb, self._ub = checked_box("Hyperrectangle", lb, ub)
-            if not np.isfinite((self._lb, self._ub)).all():
-                raise RuntimeError("Hyperrectangle(): bounds must be finite.")
-            self._dimension = lb.size
+        dispatch("Hyperrectangle", _WAYS, self, args, kwargs)
 
-        ways = [
-            overload(lambda self: of_bounds(self, np.zeros(0), np.zeros(0))),
-            overload(of_bounds, lb=vector, ub=vector),
-        ]
-        dispatch("Hyperrectangle", ways, self, args, kwargs)
+    def _set(self, lb: np.ndarray, ub: np.ndarray) -> None:
+        self._lb, self._ub = checked_box("Hyperrectangle", lb, ub)
+        if not np.isfinite((self._lb, self._ub)).all():
+            raise RuntimeError("Hyperrectangle(): bounds must be finite.")
+        self._dimension = lb.size
 
     def lb(self) -> np.ndarray:
         """Returns the lower bounds, shape (n,)."""
@@ -119,3 +115,11 @@ class Hyperrectangle(ConvexSet):
 
     def _shape(self) -> tuple[Shape, RigidTransform]:
         return Box(*(self._ub - self._lb)), RigidTransform(self.Center())
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self._set(np.zeros(0), np.zeros(0))),
+        overload(Hyperrectangle._set, lb=vector, ub=vector),
+    ]
+)

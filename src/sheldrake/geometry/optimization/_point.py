@@ -7,7 +7,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Sphere
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -46,22 +46,16 @@ class Point(ConvexSet):
         maximum_allowable_radius: float = 0.0,
     ) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
-        def of_sphere(self: Point, at: Placed, maximum: float) -> None:
-            if not isinstance(at.shape, Sphere):
-                raise unsupported(Point, at.shape)
-            if at.shape.radius() > maximum:
-                raise RuntimeError(
-                    f"Point: the sphere's radius {at.shape.radius()} is larger than the maximum_allowable_radius "
-                    f"{maximum}."
-                )
-            self.set_point(at.p_FG)
+        dispatch("Point", _WAYS, self, args, kwargs)
 
-        ways = [
-            overload(lambda self: self.set_point(np.zeros(0))),
-            overload(Point.set_point, x=vector),
-            geometry_overload(of_sphere, maximum_allowable_radius=(_arrays.number, 0.0)),
-        ]
-        dispatch("Point", ways, self, args, kwargs)
+    def _set_of_sphere(self, at: Placed, maximum: float) -> None:
+        if not isinstance(at.shape, Sphere):
+            raise unsupported(Point, at.shape)
+        if at.shape.radius() > maximum:
+            raise RuntimeError(
+                f"Point: the sphere's radius {at.shape.radius()} is larger than the maximum_allowable_radius {maximum}."
+            )
+        self.set_point(at.p_FG)
 
     def set_point(self, x: np.ndarray) -> None:
         self._x, self._dimension = x, x.size
@@ -111,3 +105,12 @@ class Point(ConvexSet):
 
     def _shape(self) -> tuple[Shape, RigidTransform]:
         return Sphere(0.0), RigidTransform(self._x)
+
+
+_WAYS = Ways(
+    [
+        overload(lambda self: self.set_point(np.zeros(0))),
+        overload(Point.set_point, x=vector),
+        geometry_overload(Point._set_of_sphere, maximum_allowable_radius=(_arrays.number, 0.0)),
+    ]
+)

@@ -37,17 +37,6 @@ def _polyhedron(value: Any) -> HPolyhedron:
     return value
 
 
-_DEEP = 1e-6  # How deep inside a point must be, relative to how far it is from the origin.
-
-
-def _deep_point(H: HPolyhedron) -> np.ndarray | None:
-    """The center of a largest ball inside; None if there is none."""
-    try:
-        return H.ChebyshevCenter()
-    except RuntimeError:
-        return None
-
-
 class VPolytope(ConvexSet):
     """The convex hull of points.
 
@@ -80,12 +69,10 @@ class VPolytope(ConvexSet):
         if not H.IsBounded():
             raise RuntimeError("VPolytope(): the HPolyhedron is not bounded.")
         n = H.ambient_dimension()
-        lengths = np.linalg.norm(H._A, axis=1)
-        if n and lengths.all():
-            center = _deep_point(H)
-            if center is not None and ((H._b - H._A @ center) / lengths).min() > max(tol, _DEEP * np.abs(center).max()):
-                self._set(vertices_of(H._A, H._b, center))  # it has an inside: no need to look for its affine hull
-                return
+        center = H._inside(tol)
+        if center is not None:
+            self._set(vertices_of(H._A, H._b, center))  # it has an inside: no need to look for its affine hull
+            return
         if n == 0 or H.IsEmpty():
             self._set(np.zeros((n, 0)))
             return

@@ -117,7 +117,7 @@ class _Prepared:
             found = form.idle.pop()  # another thread may be solving the same program
         except IndexError:
             return cls(clarabel, form, settings)
-        fits = found.settings == settings and found._q is form.q
+        fits = found.settings == settings and found._q is form.q and (found._b is form.b or form.is_linear())
         return found if fits else cls(clarabel, form, settings)
 
     def solve(self, form: ConicForm) -> Any:

@@ -42,6 +42,11 @@ class Columns(NamedTuple):
         return cls(matrix[row, column], row, starts, (matrix.shape[0], matrix.shape[1]))
 
     @classmethod
+    def empty(cls, height: int, width: int) -> Columns:
+        """A matrix of zeros."""
+        return cls(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(width + 1, dtype=np.int64), (height, width))
+
+    @classmethod
     def of_triplets(cls, rows: np.ndarray, cols: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> Columns:
         """Numbers at their places; those at one place add up."""
         count, (height, width) = len(values), shape

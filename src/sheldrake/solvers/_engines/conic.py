@@ -80,6 +80,8 @@ class ConicForm:
     def upper_P(self) -> Columns:
         """The upper triangle of the quadratic cost as a sparse matrix."""
         rows, cols, values = self._triplets_P
+        if not len(values):
+            return Columns.empty(self.num_vars, self.num_vars)
         upper = rows <= cols
         return Columns.of_triplets(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
 
@@ -94,24 +96,32 @@ class ConicForm:
         rows, cols, values = entries(*QuadraticCost.matrices([b._evaluator for b in quadratic]))
         at = self._bindings.places(*quadratic)
         self._triplets_P = at[rows], at[cols], values
-        slacks = len(self._bindings.of(L2NormCost))
         self._first_slack = self.num_vars
-        self.num_vars += slacks
+        self.num_vars += len(self._bindings.of(L2NormCost))
         self._linear_objective = LinearObjective(self.prog)
-        q, self.constant = self._linear_objective.now()
-        self.q = np.concatenate((q, np.ones(slacks))) if slacks else q
+        self.q, self.constant = self._linear_now()
+
+    def _linear_now(self) -> tuple[np.ndarray, float]:
+        """q and the constant as the costs have them now."""
+        q, constant = self._linear_objective.now()
+        slacks = self.num_vars - self._first_slack
+        return np.concatenate((q, np.ones(slacks))) if slacks else q, constant
 
     # Rows
 
     def _add(self, A: np.ndarray, cols: np.ndarray, b: np.ndarray) -> slice:
         """Rows A x[cols] + s = b; returns where they are."""
-        i, j = np.nonzero(A)
-        self._rows.append(i + self.num_rows)
-        self._cols.append(cols[j])
-        self._values.append(A[i, j])
-        self._b.append(np.asarray(b, dtype=float))
+        i, j = A.nonzero()
+        return self._add_entries(i, cols[j], A[i, j], np.asarray(b, dtype=float))
+
+    def _add_entries(self, rows: np.ndarray, cols: np.ndarray, values: np.ndarray, b: np.ndarray) -> slice:
+        """As many rows as b has, of these entries; returns where they are."""
         start = self.num_rows
-        self.num_rows += A.shape[0]
+        self._rows.append(rows + start)
+        self._cols.append(cols)
+        self._values.append(values)
+        self._b.append(b)
+        self.num_rows += len(b)
         return slice(start, self.num_rows)
 
     def add_empty_row(self) -> None:
@@ -140,13 +150,13 @@ class ConicForm:
         self._cone("nonnegative", self.num_rows - found.equations)
 
     def moved(self, prog: MathematicalProgram) -> ConicForm | None:
-        """The form of the program, which has linear constraints alone, with other bounds, linear costs and constants.
+        """The form of the program with other bounds, linear costs and constants.
 
         None where the form has other rows then.
         """
         table = self._table.again()
         out = another(self)
-        q, out.constant = self._linear_objective.now()
+        q, out.constant = self._linear_now()
         out.q = self.q if (q == self.q).all() else q
         if table is self._table:
             return out
@@ -154,7 +164,9 @@ class ConicForm:
         if not np.array_equal(found.says, self._conic.says):
             return None
         out._table = table
-        out.b = np.concatenate((found.b, self.b[len(found.b) :]))  # rows that no number satisfies stay
+        out.b = np.concatenate(
+            (found.b, self.b[len(found.b) :])
+        )  # rows that no number satisfies stay, and those of cones
         return out
 
     def _norms_and_lorentz(self) -> None:
@@ -185,10 +197,8 @@ class ConicForm:
         for b in self._bindings.of(PositiveSemidefiniteConstraint):
             n = b._evaluator.matrix_rows()
             i, j, scale = upper_triangle(n)
-            select = np.zeros((len(i), n * n))
-            select[np.arange(len(i)), i * n + j] = scale  # of variables that may differ, the lower triangle's, as Drake
-            rows = self._add(-select, self._bindings.places(b), np.zeros(len(i)))
-            self._psd(b, n, rows)
+            cols = self._bindings.places(b)[i * n + j]  # of variables that may differ, the lower triangle's, as Drake
+            self._psd(b, n, self._add_entries(np.arange(len(i)), cols, -scale, np.zeros(len(i))))
         for inequality in self._bindings.of(LinearMatrixInequalityConstraint):
             n = inequality.evaluator().matrix_rows()
             i, j, scale = upper_triangle(n)
@@ -198,10 +208,10 @@ class ConicForm:
 
     def _psd(self, b: BindingBase, n: int, rows: slice) -> None:
         self._cone("psd", n)
-        i, j, scale = upper_triangle(n)
-        order = np.lexsort((j, i))  # Upper triangle by rows is the lower one by columns.
 
         def dual(z: np.ndarray) -> np.ndarray:
+            i, j, scale = upper_triangle(n)
+            order = np.lexsort((j, i))  # Upper triangle by rows is the lower one by columns.
             return (z[rows] / scale)[order]
 
         self._duals.append((b, dual))
@@ -241,8 +251,9 @@ def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np
     return dual
 
 
+@functools.lru_cache(maxsize=64)
 def upper_triangle(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows, columns and scales (sqrt 2 off the diagonal) of the upper triangle, column after column."""
+    """Rows, columns and scales (sqrt 2 off the diagonal) of the upper triangle, column after column; not to change."""
     j, i = np.tril_indices(n)
     return i, j, np.where(i == j, 1.0, ROOT2)
 

@@ -30,7 +30,9 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
         blocks: The matrices.
         sizes: How many rows they have.
     """
-    widths = [_width(A, size) for A, size in zip(blocks, sizes)]
+    if not blocks:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
+    widths = [len(A) // size if A.__class__ is list else _width(A) for A, size in zip(blocks, sizes)]  # type: ignore[arg-type]
     dense: list[Any] = [A for A, width in zip(blocks, widths) if width >= 0]
     numbers = _arrays.joined_numbers(dense)
     n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
@@ -43,13 +45,11 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
     call.set("blocks", n)
     count = call()
     found = rows[:count].copy(), cols[:count].copy(), values[:count].copy()
-    return found if min(widths, default=0) >= -1 else _with_sparse(found, blocks, sizes, widths)
+    return found if min(widths) >= -1 else _with_sparse(found, blocks, sizes, widths)
 
 
-def _width(A: Any, size: int) -> int:
-    """The number of columns as `entries_of_blocks` takes it, which leaves out sparse matrices."""
-    if A.__class__ is list:
-        return len(A) // size
+def _width(A: Any) -> int:
+    """The number of columns of a matrix as `entries_of_blocks` takes it, which leaves out sparse ones."""
     return -1 if A is None else A.shape[1] if isinstance(A, np.ndarray) else -2 - A.shape[1]
 
 

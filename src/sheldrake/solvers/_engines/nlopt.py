@@ -238,13 +238,17 @@ class NloptSolver(NonlinearSolver):
         if not size:
             return
 
+        rows = np.concatenate((below, lower))
+        sign = np.repeat((1.0, -1.0), (len(below), len(lower)))
+        bounds, column = np.concatenate((form.upper[below], -form.lower[lower])), sign[:, None]
+
         def excess(out: np.ndarray, y: np.ndarray, slopes: np.ndarray) -> None:
             if slopes.size:
                 values, J = form.dense_constraints(y)
-                slopes[:] = np.vstack((J[below], -J[lower]))
+                np.multiply(J[rows], column, out=slopes)
             else:
                 values = form.values(y)[1]
-            out[:] = np.concatenate((values[below] - form.upper[below], form.lower[lower] - values[lower]))
+            np.subtract(sign * values[rows], bounds, out=out)
 
         add(excess, np.full(size, tolerance))
 

@@ -207,6 +207,53 @@ _SCS_RESULTS = {
     -1: SolutionResult.kUnbounded,
     -6: SolutionResult.kUnbounded,
 }
+
+
+class _ScsForm:
+    """The conic form of a program with rows in the order of SCS.
+
+    Args:
+        prog: The program.
+    """
+
+    def __init__(self, prog: MathematicalProgram) -> None:
+        form = self.conic = ConicForm(prog)
+        if form.num_rows == 0:  # of which SCS takes none
+            form.add_empty_row()
+        self.order = _rows_for_scs(form)
+        self.cones = _cones_of_scs(form)
+        at = np.empty_like(self.order)
+        at[self.order] = np.arange(len(at))
+        cols = np.repeat(np.arange(form.num_vars), np.diff(form.A.indptr))
+        self.P = form.upper_P.for_scipy()
+        self.A = Columns.of_triplets(at[form.A.indices], cols, form.A.data, form.A.shape).for_scipy()
+
+    def moved(self, prog: MathematicalProgram) -> _ScsForm | None:
+        """The form of the program with other bounds, linear costs and constants; None where it has other rows then."""
+        conic = self.conic.moved(prog)
+        if conic is None:
+            return None
+        out = another(self)
+        out.conic = conic
+        return out
+
+    def data(self) -> dict[str, Any]:
+        """The arrays as SCS asks for them."""
+        return {"P": self.P, "A": self.A, "b": self.conic.b[self.order], "c": self.conic.q}
+
+
+def _cones_of_scs(form: ConicForm) -> dict[str, Any]:
+    cones: dict[str, Any] = {"z": 0, "l": 0, "q": [], "s": [], "ep": 0}
+    for cone in form.cones:
+        if cone.kind in ("zero", "nonnegative"):
+            cones["z" if cone.kind == "zero" else "l"] += cone.size
+        elif cone.kind == "exponential":
+            cones["ep"] += 1
+        else:
+            cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
+    return cones
+
+
 _SCS_ORDER = {"zero": 0, "nonnegative": 1, "second_order": 2, "psd": 3, "exponential": 4}
 
 
@@ -232,25 +279,12 @@ class ScsSolver(SolverInterface):
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         import scs
-        from scipy.sparse import csc_matrix
 
-        form = ConicForm(prog)
-        if form.num_rows == 0:  # of which SCS takes none
-            form.add_empty_row()
-        order = _rows_for_scs(form)
-        cones: dict[str, Any] = {"z": 0, "l": 0, "q": [], "s": [], "ep": 0}
-        for cone in form.cones:
-            if cone.kind in ("zero", "nonnegative"):
-                cones["z" if cone.kind == "zero" else "l"] += cone.size
-            elif cone.kind == "exponential":
-                cones["ep"] += 1
-            else:
-                cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
-        P, A = (csc_matrix(M[:3], shape=M.shape) for M in (form.upper_P, form.A))
-        data = {"P": P, "A": A[order].tocsc(), "b": form.b[order], "c": form.q}
+        given = parts_of(prog).form(_ScsForm, prog)
+        form, order = given.conic, given.order
         settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options)}
         settings.update(self._given(options, _SCS_OPTIONS))
-        found = scs.SCS(data, cones, **settings).solve()
+        found = scs.SCS(given.data(), given.cones, **settings).solve()
         z = np.empty(len(order))
         z[order] = found["y"]
         info = found["info"]

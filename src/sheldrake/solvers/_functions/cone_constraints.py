@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Changes, Constraint, EvaluatorBase
 from sheldrake.solvers._functions.norm_costs import sum_of_squares
 from sheldrake.solvers._text import latex_matrix, latex_number
 from sheldrake.symbolic import Formula, positive_semidefinite
@@ -53,6 +53,7 @@ class _ConeConstraint(Constraint):
                 f"same number of rows, at least {self._fewest_rows}."
             )
         self._A, self._b = A, b
+        Changes.note()
 
     def A(self) -> scipy.sparse.csc_matrix:
         """Returns the matrix of z = A x + b as a SciPy csc_matrix."""

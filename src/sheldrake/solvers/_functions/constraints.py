@@ -129,14 +129,17 @@ class LinearConstraint(Constraint):
         Raises:
             RuntimeError: the number of variables is another, or rows differ.
         """
-        A = _arrays.float_matrix(new_A)
+        self._update(_arrays.float_matrix(new_A), *_bounds(new_lb, new_ub))
+
+    def _update(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
+        """`UpdateCoefficients` with arrays that nobody else has."""
         if A.shape[1] != self._num_vars:
             raise RuntimeError("Can't change the number of decision variables")
-        lb, ub = _bounds(new_lb, new_ub)
         if lb.size != A.shape[0] or ub.size != A.shape[0]:
             raise RuntimeError("New constraints have invalid dimensions")
-        if self._A.__class__ is A.__class__ is np.ndarray and np.array_equal(A, self._A):
-            A = self._A  # what was made of the matrix still fits
+        B = self._A
+        if B.__class__ is A.__class__ is np.ndarray and A.shape == B.shape and A.tobytes() == B.tobytes():
+            A = B  # what was made of the matrix still fits
         self._set_linear(A, lb, ub)
 
     def RemoveTinyCoefficient(self, tol: float) -> None:
@@ -153,21 +156,23 @@ class LinearConstraint(Constraint):
         self._A = self._dense = A
         Changes.note()
 
-    def _set_bounds(self, lower: np.ndarray, upper: np.ndarray) -> None:
-        self._leave_row()
-        super()._set_bounds(lower, upper)
-
     def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds."""
-        self._set_bounds(*_bounds(new_lb, new_ub))
+        lower, upper = _bounds(new_lb, new_ub)
+        self._leave_row()
+        self._own_bounds(lower, upper)
 
     def UpdateLowerBound(self, new_lb: ArrayLike) -> None:
         """Sets the lower bound."""
-        self._set_bounds(_bounds(new_lb, new_lb)[0], self._upper)
+        lower = _bound(new_lb)
+        self._leave_row()
+        self._own_bounds(lower, self._upper)
 
     def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the upper bound."""
-        self._set_bounds(self._lower, _bounds(new_ub, new_ub)[0])
+        upper = _bound(new_ub)
+        self._leave_row()
+        self._own_bounds(self._lower, upper)
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.asarray(self._A.dot(x))
@@ -208,7 +213,8 @@ class LinearEqualityConstraint(LinearConstraint):
 
     def UpdateCoefficients(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: ArrayLike) -> None:  # type: ignore[override]
         """Sets matrix and right hand side."""
-        LinearConstraint.UpdateCoefficients(self, Aeq, beq, beq)
+        b = _bound(beq)
+        self._update(_arrays.float_matrix(Aeq), b, b)
 
     def _display(self, vars: np.ndarray) -> str:
         named = f" described as '{self._description}'" if self._description else ""

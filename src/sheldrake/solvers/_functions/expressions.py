@@ -35,9 +35,15 @@ class Formulas:
         self.values = Compiled(self.expressions, self.vars)
 
     @functools.cached_property
-    def source(self) -> Hashable | None:
+    def source(self) -> str | None:
         """What those have in common that can be evaluated together; None if they cannot."""
         return smooth_source(self.expressions, self.vars)
+
+    @functools.cached_property
+    def together(self) -> Vectorized:
+        """What evaluates them at many points at once, where there is a source."""
+        assert self.source is not None
+        return Vectorized.of_source(self.source, self.expressions, self.vars)
 
     @functools.cached_property
     def derivatives(self) -> tuple[Compiled, np.ndarray, np.ndarray]:
@@ -74,9 +80,7 @@ class ExpressionFunction(EvaluatorBase):
         return self._formulas.source
 
     def _many(self) -> Many:
-        found = Vectorized.of(self._formulas.expressions, self._formulas.vars)
-        assert found is not None  # it has something to be alike by
-        return found
+        return self._formulas.together
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array(self._formulas.values(x.tolist()), dtype=float)

@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import same_count
-from sheldrake.solvers._functions.evaluators import Cost, Many
+from sheldrake.solvers._functions.evaluators import Changes, Cost, Many
 from sheldrake.solvers._text import latex_matrix
 from sheldrake.symbolic import Expression, ToLatex
 from sheldrake.symbolic import _functions as symbolic
@@ -45,6 +45,7 @@ class _NormCost(Cost):
         if A.shape[0] != b.size:
             raise RuntimeError(f"{type(self).__name__}: new_A and new_b must have the same number of rows.")
         self._A, self._b = A, b
+        Changes.note()
 
     def _z(self, x: np.ndarray) -> np.ndarray:
         return self._A @ x + self._b

@@ -67,6 +67,9 @@ CONSTRAINTS: dict[type[EvaluatorBase], ProgramAttribute] = {
 }
 _BINARY = frozenset({_A.kBinaryVariable})
 _FLAT = (QuadraticCost, LinearCost, LinearConstraint, LinearEqualityConstraint, BoundingBoxConstraint)
+_AFFINE = (L2NormCost, LorentzConeConstraint, RotatedLorentzConeConstraint, ExponentialConeConstraint)
+_FIXED = (LinearMatrixInequalityConstraint, PositiveSemidefiniteConstraint)  # whose numbers never change
+_CONVEX = frozenset((*_FLAT, *_AFFINE, *_FIXED))
 ATTRIBUTES: dict[type[EvaluatorBase], ProgramAttribute] = {**COSTS, **CONSTRAINTS, VisualizationCallback: _A.kCallback}
 
 
@@ -123,11 +126,11 @@ class ProgramBindings:
         return self._of_all(ATTRIBUTES)
 
     def have_contents(self) -> bool:
-        """Whether there are linear constraints, linear and quadratic costs alone."""
-        return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT])
+        """Whether there are linear and quadratic costs, lengths, linear constraints and cones alone."""
+        return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _CONVEX])
 
     def contents(self) -> tuple[list[object], list[object]]:
-        """What linear constraints, linear and quadratic costs are made of, where there is nothing else.
+        """What costs and constraints are made of, where `have_contents()`.
 
         First matrices, then bounds, linear costs and constants. As arrays of evaluators never change in place, whatever
         was made of these bindings still fits while these are the very same objects.
@@ -136,6 +139,8 @@ class ProgramBindings:
         quadratic, linear, rows, equations, boxes = found
         rows += equations
         matrices = [e._numbers or e._Q for e in quadratic] + [e._row or e._A for e in rows]
+        for b in self._of_all(_AFFINE):
+            matrices += (b._evaluator._A, b._evaluator._b)  # type: ignore[attr-defined]
         costs = (
             [e._numbers or e._b for e in quadratic]
             + [e._b for e in linear]

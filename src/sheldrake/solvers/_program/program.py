@@ -176,7 +176,7 @@ class MathematicalProgram:
     @overloaded(overload(solver_id=_SOLVER, solver_option=instance_of(str), option_value=option_value))
     def SetSolverOption(self, solver: SolverId | SolverType, name: str, value: float | int | str) -> None:
         """Sets an option of one solver; called as `(solver_id or SolverType, name, value)`."""
-        self._options.SetOption(solver if isinstance(solver, SolverId) else id_of_type(solver), name, value)
+        self._options._put((solver if isinstance(solver, SolverId) else id_of_type(solver)).name(), name, value)
 
     def SetSolverOptions(self, arg0: SolverOptions) -> None:
         """Replaces all options."""
