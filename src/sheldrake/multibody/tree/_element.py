@@ -64,8 +64,9 @@ class Element:
 
     def _fitting(self, call: str, forces: MultibodyForces) -> MultibodyForces:
         """Forces, after Finalize(), that are of the size of the plant's."""
-        plant = self._finalized(call).plant
-        forces.require_fitting(call, plant.num_bodies(), plant.num_velocities())
+        owner = self._owner or self._required_owner(call)
+        model = owner.elements.model(call)
+        forces.require_fitting(call, len(model.row_bodies), model.nv)
         return forces
 
     def index(self) -> Any:

@@ -316,9 +316,10 @@ class Joint(NamedElement):
         Raises:
             RuntimeError: they are for another number of bodies or velocities.
         """
-        tau = self._fitting("AddInDamping", forces).mutable_generalized_forces()
-        v = self._velocities(context, "AddInDamping")
-        tau[self._v_start : self._v_start + len(v)] -= self.GetDampingVector(context) * v
+        tau = self._fitting("AddInDamping", forces)._tau
+        mine = slice(self._v_start, self._v_start + self.num_velocities())
+        contexts = self._finalized("AddInDamping").contexts
+        tau[mine] -= contexts.numbers(context, self._group) * contexts.velocities(context)[mine]
 
     @checked
     def AddInOneForce(self, context: Context, joint_dof: int, joint_tau: float, forces: MultibodyForces) -> None:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 class Membership(Protocol):
     """The elements of a plant, and when they may change."""
 
+    def model(self, call: str) -> Any:
+        """What Finalize() made, with sizes and order; RuntimeError before."""
+
     def require_finalized(self, call: str) -> None:
         """Raises RuntimeError before Finalize()."""
 
