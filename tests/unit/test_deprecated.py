@@ -12,6 +12,7 @@ from sheldrake.all import (
     AddMultibodyPlantSceneGraph,
     AutoDiffXd,
     DiagramBuilder,
+    LeafSystem,
     MultibodyPlant,
     RigidTransform,
     Simulator,
@@ -98,7 +99,9 @@ def test_todays_calls_and_the_library_itself_do_not_warn():
         plant.SetFreeBodySpatialVelocity(context, body, V)
         plant.SetDefaultFloatingBaseBodyPose(body, X)
         plant.GetDefaultFloatingBaseBodyPose(body)
-        simulator = Simulator(plant)
+        talker = LeafSystem()
+        talker.DeclareForcedPublishEvent(lambda context: None)
+        simulator = Simulator(talker)
         ApplySimulatorConfig(SimulatorConfig(publish_every_time_step=True), simulator)
         assert ExtractSimulatorConfig(simulator).publish_every_time_step
         simulator.Initialize()
