@@ -29,6 +29,10 @@ class _Result:
 
     _fields: tuple[str, ...] = ()
     _columns: ClassVar[dict[str, slice]] = {}
+    _measure: tuple[str, float] = ("distance", -1.0)
+    """In which field the depth of a row goes, times what."""
+    _of_whom: tuple[str, str] = ("id_A", "id_B")
+    """In which fields the two geometries of a row go; "" for one that is no geometry."""
 
     def __init__(self, **kwargs: Any) -> None:
         unknown = set(kwargs) - set(self._fields)
@@ -43,6 +47,20 @@ class _Result:
         new = _new(cls)
         new.__dict__.update(zip(cls._fields, values))
         return new
+
+    @classmethod
+    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
+        """One for each row of a contact table."""
+        (measure, factor), (one, other), found = cls._measure, cls._of_whom, []
+        for (a, b), row in zip(pairs, rows):
+            new = _new(cls)
+            fields = new.__dict__
+            fields[one] = ids[a]
+            if other:
+                fields[other] = ids[b]
+            fields[measure], fields["_row"] = factor * row.item(_DEPTH), row
+            found.append(new)
+        return found
 
     def __getattr__(self, name: str) -> Any:
         columns = type(self)._columns.get(name)
@@ -91,24 +109,13 @@ class PenetrationAsPointPair(_Result):
 
     _fields = ("id_A", "id_B", "p_WCa", "p_WCb", "nhat_BA_W", "depth")
     _columns: ClassVar[dict[str, slice]] = {"p_WCa": _A, "p_WCb": _B, "nhat_BA_W": _NHAT}
+    _measure = ("depth", 1.0)
     id_A: GeometryId
     id_B: GeometryId
     p_WCa: np.ndarray
     p_WCb: np.ndarray
     nhat_BA_W: np.ndarray
     depth: float
-
-    @classmethod
-    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
-        """One for each row of a contact table."""
-        found = []
-        for (a, b), row in zip(pairs, rows):
-            new = _new(cls)
-            fields = new.__dict__
-            fields["id_A"], fields["id_B"] = ids[a], ids[b]
-            fields["depth"], fields["_row"] = row.item(_DEPTH), row
-            found.append(new)
-        return found
 
 
 class SignedDistancePair(_Result):
@@ -131,18 +138,6 @@ class SignedDistancePair(_Result):
     distance: float
     nhat_BA_W: np.ndarray
 
-    @classmethod
-    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
-        """One for each row of a contact table."""
-        found = []
-        for (a, b), row in zip(pairs, rows):
-            new = _new(cls)
-            fields = new.__dict__
-            fields["id_A"], fields["id_B"] = ids[a], ids[b]
-            fields["distance"], fields["_row"] = -row.item(_DEPTH), row
-            found.append(new)
-        return found
-
 
 class SignedDistanceToPoint(_Result):
     """Signed distance of a point Q to a geometry.
@@ -156,21 +151,11 @@ class SignedDistanceToPoint(_Result):
 
     _fields = ("id_G", "p_GN", "distance", "grad_W")
     _columns: ClassVar[dict[str, slice]] = {"p_GN": _A, "grad_W": _NHAT}
+    _of_whom = ("id_G", "")
     id_G: GeometryId
     p_GN: np.ndarray
     distance: float
     grad_W: np.ndarray
-
-    @classmethod
-    def _each(cls, ids: list[GeometryId], pairs: list[list[int]], rows: np.ndarray) -> list[Self]:
-        """One for each row of a contact table."""
-        found = []
-        for (a, _), row in zip(pairs, rows):
-            new = _new(cls)
-            fields = new.__dict__
-            fields["id_G"], fields["distance"], fields["_row"] = ids[a], -row.item(_DEPTH), row
-            found.append(new)
-        return found
 
 
 class RayIntersections(_Result):
