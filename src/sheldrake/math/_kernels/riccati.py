@@ -22,7 +22,7 @@ _PIVOT = 1e-11  # of R, over its diagonal
 
 
 class RiccatiRoom(NamedTuple):
-    """Scratch for n states and m inputs; the numbers after the first seven are (n, n)."""
+    """Scratch for n states and m inputs; the numbers after the first eight are (n, n)."""
 
     L: Matrix
     """Cholesky's factor of R, (m, m)."""
@@ -32,6 +32,8 @@ class RiccatiRoom(NamedTuple):
     """R^-1 N^T, (m, n)."""
     H: Matrix
     """The Hamiltonian matrix, (2n, 2n)."""
+    alone: Matrix
+    """(2n, 0): what goes along when H is eliminated."""
     V: Matrix
     """(n, 2n)."""
     C: Matrix
@@ -53,7 +55,9 @@ class RiccatiRoom(NamedTuple):
 
 def make_room(n: int, m: int) -> RiccatiRoom:
     """Scratch for n states and m inputs."""
-    first = [np.zeros(shape) for shape in ((m, m), (m, n), (m, n), (2 * n, 2 * n), (n, 2 * n), (m, m), (m, n))]
+    first = [
+        np.zeros(shape) for shape in ((m, m), (m, n), (m, n), (2 * n, 2 * n), (2 * n, 0), (n, 2 * n), (m, m), (m, n))
+    ]
     return RiccatiRoom(*first, *(np.zeros((n, n)) for _ in range(8)))
 
 
@@ -81,14 +85,20 @@ def is_symmetric(X):
 
 
 @kernel(outline=True)
-def multiply(X: Matrix, Y: Matrix, out: Matrix) -> None:
-    """out = X Y."""
+def multiply_columns(X: Matrix, Y: Matrix, begin: int, out: Matrix) -> None:
+    """out = X times as many columns of Y, from `begin` on."""
     for i in range(X.shape[0]):
-        for j in range(Y.shape[1]):
+        for j in range(out.shape[1]):
             total = 0.0
             for k in range(X.shape[1]):
-                total += X[i, k] * Y[k, j]
+                total += X[i, k] * Y[k, begin + j]
             out[i, j] = total
+
+
+@kernel
+def multiply(X, Y, out):
+    """out = X Y."""
+    multiply_columns(X, Y, 0, out)
 
 
 @kernel(outline=True)
@@ -110,8 +120,8 @@ def copy(X: Matrix, out: Matrix) -> None:
 
 
 @kernel(outline=True)
-def solve(M: Matrix, X: Matrix) -> int:
-    """Puts M^-1 X in the place of X and spoils M, by elimination with partial pivoting; 1 where a pivot is zero."""
+def eliminate(M: Matrix, X: Matrix) -> int:
+    """Makes M triangular by elimination with partial pivoting, and does the same to X; 1 where a pivot is zero."""
     n = M.shape[0]
     for k in range(n):
         pivot = k
@@ -127,11 +137,19 @@ def solve(M: Matrix, X: Matrix) -> int:
                 X[k, j], X[pivot, j] = X[pivot, j], X[k, j]
         for i in range(k + 1, n):
             factor = M[i, k] / M[k, k]
-            M[i, k] = factor
             for j in range(k + 1, n):
                 M[i, j] -= factor * M[k, j]
             for j in range(X.shape[1]):
                 X[i, j] -= factor * X[k, j]
+    return 0
+
+
+@kernel(outline=True)
+def solve(M: Matrix, X: Matrix) -> int:
+    """Puts M^-1 X in the place of X and spoils M; 1 where a pivot is zero."""
+    n = M.shape[0]
+    if eliminate(M, X) != 0:
+        return UNSOLVED
     for back in range(n):
         i = n - 1 - back
         for j in range(X.shape[1]):
@@ -214,32 +232,11 @@ def shift_of_modes(room):
             room.H[n + i, j] = -room.Q[i, j]
             room.H[n + i, n + j] = -room.A[j, i]
     logarithm = -2.0 * n
-    if eliminate(room.H) == 0:
+    if eliminate(room.H, room.alone) == 0:
         logarithm = 0.0
         for i in range(2 * n):
             logarithm += log(abs(room.H[i, i]))
     return exp(max(logarithm, -2.0 * n) / (2.0 * n))
-
-
-@kernel(outline=True)
-def eliminate(M: Matrix) -> int:
-    """Elimination with partial pivoting in place; 1 where a pivot is zero."""
-    n = M.shape[0]
-    for k in range(n):
-        pivot = k
-        for i in range(k + 1, n):
-            if abs(M[i, k]) > abs(M[pivot, k]):
-                pivot = i
-        if not abs(M[pivot, k]) > 0.0:
-            return UNSOLVED
-        if pivot != k:
-            for j in range(n):
-                M[k, j], M[pivot, j] = M[pivot, j], M[k, j]
-        for i in range(k + 1, n):
-            factor = M[i, k] / M[k, k]
-            for j in range(k + 1, n):
-                M[i, j] -= factor * M[k, j]
-    return 0
 
 
 @kernel(outline=True)
@@ -286,35 +283,20 @@ def double(room: RiccatiRoom) -> float:
     if solve(room.M, room.V) != 0:
         return -1.0
     multiply_transposed(room.E, room.S, room.T)  # E^T S, of the S that was
+    multiply(room.T, room.V, room.M)
     step = 0.0
     for i in range(n):
         for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += room.T[i, k] * room.V[k, j]
-            room.M[i, j] = total
-            step = max(step, abs(total))
-    for i in range(n):
-        for j in range(n):
             room.S[i, j] += room.M[i, j]
-    for i in range(n):  # M = E V_F, then F += M E^T
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += room.E[i, k] * room.V[k, n + j]
-            room.M[i, j] = total
+            step = max(step, abs(room.M[i, j]))
+    multiply_columns(room.E, room.V, n, room.M)  # then F += M E^T
     for i in range(n):
         for j in range(n):
             total = 0.0
             for k in range(n):
                 total += room.M[i, k] * room.E[j, k]
             room.F[i, j] += total
-    for i in range(n):
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += room.E[i, k] * room.V[k, j]
-            room.M[i, j] = total
+    multiply(room.E, room.V, room.M)
     copy(room.M, room.E)
     return step
 
