@@ -84,6 +84,13 @@ def add_body_jacobian(model: TreeModel, work: TreeWork, b: int, p_WQ, sign: floa
         k = model.dofs[k].parent
 
 
+@kernel
+def place_of_point(model, p, work, ends, point):
+    """p_WQ of a point given in frame B."""
+    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
+    return add3(p_WB, rotate(R_WB, read3(point, 0)))
+
+
 @kernel(top=True, short_loops=True)
 def calc_frame_jacobian(model: TreeModel, p: Vector, work: TreeWork, ends: Frames, point: Vector, J: Matrix) -> None:
     """Spatial velocity Jacobian of a point of frame B measured in frame A, expressed in E; needs `position_kinematics`.
@@ -97,8 +104,7 @@ def calc_frame_jacobian(model: TreeModel, p: Vector, work: TreeWork, ends: Frame
         J: Filled, shape (6, nv).
     """
     clear(J)
-    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
-    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
+    p_WQ = place_of_point(model, p, work, ends, point)
     add_body_jacobian(model, work, ends.body_B, p_WQ, 1.0, J)
     add_body_jacobian(model, work, ends.body_A, p_WQ, -1.0, J)
     if ends.body_E > 0 or ends.frame_E >= 0:
@@ -140,8 +146,7 @@ def calc_point_velocity(model: TreeModel, p: Vector, work: TreeWork, ends: Frame
         point: p_BoBp_B [m], shape (3,).
         V: Filled, shape (6,).
     """
-    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
-    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
+    p_WQ = place_of_point(model, p, work, ends, point)
     w, v = velocity_at(model, work, ends.body_B, p_WQ)
     if ends.body_A > 0:
         w_A, v_A = velocity_at(model, work, ends.body_A, p_WQ)
@@ -159,6 +164,14 @@ def acceleration_at(work, A_WB, b, p_WQ):
     return alpha, add3(add3(a, cross3(alpha, r)), cross3(w, cross3(w, r)))
 
 
+@kernel
+def relative_acceleration(V_WQ, A_WQ, V_WP, A_WP):
+    """How Q accelerates seen from a body that turns and has at that place the motion of P: all in W."""
+    (w, v), (alpha, a), (w_P, v_P), (alpha_P, a_P) = V_WQ, A_WQ, V_WP, A_WP
+    alpha = sub3(sub3(alpha, alpha_P), cross3(w_P, sub3(w, w_P)))
+    return alpha, sub3(sub3(a, a_P), scale3(cross3(w_P, sub3(v, v_P)), 2.0))
+
+
 @kernel(top=True, short_loops=True)
 def calc_point_acceleration(
     model: TreeModel, p: Vector, work: TreeWork, ends: Frames, A_WB: Matrix, point: Vector, A: Vector
@@ -167,15 +180,13 @@ def calc_point_acceleration(
 
     `A_WB` are accelerations of the body origins by row, in W, shape (num_bodies, 6); A is filled, shape (6,).
     """
-    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
-    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
+    p_WQ = place_of_point(model, p, work, ends, point)
     alpha, a = acceleration_at(work, A_WB, ends.body_B, p_WQ)
     if ends.body_A > 0:
-        w_B, v_B = velocity_at(model, work, ends.body_B, p_WQ)
-        w_A, v_A = velocity_at(model, work, ends.body_A, p_WQ)
-        alpha_A, a_A = acceleration_at(work, A_WB, ends.body_A, p_WQ)
-        alpha = sub3(sub3(alpha, alpha_A), cross3(w_A, sub3(w_B, w_A)))
-        a = sub3(sub3(a, a_A), scale3(cross3(w_A, sub3(v_B, v_A)), 2.0))
+        V_WQ = velocity_at(model, work, ends.body_B, p_WQ)
+        V_WP = velocity_at(model, work, ends.body_A, p_WQ)
+        A_WP = acceleration_at(work, A_WB, ends.body_A, p_WQ)
+        alpha, a = relative_acceleration(V_WQ, (alpha, a), V_WP, A_WP)
     write6(A, 0, turned(model, p, work, ends, alpha, a))
 
 
@@ -191,13 +202,11 @@ def calc_bias_acceleration(model: TreeModel, p: Vector, work: TreeWork, ends: Fr
         point: p_BoBp_B [m], shape (3,).
         A: Filled, shape (6,).
     """
-    R_WB, p_WB = pose_of_frame(model, p, work, ends.body_B, ends.frame_B)
-    p_WQ = add3(p_WB, rotate(R_WB, read3(point, 0)))
-    (w_B, v_B), (alpha, a) = motion_at(model, work, ends.body_B, p_WQ)
+    p_WQ = place_of_point(model, p, work, ends, point)
+    V_WQ, (alpha, a) = motion_at(model, work, ends.body_B, p_WQ)
     if ends.body_A > 0:
-        (w_A, v_A), (alpha_A, a_A) = motion_at(model, work, ends.body_A, p_WQ)
-        alpha = sub3(sub3(alpha, alpha_A), cross3(w_A, sub3(w_B, w_A)))
-        a = sub3(sub3(a, a_A), scale3(cross3(w_A, sub3(v_B, v_A)), 2.0))
+        V_WP, A_WP = motion_at(model, work, ends.body_A, p_WQ)
+        alpha, a = relative_acceleration(V_WQ, (alpha, a), V_WP, A_WP)
     write6(A, 0, turned(model, p, work, ends, alpha, a))
 
 
