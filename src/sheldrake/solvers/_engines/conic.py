@@ -164,9 +164,8 @@ class ConicForm:
         if not np.array_equal(found.says, self._conic.says):
             return None
         out._table = table
-        out.b = np.concatenate(
-            (found.b, self.b[len(found.b) :])
-        )  # rows that no number satisfies stay, and those of cones
+        others = self.b[len(found.b) :]  # of rows that no number satisfies, and of cones: they stay
+        out.b = np.concatenate((found.b, others))
         return out
 
     def _norms_and_lorentz(self) -> None:

@@ -196,9 +196,9 @@ class Constraint(EvaluatorBase):
                 f"{which} bound has invalid dimension: {type(self).__name__} expects bounds of size "
                 f"{self._num_outputs}, got a lower bound of size {lower.size} and an upper bound of size {upper.size}."
             )
-        squares = lower.dot(lower) + (
-            0.0 if upper is lower else upper.dot(upper)
-        )  # nan if a bound is, and only then: infinities have one sign here
+        squares = lower.dot(lower)  # nan if a bound is, and only then: infinities have one sign here
+        if upper is not lower:
+            squares += upper.dot(upper)
         if squares != squares:
             raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
         self._lower, self._upper = lower, upper
