@@ -6,7 +6,7 @@ Vec6 = (angular Vec3, linear Vec3). Inertia = (mass, mass times centre of mass a
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.generic import cos, mul_add, sin, sqrt
+from sheldrake.common._kernels.generic import cos, is_positive, mul_add, sin, sqrt
 from sheldrake.common.kernel import kernel
 
 # ---- Vec3
@@ -383,6 +383,25 @@ def add_scaled_six(x, s, y):
 
 
 @kernel
+def add_three_sixes(to, s, x, y, z):
+    """to + s[0] x + s[1] y + s[2] z of six numbers."""
+    return add_scaled_six(add_scaled_six(add_scaled_six(to, s[0], x), s[1], y), s[2], z)
+
+
+@kernel
+def copy_numbers(to, at, source, begin, n):
+    """Copies n numbers, four at a time."""
+    a = 0
+    while a + 4 <= n:
+        t, s = at + a, begin + a
+        to[t], to[t + 1], to[t + 2], to[t + 3] = source[s], source[s + 1], source[s + 2], source[s + 3]
+        a += 4
+    while a < n:
+        to[at + a] = source[begin + a]
+        a += 1
+
+
+@kernel
 def subtract_scaled(L, to, s, of, n):
     """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
     a = 0
@@ -604,3 +623,95 @@ def take_row(L, row, r, S):
     a = (b[0] * r, b[1] * r, b[2] * r, b[3] * r, b[4] * r, b[5] * r)
     store_six(L, row, a)
     return subtract_dyad(S, a, b)
+
+
+@kernel
+def factorise_triangle(L, start):
+    """Replaces a packed lower triangle of six rows by 1/D on the diagonal and the ones' triangle L below it.
+
+    Without loops: they would cost more than what is in them.
+
+    Returns:
+        -1, or the row whose pivot is not positive.
+    """
+    bad = eliminate_two(L, start, 4, -1)
+    bad = eliminate_two(L, start, 2, bad)
+    return eliminate_two(L, start, 0, bad)
+
+
+@kernel
+def eliminate_two(L, start, k, bad):
+    """Takes rows k + 1 and k from those above them, and puts 1/D there, so that no quotient waits for the other.
+
+    Returns:
+        The row whose pivot is not positive, else `bad`.
+    """
+    upper = start + k * (k + 1) // 2
+    lower = upper + k + 1
+    D, beside, D_upper = L[lower + k + 1], L[lower + k], L[upper + k]
+    both = D * D_upper - beside * beside
+    if not is_positive(both):
+        bad = k
+    if not is_positive(D):
+        bad = k + 1
+    r, s = 1.0 / D, D / both
+    a = beside * r
+    L[lower + k + 1], L[lower + k], L[upper + k] = r, a, s
+    if k > 2:
+        subtract(L, upper, a, lower, 4)
+        subtract_both(L, start + 6, 3, lower, r, upper, s)
+        subtract_both(L, start + 3, 2, lower, r, upper, s)
+    elif k > 0:
+        subtract(L, upper, a, lower, 2)
+    if k > 0:
+        subtract_both(L, start + 1, 1, lower, r, upper, s)
+        subtract_both(L, start, 0, lower, r, upper, s)
+    return bad
+
+
+@kernel
+def subtract(L, at, a, row, n):
+    """Takes a times the first n numbers of a row, two or four, from another."""
+    L[at] -= a * L[row]
+    L[at + 1] -= a * L[row + 1]
+    if n > 2:
+        L[at + 2] -= a * L[row + 2]
+        L[at + 3] -= a * L[row + 3]
+
+
+@kernel
+def subtract_both(L, at, i, lower, r, upper, s):
+    """Takes two rows from row i, at `at`, in proportion to their own elements i, which become those of the triangle."""
+    a, b = L[lower + i] * r, L[upper + i] * s
+    L[at] -= a * L[lower] + b * L[upper]
+    if i > 0:
+        L[at + 1] -= a * L[lower + 1] + b * L[upper + 1]
+    if i > 1:
+        L[at + 2] -= a * L[lower + 2] + b * L[upper + 2]
+    if i > 2:
+        L[at + 3] -= a * L[lower + 3] + b * L[upper + 3]
+    L[lower + i], L[upper + i] = a, b
+
+
+@kernel
+def eliminate_six(L, at, x):
+    """x L^-1 of the triangle of ones and the numbers below them at L[at], row after row."""
+    a, b, c, d, e, f = x
+    a, b, c, d, e = a - L[at + 15] * f, b - L[at + 16] * f, c - L[at + 17] * f, d - L[at + 18] * f, e - L[at + 19] * f
+    a, b, c, d = a - L[at + 10] * e, b - L[at + 11] * e, c - L[at + 12] * e, d - L[at + 13] * e
+    a, b, c = a - L[at + 6] * d, b - L[at + 7] * d, c - L[at + 8] * d
+    a, b = a - L[at + 3] * c, b - L[at + 4] * c
+    return (a - L[at + 1] * b, b, c, d, e, f)
+
+
+@kernel
+def substitute_six(L, at, x):
+    """L^-1 D^-1 x of the factor that `factorise_triangle` has left; what is known last is taken last."""
+    a, b, c, d, e, f = x
+    a = a * L[at]
+    b = b * L[at + 2] - L[at + 1] * a
+    c = c * L[at + 5] - L[at + 3] * a - L[at + 4] * b
+    d = d * L[at + 9] - L[at + 6] * a - L[at + 7] * b - L[at + 8] * c
+    e = e * L[at + 14] - L[at + 10] * a - L[at + 11] * b - L[at + 12] * c - L[at + 13] * d
+    f = f * L[at + 20] - L[at + 15] * a - L[at + 16] * b - L[at + 17] * c - L[at + 18] * d - L[at + 19] * e
+    return (a, b, c, d, e, f)

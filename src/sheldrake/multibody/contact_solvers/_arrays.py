@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sheldrake.common._kernels.vec import SIX
 from sheldrake.multibody.contact_solvers._kernels import problem as records
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
 from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
@@ -81,8 +82,8 @@ def make_solver_model(
             f"make_solver_model(): contact approximation {approximation!r} is not one of {', '.join(APPROXIMATIONS)}."
         )
     option, setting = np.zeros(records.Options.SIZE), np.zeros(records.Settings.SIZE, np.int64)
-    trees = np.ascontiguousarray(tree, np.int64).reshape(-1, records.Tree.SIZE)
     dofs = np.ascontiguousarray(dof, np.int64).reshape(-1, records.Dof.SIZE)
+    trees = np.array([(f, n, base_dofs(dofs, f, n)) for f, n in tree], np.int64).reshape(-1, records.Tree.SIZE)
     model = SolverModel(option, setting, trees, dofs)
     model.dt = dt
     model.stiction = stiction_tolerance
@@ -101,9 +102,15 @@ def make_solver_model(
     return model
 
 
+def base_dofs(dofs: np.ndarray, first: int, count: int) -> int:
+    """6 if all dofs of a tree but its first six hang on these, so that all other rows begin with their columns."""
+    chain = count >= SIX and dofs[first + SIX - 1, records.Dof.depth] == SIX - 1
+    return SIX if chain and (dofs[first + SIX : first + count, records.Dof.parent] >= first + SIX - 1).all() else 0
+
+
 def widest(model: SolverModel) -> tuple[int, int]:
     """Most dofs that can move two bodies against each other, and most that can move either, of two trees or of one."""
-    longest = sorted(int(model.dof[f : f + n, records.Dof.depth].max()) + 1 for f, n in model.tree if n > 0)
+    longest = sorted(int(model.dof[f : f + n, records.Dof.depth].max()) + 1 for f, n, _ in model.tree if n > 0)
     against = either = max(sum(longest[-2:]), 1)
     height = np.zeros(len(model.dof), np.int64)  # dofs of the longest way from a dof outwards, without itself
     for k in range(len(model.dof) - 1, -1, -1):

@@ -93,6 +93,18 @@ def test_direction_of_a_humanoid_is_that_of_dense_algebra(contacts, rows, native
     np.testing.assert_allclose(dv, tree.expected(), rtol=1e-10, atol=1e-12)
 
 
+ARM = [-1, 0, 1, 2, 3, 4, 5, 5]
+"""Six joints one after the other, and two fingers."""
+
+
+@pytest.mark.parametrize("contacts", [[(2, -1)], [(4, 7), (6, -1)], [(5, -1), (1, 3), (7, 6)]])
+def test_contacts_that_some_of_the_first_six_joints_move(contacts):
+    tree = Tree(ARM, contacts, [[6], [3]])
+    status, dv = tree.solve()
+    assert status == 0
+    np.testing.assert_allclose(dv, tree.expected(), rtol=1e-10, atol=1e-12)
+
+
 def test_random_trees_with_random_constraints():
     rng = np.random.default_rng(8)
     for seed in range(200):

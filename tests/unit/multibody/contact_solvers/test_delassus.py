@@ -76,7 +76,7 @@ class Limbs:
     def bounded(self, v):
         """Which motors are at their limits at these velocities."""
         rows = [self.rows[r] for r in range(self.problem.num_rows)]
-        return [not row.lower < (row.vhat - v[row.dofs[0]]) / row.R < row.upper for row in rows]
+        return [not row.lower < row.push - row.resistance * v[row.dofs[0]] < row.upper for row in rows]
 
 
 CONTACTS = {

@@ -115,7 +115,7 @@ def test_friction_opposes_slip_and_stays_in_its_cone(law):
 
 
 def test_a_scalar_row_is_clamped():
-    row = SimpleNamespace(R=0.5, vhat=0.1, lower=-0.3, upper=0.4)
+    row = SimpleNamespace(resistance=2.0, push=0.2, lower=-0.3, upper=0.4)
     for vc in (-1.0, -0.1, 0.0, 0.02, 2.0):
         gamma, G = row_impulse(row, vc)
         assert gamma == np.clip((0.1 - vc) / 0.5, -0.3, 0.4)

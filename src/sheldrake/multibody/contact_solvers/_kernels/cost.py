@@ -8,16 +8,20 @@ from sheldrake.common._kernels.generic import in_any, value_of
 from sheldrake.common._kernels.vec import (
     SIX,
     add3,
-    add_scaled_six,
+    add_three_sixes,
     column3,
+    copy_numbers,
     dot3,
     load_six,
     load_three_sixes,
     mul_symmetric,
     put_packed_six,
+    read_triangle,
     root,
     scale3,
     store_six,
+    subtract_dyad,
+    write_triangle,
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.factor import (
@@ -271,7 +275,11 @@ def add_row(row, L, where, address):
 def put_momentum_of_branches(model, problem, factor):
     """H = A."""
     L = factor.L
-    first, end = dofs_of(model, problem)
+    first, _, end = dofs_of(model, problem)
+    start = model.dofs[first].row_start
+    if diagonal(model, end - 1) + 1 - start == problem.factor_size:  # constraints couple nothing that joints do not
+        copy_numbers(L, 0, problem.A, start, problem.factor_size)
+        return
     for k in range(first, end):
         row = factor.dofs[k].row_start
         at = model.dofs[k].row_start
@@ -350,19 +358,51 @@ def add_two_columns(contact, L, factor):
     L[diagonal(factor, contact.dofs[1])] += dot3(Gq, q)
 
 
+@kernel
+def add_base(contact, L, base):
+    """What a contact's first six columns, those of the first six dofs of a tree, do to each other; their triangle is at
+    L[base].
+    """
+    G = contact.G
+    x, y, z = load_three_sixes(contact.J, 0, FIRST)
+    none = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    S = read_triangle(L, base)
+    S = subtract_dyad(S, add_three_sixes(none, (-G[0], -G[1], -G[3]), x, y, z), x)
+    S = subtract_dyad(S, add_three_sixes(none, (-G[1], -G[2], -G[4]), x, y, z), y)
+    write_triangle(L, base, subtract_dyad(S, add_three_sixes(none, (-G[3], -G[4], -G[5]), x, y, z), z))
+
+
+@kernel
+def add_limb(contact, L, factor):
+    """What the other columns of such a contact do to these and to each other."""
+    G, J, dofs = contact.G, contact.J, contact.dofs
+    x, y, z = load_three_sixes(J, 0, FIRST)
+    for i in range(SIX, contact.width):
+        row = factor.dofs[dofs[i]].row_start
+        Gu = times_G(G, column3(J, 0, i))
+        store_six(L, row, add_three_sixes(load_six(L, row), Gu, x, y, z))
+        for j in range(SIX, i + 1):
+            L[row + factor.dofs[dofs[j]].depth] += dot3(Gu, column3(J, 0, j))
+
+
 @kernel(outline=True)
 def assemble_branches(model, problem, contacts, rows, factor):
     """H = A + J^T G J."""
+    L = factor.L
     put_momentum_of_branches(model, problem, factor)
+    first, begin, _ = dofs_of(model, problem)
     for contact in contacts_of_island(problem, contacts):
         if resists(contact):
-            if contact.width == 2:
-                add_two_columns(contact, factor.L, factor)
+            if begin > first and contact.width >= SIX and contact.dofs[0] == first:
+                add_base(contact, L, factor.dofs[first].row_start)
+                add_limb(contact, L, factor)
+            elif contact.width == 2:
+                add_two_columns(contact, L, factor)
             else:
-                add_runs(contact, factor.L, factor)
+                add_runs(contact, L, factor)
     for row in rows_of_island(problem, rows):
         if row.G > 0.0:
-            add_row(row, factor.L, factor, in_branches)
+            add_row(row, L, factor, in_branches)
 
 
 # ---- the Hessian of several trees
@@ -395,7 +435,7 @@ def add_square(L, B, J, rows, columns, G):
     for j in range(SIX):
         gx, gy, gz = times_G(G, column3(J, 0, columns + j))
         to = load_six(L, B + SIX * j)
-        store_six(L, B + SIX * j, add_scaled_six(add_scaled_six(add_scaled_six(to, gx, x), gy, y), gz, z))
+        store_six(L, B + SIX * j, add_three_sixes(to, (gx, gy, gz), x, y, z))
 
 
 @kernel(outline=True)

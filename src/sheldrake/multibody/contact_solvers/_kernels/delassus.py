@@ -30,6 +30,7 @@ from sheldrake.common._kernels.vec import (
     compose,
     dot3,
     dot_six,
+    eliminate_six,
     load_six,
     load_three_sixes,
     of_axes,
@@ -55,7 +56,6 @@ from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse, h
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
-    has_base_of_six,
     is_chain_of_six,
     velocity_of_any,
     with_drift,
@@ -94,26 +94,9 @@ def contact_at(problem, contacts, c):
 
 
 @kernel
-def end_of_base(model, first, end):
-    """The dof after the first six, if all others hang on these, else the first dof."""
-    return first + SIX if has_base_of_six(model, first, end) else first
-
-
-@kernel
 def put_column3(A, r, k, u):
     """Column k of the three rows r, r + 1, r + 2."""
     A[r, k], A[r + 1, k], A[r + 2, k] = u
-
-
-@kernel
-def eliminate_six(L, at, x):
-    """x L^-1 of the triangle of ones and the numbers below them at L[at], row after row."""
-    a, b, c, d, e, f = x
-    a, b, c, d, e = a - L[at + 15] * f, b - L[at + 16] * f, c - L[at + 17] * f, d - L[at + 18] * f, e - L[at + 19] * f
-    a, b, c, d = a - L[at + 10] * e, b - L[at + 11] * e, c - L[at + 12] * e, d - L[at + 13] * e
-    a, b, c = a - L[at + 6] * d, b - L[at + 7] * d, c - L[at + 8] * d
-    a, b = a - L[at + 3] * c, b - L[at + 4] * c
-    return (a - L[at + 1] * b, b, c, d, e, f)
 
 
 @kernel
@@ -407,8 +390,7 @@ def push_residual(factor, n):
 @kernel(outline=True)
 def start_impulses(model, problem, contacts, factor, n):
     """W, no impulse as yet, and the residual with laws linear about v0; gradient^T diag(1/A) gradient there [J]."""
-    first, end = dofs_of(model, problem)
-    begin = end_of_base(model, first, end)
+    first, begin, end = dofs_of(model, problem)
     total = 0.0
     for k in range(first, end):
         total += problem.gradient[k] * problem.gradient[k] * problem.mobility[k]
@@ -427,8 +409,7 @@ def start_impulses(model, problem, contacts, factor, n):
 @kernel(outline=True)
 def put_velocities(model, problem, contacts, factor, n):
     """v of lambda."""
-    first, end = dofs_of(model, problem)
-    begin = end_of_base(model, first, end)
+    first, begin, end = dofs_of(model, problem)
     for k in range(first, end):
         problem.v[k] = problem.v_star[k]
     if n == 0:

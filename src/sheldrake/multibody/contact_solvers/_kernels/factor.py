@@ -9,11 +9,14 @@ from sheldrake.common._kernels.generic import is_positive, sqrt
 from sheldrake.common._kernels.vec import (
     SIX,
     dot_six,
+    eliminate_six,
+    factorise_triangle,
     load_six,
     magnitude,
     pivots_of_two,
     read_triangle,
     store_six,
+    substitute_six,
     subtract_dot_six_backwards,
     subtract_scaled,
     subtract_scaled_six,
@@ -29,11 +32,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     TAMSI_FAILED,
     contacts_of_island,
     diagonal,
-    dofs_above,
     dofs_above_from,
     dofs_of_island,
     dofs_of_tree,
-    has_base_of_six,
     is_chain_of_six,
     rows_of_island,
 )
@@ -260,9 +261,9 @@ def order_trees(problem, contacts, rows, factor):
 
 @kernel
 def dofs_of(model, problem):
-    """First dof of the island's only tree, and the one after its last."""
+    """Of the island's only tree: the first dof, the one after those that all others hang on, the one after the last."""
     tree = model.trees[problem.trees[problem.trees_begin].order]
-    return tree.first_dof, tree.first_dof + tree.num_dofs
+    return tree.first_dof, tree.first_dof + tree.base_dofs, tree.first_dof + tree.num_dofs
 
 
 @kernel
@@ -308,7 +309,7 @@ def have_same_columns(contact, other):
 @kernel(outline=True)
 def lay_out_branches(model, problem, contacts, rows, factor):
     """The path of each dof and where its row starts; how many numbers all rows have."""
-    first, end = dofs_of(model, problem)
+    first, _, end = dofs_of(model, problem)
     for k in range(first, end):
         factor.dofs[k].parent = model.dofs[k].parent
     last = 0  # contacts of one pair follow each other: the first joins for all
@@ -326,7 +327,6 @@ def lay_out_branches(model, problem, contacts, rows, factor):
         dof.depth = factor.dofs[dof.parent].depth + 1 if dof.parent >= 0 else 0
         dof.row_start = size
         size += dof.depth + 1
-    problem.base_dofs = SIX if has_base_of_six(factor, first, end) else 0
     return size
 
 
@@ -558,8 +558,8 @@ def take_two_from_rows_above(factor, k, j, begin):
 
 
 @kernel(outline=True)
-def factorise_rows(factor, first, begin, end):
-    """Replaces rows of `begin` to `end` - 1 by 1/D and L, but for the columns of dofs before `first`; a status."""
+def factorise_rows(factor, begin, end):
+    """Replaces rows of `begin` to `end` - 1 by 1/D and L, but for the columns of dofs before; a status."""
     L = factor.L
     k = end - 1
     while k >= begin:
@@ -568,14 +568,14 @@ def factorise_rows(factor, first, begin, end):
             D, both = pivots_of_two(L, factor.dofs[k].row_start, factor.dofs[above].row_start, factor.dofs[above].depth)
             if not (is_positive(D) and is_positive(both)):
                 return HESSIAN_NOT_POSITIVE
-            take_two_from_rows_above(factor, k, above, first)
+            take_two_from_rows_above(factor, k, above, begin)
             k -= 2
         else:
             D = L[diagonal(factor, k)]
             if not is_positive(D):
                 return HESSIAN_NOT_POSITIVE
             L[diagonal(factor, k)] = 1.0 / D
-            take_from_rows_above(factor, k, L[diagonal(factor, k)], first)
+            take_from_rows_above(factor, k, L[diagonal(factor, k)], begin)
             k -= 1
     return SOLVED
 
@@ -584,16 +584,16 @@ def factorise_rows(factor, first, begin, end):
 def factorise_branches(model, problem, factor):
     """Replaces H by 1/D on the diagonal and L below it; a status."""
     L = factor.L
-    first, end = dofs_of(model, problem)
-    begin = first + problem.base_dofs
-    status = factorise_rows(factor, begin, begin, end)
+    first, begin, end = dofs_of(model, problem)
+    status = factorise_rows(factor, begin, end)
     if status == SOLVED and begin > first:
         row = factor.dofs[first].row_start
         S = read_triangle(L, row)
         for k in range(end - 1, begin - 1, -1):
             S = take_row(L, factor.dofs[k].row_start, L[diagonal(factor, k)], S)
         write_triangle(L, row, S)
-        status = factorise_rows(factor, first, first, begin)
+        if factorise_triangle(L, row) >= 0:
+            return HESSIAN_NOT_POSITIVE
     return status
 
 
@@ -601,8 +601,7 @@ def factorise_branches(model, problem, factor):
 def eliminate_branches(model, problem, factor):
     """rhs = -L^-T gradient."""
     L, x = factor.L, factor.rhs
-    first, end = dofs_of(model, problem)
-    begin = first + problem.base_dofs
+    first, begin, end = dofs_of(model, problem)
     for k in range(first, end):
         x[k] = -problem.gradient[k]
     for k in range(end - 1, begin - 1, -1):
@@ -612,10 +611,7 @@ def eliminate_branches(model, problem, factor):
         base = load_six(x, first)
         for k in range(end - 1, begin - 1, -1):
             base = subtract_scaled_six(base, x[k], load_six(L, factor.dofs[k].row_start))
-        store_six(x, first, base)
-        for k in range(begin - 1, first - 1, -1):
-            for i, at in dofs_above(factor, k):
-                x[i] -= L[at] * x[k]
+        store_six(x, first, eliminate_six(L, factor.dofs[first].row_start, base))
 
 
 @kernel(outline=True)
@@ -623,13 +619,9 @@ def substitute_branches(packed, L, x, dv, first, begin, end):
     """dv = L^-1 D^-1 x, x becoming the same; dofs `first` to `begin` - 1 are those that all others hang on."""
     base = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if begin > first:
-        for k in range(first, begin):
-            x_k = x[k] * L[diagonal(packed, k)]
-            for i, at in dofs_above(packed, k):
-                x_k -= L[at] * x[i]
-            x[k] = x_k
-            dv[k] = x_k
-        base = load_six(x, first)
+        base = substitute_six(L, packed.dofs[first].row_start, load_six(x, first))
+        store_six(x, first, base)
+        store_six(dv, first, base)
     for k in range(begin, end):
         x_k = x[k] * L[diagonal(packed, k)]
         if begin > first:
@@ -648,8 +640,8 @@ def substitute_branches(packed, L, x, dv, first, begin, end):
 def solve_branches(model, problem, factor):
     """dv = -H^-1 gradient."""
     eliminate_branches(model, problem, factor)
-    first, end = dofs_of(model, problem)
-    substitute_branches(factor, factor.L, factor.rhs, problem.dv, first, first + problem.base_dofs, end)
+    first, begin, end = dofs_of(model, problem)
+    substitute_branches(factor, factor.L, factor.rhs, problem.dv, first, begin, end)
 
 
 # ---- Cholesky by blocks

@@ -409,23 +409,23 @@ def static_share(s):
 
 @kernel
 def row_impulse(row, vc):
-    """gamma = clamp((vhat - vc) / R, lower, upper) and G = -dgamma/dvc."""
-    y = (row.vhat - vc) / row.R
+    """gamma = clamp(push - resistance vc, lower, upper) and G = -dgamma/dvc."""
+    y = row.push - row.resistance * vc
     lower, upper = row.lower, row.upper
     gamma = lower + 0.0 * y if y <= lower else upper + 0.0 * y if y >= upper else y
-    G = 0.0 * y if y <= lower else 0.0 * y if y >= upper else 1.0 / row.R + 0.0 * y
+    G = 0.0 * y if y <= lower else 0.0 * y if y >= upper else row.resistance + 0.0 * y
     return gamma, G
 
 
 @kernel
 def row_cost(row, vc):
     """R y^2 / 2 between the bounds, linear beyond them."""
-    y = (row.vhat - vc) / row.R
+    y = row.push - row.resistance * vc
     if y <= row.lower:
         return -row.lower * vc
     if y >= row.upper:
         return -row.upper * vc
-    return 0.5 * row.R * y * y
+    return 0.5 * y * y / row.resistance
 
 
 @kernel
@@ -443,48 +443,49 @@ def row_group_delassus(problem, rows, r, n):
 
 
 @kernel
-def prepare_spring_row(row, dt, rigid):
+def prepare_spring_row(row, dt, part, mass):
     """A spring of stiffness k (may be infinite) and relaxation time tau, no stiffer than the time step resolves."""
-    tau = row.relaxation
-    row.R = 1.0 / (dt * (dt + tau) * row.stiffness)
-    if row.R < rigid:
-        row.R = rigid
-        tau = dt + 0.0 * tau
-    row.vhat = -row.gap / (dt + tau)
+    k = row.stiffness
+    row.resistance = dt * (dt + row.relaxation) * k
+    row.push = -dt * k * row.gap
+    if row.resistance * part > mass:
+        row.resistance = mass / part
+        row.push = -row.gap / (2.0 * dt) * row.resistance  # tau = dt
 
 
 @kernel
-def prepare_actuator_row(row, dt, rigid):
+def prepare_actuator_row(row, dt, part, mass):
     """An implicit PD controller: gains too stiff for the time step are scaled down, keeping their ratio."""
     kp, kd = row.stiffness, row.relaxation
-    R = 1.0 / (dt * (dt * kp + kd))
-    if R < rigid:
+    if dt * (dt * kp + kd) * part > mass:
+        most = mass / part
         if dt * kp > kd:
             tau = kd / kp
-            kp = 1.0 / (dt * (dt + tau) * rigid)
+            kp = most / (dt * (dt + tau))
             kd = tau * kp
         else:
             ratio = kp / kd
-            kd = 1.0 / (dt * (1.0 + dt * ratio) * rigid)
+            kd = most / (dt * (1.0 + dt * ratio))
             kp = ratio * kd
-        R = 1.0 / (dt * (dt * kp + kd))
-    effort = kd * row.rate - kp * row.gap + row.forward  # at v = 0
-    row.R = R
-    row.vhat = dt * effort * R
+    row.resistance = dt * (dt * kp + kd)
+    row.push = dt * (kd * row.rate - kp * row.gap + row.forward)
 
 
 FOUR_PI_SQUARED = 4.0 * np.pi**2
 
 
 @kernel
-def prepare_row(model, row, w):
-    """R and vhat of a row whose Delassus estimate is w."""
-    rigid = model.near_rigid_rows * model.near_rigid_rows / FOUR_PI_SQUARED * w
+def prepare_row(model, row, square, mass):
+    """Resistance and push of a row whose Delassus estimate w is square / mass.
+
+    It resists no more than mass / part, which is 4 pi^2 / (beta^2 w); most have no need of this quotient.
+    """
+    part = model.near_rigid_rows * model.near_rigid_rows / FOUR_PI_SQUARED * square
     if row.kind == ACTUATOR or row.kind == DRY_FRICTION:
-        prepare_actuator_row(row, model.dt, rigid)
+        prepare_actuator_row(row, model.dt, part, mass)
     else:
-        prepare_spring_row(row, model.dt, rigid)
-    row.dvc = 0.0 * row.R
+        prepare_spring_row(row, model.dt, part, mass)
+    row.dvc = 0.0 * row.resistance
 
 
 @kernel
@@ -495,7 +496,7 @@ def put_rows_ahead(model, problem, rows, impulse):
         row = rows[r]
         k, J = row.dofs[0], row.J[0]
         at = diagonal(model, k)
-        prepare_row(model, row, J * J / problem.A[at])
+        prepare_row(model, row, J * J, problem.A[at])
         row.gamma, row.G = row_impulse(row, J * problem.v0[k])
         problem.L[at] += J * row.G * J
         impulse[k] += J * row.gamma

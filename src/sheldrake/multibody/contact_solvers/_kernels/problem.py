@@ -86,6 +86,7 @@ class Tree(Record):
 
     first_dof = integer("its first dof")
     num_dofs = integer("how many it has")
+    base_dofs = integer("6 if all its dofs but the first six hang on these, else 0")
 
 
 class Dof(Record):
@@ -143,7 +144,6 @@ class Counts(Record):
     ends = integers(3, "of trees, contacts and rows", same_as=trees_end)
     factor_size = integer("numbers in the island's factor")
     along_branches = integer("1 if they are rows along the branches of a tree, 0 if blocks")
-    base_dofs = integer("then 6 if all its dofs but the first six hang on these, else 0")
 
 
 class ContactIndex(Record):
@@ -210,10 +210,10 @@ class RowColumns(Record):
 
 
 class RowLaw(Record):
-    """gamma = clamp((vhat - vc) / R, lower, upper); `prepare` makes R and vhat of what is behind them."""
+    """gamma = clamp(push - resistance vc, lower, upper); `prepare` makes these two of what is behind them."""
 
-    R = number("regularisation", "1/kg")
-    vhat = number("velocity it would have", "m/s")
+    resistance = number("1 / R, the inverse of the regularisation", "kg")
+    push = number("impulse at no velocity, were there no bounds", "N s")
     lower = number("least impulse", "N s")
     upper = number("largest impulse", "N s")
     gap = number("violation g at q0; of an actuator q0 - q_desired", "m")
@@ -335,7 +335,7 @@ class Contacts(NamedTuple):
 
 @table
 class Rows(NamedTuple):
-    """Scalar rows: joint limits, PD actuators, couplers, distances, each direction of a ball or weld: `rows[r].R`."""
+    """Scalar rows: joint limits, PD actuators, couplers, distances, each direction of a ball or weld: `rows[r].gap`."""
 
     index: Annotated[IntMatrix, RowIndex]
     J: Annotated[Matrix, RowColumns]
@@ -455,17 +455,6 @@ def dofs_above_from(packed, k, begin):
         i = packed.dofs[i].parent
 
 
-@kernel
-def has_base_of_six(packed, first, end):
-    """Whether all dofs of a tree but its first six hang on these, so that all other rows begin with their columns."""
-    if end - first < SIX or packed.dofs[first + 5].depth != 5:
-        return False
-    for k in range(first + SIX, end):
-        if packed.dofs[k].parent < first + 5:
-            return False
-    return True
-
-
 # ---- A x, the momentum
 
 
@@ -485,7 +474,7 @@ def mul_A(model, problem, x, y):
             store_six(y, first, mul_packed_six(problem.A, model.dofs[first].row_start, load_six(x, first)))
             continue
         end = first + model.trees[t].num_dofs
-        begin = first + SIX if has_base_of_six(model, first, end) else first
+        begin = first + model.trees[t].base_dofs
         mul_rows(model, problem.A, first, first, begin, x, y)
         if begin > first:
             base = load_six(y, first)

@@ -69,13 +69,13 @@ def mobilities(model, problem):
 
 @kernel
 def prepare_rows(model, problem, rows):
-    """R and vhat of all scalar rows that are not ahead."""
+    """Resistance and push of all scalar rows that are not ahead."""
     w = 0.0
     for r in range(problem.rows_ahead, problem.num_rows):
         row = rows[r]
         if row.group > 0:
             w = row_group_delassus(problem, rows, r, row.group)
-        prepare_row(model, row, w)
+        prepare_row(model, row, w, 1.0)
 
 
 @kernel

@@ -14,12 +14,13 @@ from sheldrake.common._kernels.vec import (
     cross_force,
     dot3,
     dot6,
+    eliminate_six,
+    factorise_triangle,
     load6,
     load_six,
     mul_inertia,
     pivots_of_two,
     read3,
-    read6,
     read_symmetric,
     read_triangle,
     rotate,
@@ -30,6 +31,7 @@ from sheldrake.common._kernels.vec import (
     store_six,
     sub3,
     sub6,
+    substitute_six,
     subtract_dot_six,
     subtract_scaled,
     subtract_scaled_six,
@@ -331,7 +333,7 @@ def ltdl(model: TreeModel, L: Vector) -> int:
             for k in range(end - 1, begin - 1, -1):
                 S = take_row(L, model.dofs[k].row, L[model.dofs[k].row + model.dofs[k].depth], S)
             write_triangle(L, row, S)
-            pivot_of_6 = ltdl_of_6(L, row)
+            pivot_of_6 = factorise_triangle(L, row)
             if pivot_of_6 >= 0:
                 bad = first + pivot_of_6
     return bad
@@ -395,68 +397,6 @@ def take_two_from_rows_above(model, L, k, j, begin):
 
 
 @kernel
-def ltdl_of_6(L, start):
-    """The six rows of a free body, without loops: they would cost more than what is in them."""
-    bad = eliminate_two(L, start, 4, -1)
-    bad = eliminate_two(L, start, 2, bad)
-    return eliminate_two(L, start, 0, bad)
-
-
-@kernel
-def eliminate_two(L, start, k, bad):
-    """Takes rows k + 1 and k from those above them, and puts 1/D there, so that no quotient waits for the other.
-
-    Returns:
-        The row whose pivot is not positive, else `bad`.
-    """
-    upper = start + k * (k + 1) // 2
-    lower = upper + k + 1
-    D, beside, D_upper = L[lower + k + 1], L[lower + k], L[upper + k]
-    both = D * D_upper - beside * beside
-    if not is_positive(both):
-        bad = k
-    if not is_positive(D):
-        bad = k + 1
-    r, s = 1.0 / D, D / both
-    a = beside * r
-    L[lower + k + 1], L[lower + k], L[upper + k] = r, a, s
-    if k > 2:
-        subtract(L, upper, a, lower, 4)
-        subtract_both(L, start + 6, 3, lower, r, upper, s)
-        subtract_both(L, start + 3, 2, lower, r, upper, s)
-    elif k > 0:
-        subtract(L, upper, a, lower, 2)
-    if k > 0:
-        subtract_both(L, start + 1, 1, lower, r, upper, s)
-        subtract_both(L, start, 0, lower, r, upper, s)
-    return bad
-
-
-@kernel
-def subtract(L, at, a, row, n):
-    """Takes a times the first n numbers of a row, two or four, from another."""
-    L[at] -= a * L[row]
-    L[at + 1] -= a * L[row + 1]
-    if n > 2:
-        L[at + 2] -= a * L[row + 2]
-        L[at + 3] -= a * L[row + 3]
-
-
-@kernel
-def subtract_both(L, at, i, lower, r, upper, s):
-    """Takes two rows from row i, at `at`, in proportion to their own elements i, which become those of the triangle."""
-    a, b = L[lower + i] * r, L[upper + i] * s
-    L[at] -= a * L[lower] + b * L[upper]
-    if i > 0:
-        L[at + 1] -= a * L[lower + 1] + b * L[upper + 1]
-    if i > 1:
-        L[at + 2] -= a * L[lower + 2] + b * L[upper + 2]
-    if i > 2:
-        L[at + 3] -= a * L[lower + 3] + b * L[upper + 3]
-    L[lower + i], L[upper + i] = a, b
-
-
-@kernel
 def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
     """Replaces x, shape (nv,), by the solution of the factored matrix times itself = x."""
     for t in range(len(model.trees)):
@@ -475,8 +415,8 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
             base = load_six(x, first)
             for k in range(end - 1, begin - 1, -1):
                 base = subtract_scaled_six(base, x[k], load_six(L, model.dofs[k].row))
-            store_six(x, first, base)
-            ltdl_solve_of_6(L, model.dofs[first].row, x, first)
+            row = model.dofs[first].row
+            store_six(x, first, substitute_six(L, row, eliminate_six(L, row, base)))
         for k in range(begin, end):
             x[k] = substitute_back(model, L, x, k, first, begin)
 
@@ -502,28 +442,6 @@ def substitute_back(model, L, x, k, first, begin):
     if parent >= begin:
         x_k -= L[row + model.dofs[parent].depth] * x[parent]
     return x_k
-
-
-@kernel
-def ltdl_solve_of_6(L, start, x, at):
-    """Both substitutions of a free body; what hangs on it has been through the first, and comes to the second later.
-
-    What is known last is taken last: the next number waits for one product.
-    """
-    (a, b, c), (d, e, f) = read6(x, at)
-    row_b, row_c, row_d, row_e, row_f = start + 1, start + 3, start + 6, start + 10, start + 15
-    e = e - L[row_f + 4] * f
-    d = d - L[row_f + 3] * f - L[row_e + 3] * e
-    c = c - L[row_f + 2] * f - L[row_e + 2] * e - L[row_d + 2] * d
-    b = b - L[row_f + 1] * f - L[row_e + 1] * e - L[row_d + 1] * d - L[row_c + 1] * c
-    a = a - L[row_f] * f - L[row_e] * e - L[row_d] * d - L[row_c] * c - L[row_b] * b
-    a = a * L[start]
-    b = b * L[row_b + 1] - L[row_b] * a
-    c = c * L[row_c + 2] - L[row_c] * a - L[row_c + 1] * b
-    d = d * L[row_d + 3] - L[row_d] * a - L[row_d + 1] * b - L[row_d + 2] * c
-    e = e * L[row_e + 4] - L[row_e] * a - L[row_e + 1] * b - L[row_e + 2] * c - L[row_e + 3] * d
-    f = f * L[row_f + 5] - L[row_f] * a - L[row_f + 1] * b - L[row_f + 2] * c - L[row_f + 3] * d - L[row_f + 4] * e
-    write6(x, at, ((a, b, c), (d, e, f)))
 
 
 @kernel
