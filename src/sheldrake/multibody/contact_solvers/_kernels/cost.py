@@ -52,6 +52,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     dofs_above,
     dofs_of_island,
     is_chain_of_six,
+    joins_trees_of_six,
     multiply_A,
     row_velocities,
     rows_of_island,
@@ -462,7 +463,7 @@ def assemble(model, problem, contacts, rows, factor):
     put_momentum(model, problem, factor)
     for contact in contacts_of_island(problem, contacts):
         if resists(contact):
-            if contact.sixes > 0:
+            if joins_trees_of_six(model, contact):
                 add_free_contact(factor, contact)
             else:
                 add_contact(contact, factor.L, places_of(model, factor, contact), in_blocks)

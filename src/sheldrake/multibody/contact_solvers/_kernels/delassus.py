@@ -57,7 +57,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
     is_chain_of_six,
-    velocity_of_any,
+    velocity_at_contact,
     with_drift,
 )
 
@@ -398,7 +398,7 @@ def start_impulses(model, problem, contacts, factor, n):
         contact = contact_at(problem, contacts, c)
         eliminate_contact(model, problem, factor, contact, 3 * c, first, begin, end)
         v0 = contact.vc
-        contact.vc = with_drift(contact, velocity_of_any(contact, problem.v_star), True)
+        contact.vc = with_drift(contact, velocity_at_contact(contact, problem.v_star), True)
         write3(factor.impulse, 3 * c, (0.0, 0.0, 0.0))
         write3(factor.residual, 3 * c, sub3(contact.gamma, times_G(contact.G, sub3(contact.vc, v0))))
         delassus_row(model, problem, contacts, factor, c, first, begin, end)

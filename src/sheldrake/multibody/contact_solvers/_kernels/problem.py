@@ -153,7 +153,7 @@ class ContactIndex(Record):
     tree_a = integer("tree of body A, -1 for none")
     tree_b = integer("tree of body B, -1 for none")
     order = integer("the contact at this place: islands one after the other")
-    sixes = integer("how many trees of six dofs all its columns belong to, 0 if there are others; `prepare` finds it")
+    sixes = integer("how often, up to twice, its next six columns are those of dofs in a row; `prepare` finds it")
     dofs = array(..., "the dofs that move it", dtype=int)
 
 
@@ -504,6 +504,39 @@ def multiply_A(model, problem, x, y):
     mul_A(model, problem, x, y)
 
 
+# ---- six columns of J at once
+
+
+@kernel
+def count_sixes(contact):
+    """How often, up to twice, the next six columns of a contact are those of dofs that follow each other."""
+    n = 0
+    while n < 2 and SIX * (n + 1) <= contact.width and are_six_in_a_row(contact.dofs, SIX * n):
+        n += 1
+    return n
+
+
+@kernel
+def are_six_in_a_row(dofs, at):
+    k = dofs[at]
+    for i in range(1, SIX):
+        if dofs[at + i] != k + i:
+            return False
+    return True
+
+
+@kernel
+def joins_trees_of_six(model, contact):
+    """Whether the columns of a contact are those of one tree or two that have six dofs each, all of them."""
+    n = 0
+    for t in (contact.tree_a, contact.tree_b):
+        if t >= 0:
+            if model.trees[t].num_dofs != SIX:
+                return False
+            n += 1
+    return contact.width == SIX * n
+
+
 # ---- J v, the velocities of constraints
 #
 # J has columns only for the dofs that move the constraint.
@@ -514,13 +547,21 @@ FIRST = 0  # column
 @kernel
 def put_velocity(contact, v, which, drifts):
     """J v of a contact [m/s], with its drift or without, becomes its velocity or, by DVC, the change of it."""
-    if contact.sixes > 0:
+    store3(contact.velocity, which, with_drift(contact, velocity_at_contact(contact, v), drifts))
+
+
+@kernel
+def velocity_at_contact(contact, v):
+    """J v of a contact [m/s]."""
+    sixes = contact.sixes
+    u = (0.0, 0.0, 0.0)
+    if sixes > 0:
         u = velocity_of_six(contact, FIRST, v)
-        if contact.sixes > 1:
+        if sixes > 1:
             u = add3(u, velocity_of_six(contact, SIX, v))
-        store3(contact.velocity, which, with_drift(contact, u, drifts))
-    else:
-        store3(contact.velocity, which, with_drift(contact, velocity_of_any(contact, v), drifts))
+    for a in range(SIX * sixes, contact.width):
+        u = add3(u, scale3(column3(contact.J, 0, a), v[contact.dofs[a]]))
+    return u
 
 
 @kernel
@@ -536,15 +577,6 @@ def velocity_of_six(contact, at, v):
     x, y, z = load_three_sixes(contact.J, 0, at)
     s = load_six(v, contact.dofs[at])
     return (dot_six(x, s), dot_six(y, s), dot_six(z, s))
-
-
-@kernel
-def velocity_of_any(contact, v):
-    """J v of a contact with any columns."""
-    u = (0.0, 0.0, 0.0)
-    for a in range(contact.width):
-        u = add3(u, scale3(column3(contact.J, 0, a), v[contact.dofs[a]]))
-    return u
 
 
 @kernel(outline=True)
@@ -577,37 +609,28 @@ def add_generalized_impulse(j_gamma, contact, gamma):
         x, y, z = load_three_sixes(contact.J, 0, at)
         push = add_scaled_six(load_six(j_gamma, k), gamma[0], x)
         store_six(j_gamma, k, add_scaled_six(add_scaled_six(push, gamma[1], y), gamma[2], z))
-    if sixes == 0:
-        for a in range(contact.width):
-            j_gamma[contact.dofs[a]] += dot3(column3(contact.J, 0, a), gamma)
+    for a in range(SIX * sixes, contact.width):
+        j_gamma[contact.dofs[a]] += dot3(column3(contact.J, 0, a), gamma)
 
 
 # ---- J diag(1/A) J^T, the Delassus estimate
 
 
-@kernel
-def trees_of_six(model, contact):
-    """Of how many trees the columns of a contact are, if all of these have six dofs that all move it; else 0."""
-    n = 0
-    for t in (contact.tree_a, contact.tree_b):
-        if t >= 0:
-            if model.trees[t].num_dofs != SIX:
-                return 0
-            n += 1
-    return n if contact.width == SIX * n else 0
-
-
 @kernel(outline=True)
 def contact_delassus(problem, contact):
     """w = |J diag(1/A) J^T|_F / 3 of one contact [1/kg]."""
+    diagonal, sides = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if contact.sixes > 0:
         diagonal, sides = delassus_of_six(problem, contact, FIRST)
         if contact.sixes > 1:
             diagonal_B, sides_B = delassus_of_six(problem, contact, SIX)
             diagonal = add3(diagonal, diagonal_B)
             sides = add3(sides, sides_B)
-    else:
-        diagonal, sides = delassus_of_any(problem, contact)
+    for a in range(SIX * contact.sixes, contact.width):
+        x, y, z = column3(contact.J, 0, a)
+        mx, my, mz = scale3((x, y, z), problem.mobility[contact.dofs[a]])
+        diagonal = add3(diagonal, (mx * x, my * y, mz * z))
+        sides = add3(sides, (mx * y, mx * z, my * z))
     return sqrt(dot3(diagonal, diagonal) + 2.0 * dot3(sides, sides)) / 3.0
 
 
@@ -620,10 +643,9 @@ def largest_delassus(problem, contact):
         at = SIX * side
         x, y, z = load_three_sixes(contact.J, 0, at)
         total += dot_six(load_six(problem.mobility, contact.dofs[at]), norms2_six(x, y, z))
-    if sixes == 0:
-        for a in range(contact.width):
-            u = column3(contact.J, 0, a)
-            total += problem.mobility[contact.dofs[a]] * dot3(u, u)
+    for a in range(SIX * sixes, contact.width):
+        u = column3(contact.J, 0, a)
+        total += problem.mobility[contact.dofs[a]] * dot3(u, u)
     return total / 3.0
 
 
@@ -635,15 +657,3 @@ def delassus_of_six(problem, contact, at):
     mx, my = times_six(m, x), times_six(m, y)
     diagonal = (dot_six(mx, x), dot_six(my, y), dot_six(times_six(m, z), z))
     return diagonal, (dot_six(mx, y), dot_six(mx, z), dot_six(my, z))
-
-
-@kernel
-def delassus_of_any(problem, contact):
-    """J diag(1/A) J^T of a contact with any columns: (xx, yy, zz), (xy, xz, yz)."""
-    diagonal, sides = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    for a in range(contact.width):
-        x, y, z = column3(contact.J, 0, a)
-        mx, my, mz = scale3((x, y, z), problem.mobility[contact.dofs[a]])
-        diagonal = add3(diagonal, (mx * x, my * y, mz * z))
-        sides = add3(sides, (mx * y, mx * z, my * z))
-    return diagonal, sides

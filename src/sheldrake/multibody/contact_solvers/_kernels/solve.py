@@ -25,12 +25,12 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     Problem,
     Rows,
     SolverModel,
+    count_sixes,
     diagonal,
     dofs_of_tree,
     is_chain_of_six,
     put_velocity,
     solve_in_lanes,
-    trees_of_six,
 )
 from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_island
 
@@ -87,7 +87,7 @@ def prepare(model, problem, contacts, rows, prepare_contact):
     mobilities(model, problem)
     for c in range(problem.num_contacts):
         contact = contacts[c]
-        contact.sixes = trees_of_six(model, contact)
+        contact.sixes = count_sixes(contact)
         put_velocity(contact, problem.v0, VC, True)
         prepare_contact(model, problem, contact)
     prepare_rows(model, problem, rows)

@@ -20,8 +20,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     Contacts,
     Problem,
     SolverModel,
+    count_sixes,
     put_velocity,
-    trees_of_six,
 )
 from sheldrake.multibody.plant._kernels.forces import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
@@ -231,7 +231,7 @@ def static_friction(
     for c in range(table.num_contacts):
         A, B = geometry_model[table[c].geometry_A], geometry_model[table[c].geometry_B]
         contact = contacts[c]
-        contact.sixes = trees_of_six(solver_model, contact)
+        contact.sixes = count_sixes(contact)
         put_velocity(contact, problem.v0, VC, True)
         x, y, _ = contact.vc
         part = static_share(sqrt(x * x + y * y) / solver_model.stiction)
