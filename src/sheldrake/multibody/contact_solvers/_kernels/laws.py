@@ -475,28 +475,31 @@ FOUR_PI_SQUARED = 4.0 * np.pi**2
 
 
 @kernel
-def prepare_row(model, row, square, mass):
-    """Resistance and push of a row whose Delassus estimate w is square / mass.
+def rigid_part(model):
+    """What w of a row is multiplied with to be the least 1 / resistance: beta^2 / 4 pi^2."""
+    return model.near_rigid_rows * model.near_rigid_rows / FOUR_PI_SQUARED
 
-    It resists no more than mass / part, which is 4 pi^2 / (beta^2 w); most have no need of this quotient.
-    """
-    part = model.near_rigid_rows * model.near_rigid_rows / FOUR_PI_SQUARED * square
+
+@kernel
+def prepare_row(row, dt, part, mass):
+    """Resistance and push of a row that resists no more than mass / part, a quotient that most have no need of."""
     if row.kind == ACTUATOR or row.kind == DRY_FRICTION:
-        prepare_actuator_row(row, model.dt, part, mass)
+        prepare_actuator_row(row, dt, part, mass)
     else:
-        prepare_spring_row(row, model.dt, part, mass)
+        prepare_spring_row(row, dt, part, mass)
     row.dvc = 0.0 * row.resistance
 
 
 @kernel
 def put_rows_ahead(model, problem, rows, impulse):
     """Adds what the rows there are, each of one dof, do linearly at v0 to L, which is A as yet, and to an impulse."""
-    problem.rows_ahead = problem.num_rows
-    for r in range(problem.num_rows):
+    count, dt, rigid = problem.num_rows, model.dt, rigid_part(model)
+    problem.rows_ahead = count
+    for r in range(count):
         row = rows[r]
         k, J = row.dofs[0], row.J[0]
         at = diagonal(model, k)
-        prepare_row(model, row, J * J, problem.A[at])
+        prepare_row(row, dt, rigid * J * J, problem.A[at])
         row.gamma, row.G = row_impulse(row, J * problem.v0[k])
         problem.L[at] += J * row.G * J
         impulse[k] += J * row.gamma

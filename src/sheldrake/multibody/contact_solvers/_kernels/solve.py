@@ -14,6 +14,7 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     prepare_hunt_crossley,
     prepare_row,
     prepare_sap_cone,
+    rigid_part,
     row_group_delassus,
 )
 from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, predict_slip, to_rest, to_rest_on_cones
@@ -75,7 +76,7 @@ def prepare_rows(model, problem, rows):
         row = rows[r]
         if row.group > 0:
             w = row_group_delassus(problem, rows, r, row.group)
-        prepare_row(model, row, w, 1.0)
+        prepare_row(row, model.dt, rigid_part(model) * w, 1.0)
 
 
 @kernel

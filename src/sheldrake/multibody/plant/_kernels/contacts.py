@@ -1,7 +1,7 @@
 """From contact points, and the faces of contact surfaces, to rows of the contact problem."""
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, neg3, scale3, store_column3, sub3
+from sheldrake.common._kernels.vec import SIX, add3, cross3, dot3, neg3, scale3, store_column3, sub3
 from sheldrake.common.kernel import Vector, kernel
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
@@ -23,8 +23,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     count_sixes,
     put_velocity,
 )
-from sheldrake.multibody.plant._kernels.forces import lock_contacts
+from sheldrake.multibody.plant._kernels.forces import any_locked, lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
+from sheldrake.multibody.tree._kernels.dynamics import dofs_beyond_base
 from sheldrake.multibody.tree._kernels.kinematics import from_root
 from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork
 
@@ -124,15 +125,15 @@ def put_free_row(J, row, at, r, e, sign):
 
 
 @kernel
-def put_free_path(contact, at, tip, frame, p_RootC, sign):
+def put_free_path(contact, at, first, frame, p_RootC, sign):
     """`put_path` of a free body: columns r x e, then e, of the axes e of the contact frame; the next column."""
     r = scale3(p_RootC, sign)
-    for k in range(6):
-        contact.dofs[at + k] = tip - 5 + k
+    for k in range(SIX):
+        contact.dofs[at + k] = first + k
     put_free_row(contact.J, 0, at, r, frame[0], sign)
     put_free_row(contact.J, 1, at, r, frame[1], sign)
     put_free_row(contact.J, 2, at, r, frame[2], sign)
-    return at + 6
+    return at + SIX
 
 
 @kernel
@@ -147,7 +148,11 @@ def put_side(tree_model, tree_work, contact, at, b, stop, frame, p_WC, sign):
         return at
     p_RootC = from_root(tree_model, tree_work, b, p_WC)
     if body.kind == FREE:
-        return put_free_path(contact, at, tip, frame, p_RootC, sign)
+        return put_free_path(contact, at, body.first_dof, frame, p_RootC, sign)
+    first, begin, _end = dofs_beyond_base(tree_model, body.tree)
+    if begin > first and stop < 0:
+        at = put_free_path(contact, at, first, frame, p_RootC, sign)
+        stop = begin - 1
     return put_path(tree_model, tree_work, contact, at, tip, stop, frame, p_RootC, sign)
 
 
@@ -324,7 +329,8 @@ def hydro_constraints(
         return HYDRO_CAPACITY
     if not put_faces(tree_model, geometry_model, p, hydro_model, tree, surfaces, problem, contacts):
         return HYDRO_CAPACITY
-    lock_contacts(plant_model, p, problem, contacts)
+    if any_locked(plant_model, p):
+        lock_contacts(plant_model, p, problem, contacts)
     return SOLVED
 
 

@@ -21,6 +21,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_applied_forces,
     add_controlled_actuation,
     add_element_forces,
+    any_locked,
     controlled_effort,
     is_locked,
     lock_mass_matrix,
@@ -316,7 +317,8 @@ def plant_derivatives(
         if not is_finite(xc[k]):  # of what is free, velocities and their derivatives do not depend on it
             return MOTION_NOT_FINITE
     mass_matrix(tree_model, p, tree, tree.M)
-    lock_mass_matrix(tree_model, plant_model, p, tree.M)
+    if any_locked(plant_model, p):
+        lock_mass_matrix(tree_model, plant_model, p, tree.M)
     for i in range(tree.M.shape[0]):
         tree.L[i] = tree.M[i]
     if ltdl(tree_model, tree.L) >= 0:

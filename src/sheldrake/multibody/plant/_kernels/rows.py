@@ -49,9 +49,15 @@ def put_index(row, width, tree_a, tree_b, kind, owner, group):
 @kernel
 def put_law(row, lower, upper, gap, stiffness, relaxation):
     """Least and largest impulse of a row, and what its regularisation and velocity are made of; see `RowLaw`."""
+    put_actuator_law(row, lower, upper, gap, stiffness, relaxation, 0.0, 0.0)
+
+
+@kernel
+def put_actuator_law(row, lower, upper, gap, kp, kd, rate, forward):
+    """`put_law` of an actuator."""
     row.lower, row.upper = lower, upper
-    row.gap, row.stiffness, row.relaxation = gap, stiffness, relaxation
-    row.rate, row.forward = 0.0, 0.0
+    row.gap, row.stiffness, row.relaxation = gap, kp, kd
+    row.rate, row.forward = rate, forward
     row.vc = 0.0
 
 
@@ -61,8 +67,9 @@ def put_law(row, lower, upper, gap, stiffness, relaxation):
 @kernel
 def put_joint_row(tree_model, problem, rows, dof, kind, owner, sign):
     """Index and Jacobian of a row on one dof; the row."""
-    row = rows[problem.num_rows]
-    problem.num_rows += 1
+    r = problem.num_rows
+    row = rows[r]
+    problem.num_rows = r + 1
     put_index(row, 1, tree_model.dofs[dof].tree, -1, kind, owner, 1)
     row.dofs[0] = dof
     row.J[0] = sign
@@ -117,13 +124,13 @@ def put_actuators(tree_model, solver_model, plant_model, problem, rows, p, q, u)
     for i in range(len(plant_model.actuators)):
         actuator = plant_model.actuators[i]
         if has_desired_state(plant_model, u, i):
-            effort = plant_model.gains[i].effort_limit
+            most = dt * plant_model.gains[i].effort_limit
             kp, kd = gains_of(plant_model, p, i)
             desired = u[actuator.desired_port]
+            gap, rate = q[actuator.q] - desired[actuator.desired_q], desired[actuator.desired_v]
+            forward = commanded_effort(plant_model, u, i)
             row = put_joint_row(tree_model, problem, rows, actuator.dof, ACTUATOR, i, 1.0)
-            put_law(row, -dt * effort, dt * effort, q[actuator.q] - desired[actuator.desired_q], kp, kd)
-            row.rate = desired[actuator.desired_v]
-            row.forward = commanded_effort(plant_model, u, i)
+            put_actuator_law(row, -most, most, gap, kp, kd, rate, forward)
 
 
 # ---- constraints between joints and bodies

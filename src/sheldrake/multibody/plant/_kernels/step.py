@@ -37,6 +37,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_applied_forces,
     add_element_forces,
     add_limit_penalties,
+    any_locked,
     lock_contacts,
     lock_mass_matrix,
     lock_motion,
@@ -77,15 +78,13 @@ def copy(source, to):
 
 
 @kernel
-def momentum_matrix(tree_model, solver_model, plant_model, p, tree, problem, implicit_damping):
-    """A of the problem, also where its factor will be; `composite` is as `bias_term` has left it."""
+def momentum_matrix(tree_model, solver_model, p, tree, problem, implicit_damping):
+    """A of the problem; `composite` is as `bias_term` has left it."""
     mass_matrix_of_carried(tree_model, p, tree, problem.A)
     if implicit_damping:
         for k in range(len(tree_model.dofs)):
             dof = tree_model.dofs[k]
             problem.A[dof.row + dof.depth] += solver_model.dt * p[dof.damping]
-    lock_mass_matrix(tree_model, plant_model, p, problem.A)
-    copy(problem.A, problem.L)
 
 
 @kernel
@@ -94,13 +93,13 @@ def rows_of_joints(xd, p, u, tree_model, solver_model, plant_model, problem, row
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd, False)
     put_dry_friction(tree_model, solver_model, plant_model, problem, rows)
     put_actuators(tree_model, solver_model, plant_model, problem, rows, p, xd, u)
-    lock_rows(plant_model, p, problem, rows)
 
 
 @kernel
 def free_motion(tree_model, solver_model, tree, problem, rows, v, force):
     """dt force and v* of the problem, and the factor; a status."""
     dt = solver_model.dt
+    copy(problem.A, problem.L)
     for k in range(v.shape[0]):
         problem.p_star[k] = dt * force[k]
         tree.bias[k] = dt * force[k]  # becomes v* - v
@@ -198,15 +197,20 @@ def smooth_motion(
         return MOTION_NOT_FINITE  # also where a joint is locked, or an actuator without a desired state does nothing
     if not implicit:
         add_limit_penalties(plant_model, xd, v, step.force)
-    lock_motion(plant_model, p, v, step.force)
+    locked = any_locked(plant_model, p)
+    if locked:
+        lock_motion(plant_model, p, v, step.force)
     place_geometry(geometry_model, tree, table)
     problem.num_contacts = 0
     problem.num_rows = 0
     for k in range(v.shape[0]):
         problem.v0[k] = v[k]
-    momentum_matrix(tree_model, solver_model, plant_model, p, tree, problem, implicit)
+    momentum_matrix(tree_model, solver_model, p, tree, problem, implicit)
     if implicit:
         rows_of_joints(xd, p, u, tree_model, solver_model, plant_model, problem, rows)
+    if locked:
+        lock_mass_matrix(tree_model, plant_model, p, problem.A)
+        lock_rows(plant_model, p, problem, rows)
     return free_motion(tree_model, solver_model, tree, problem, rows, v, step.force)
 
 
@@ -235,7 +239,8 @@ def contact_constraints(
         return CONTACT_CAPACITY
     problem.num_contacts = count
     put_contacts(tree_model, geometry_model, p, tree, table, contacts, count)
-    lock_contacts(plant_model, p, problem, contacts)
+    if any_locked(plant_model, p):
+        lock_contacts(plant_model, p, problem, contacts)
     return SOLVED
 
 
@@ -259,9 +264,11 @@ def joint_constraints(
     plant_model: PlantModel,
 ) -> None:
     """Constraints between bodies, and limits that are reached with v* alone, as further rows of the problem."""
+    before = problem.num_rows
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd, True)
     put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
-    lock_rows(plant_model, p, problem, rows)
+    if problem.num_rows > before and any_locked(plant_model, p):
+        lock_rows(plant_model, p, problem, rows)
 
 
 @kernel
