@@ -8,12 +8,7 @@ from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
 
 from sheldrake.common._kernels.vec import dot_six, mul_packed_six, put_packed_six
 from sheldrake.multibody.contact_solvers._kernels import problem as codes
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    ContactIndex,
-    ContactState,
-    count_sixes,
-    joins_trees_of_six,
-)
+from sheldrake.multibody.contact_solvers._kernels.problem import ContactIndex, ContactState
 
 SIZES = (6, 6, 4, 6, 2)
 """The last is never touched."""
@@ -26,28 +21,15 @@ def prepared(seed, name="lagged", **options):
     return problem
 
 
-def test_contacts_know_how_often_six_dofs_in_a_row_move_them():
+def test_contacts_know_how_many_trees_of_six_move_them_and_how_many_columns_are_six_in_a_row():
     problem = prepared(0)
     for c in range(20):
         contact = problem.work.contacts[c]
-        dofs = contact.dofs[: contact.width]
-        in_a_row = [len(six) == 6 and (np.diff(six) == 1).all() for six in (dofs[:6], dofs[6:12])]
-        assert contact.sixes == (2 if all(in_a_row) else int(in_a_row[0]))
         trees = [t for t in (contact.tree_a, contact.tree_b) if t >= 0]
-        assert joins_trees_of_six(problem.model, contact) == all(SIZES[t] == 6 for t in trees)
-    assert set(problem.work.contacts.index[:, ContactIndex.sixes]) == {1, 2}
-
-
-def test_six_dofs_of_two_trees_of_six_are_not_those_of_one():
-    problem = prepared(0)
-    contact = problem.work.contacts[0]
-    contact.tree_a, contact.tree_b, contact.width = 0, 1, 6
-    contact.dofs[:6] = 0, 1, 2, 6, 7, 8
-    assert count_sixes(contact) == 0
-    contact.dofs[:6] = 3, 4, 5, 6, 7, 8
-    contact.sixes = count_sixes(contact)
-    assert contact.sixes == 1
-    assert not joins_trees_of_six(problem.model, contact)
+        assert contact.sixes == (len(trees) if all(SIZES[t] == 6 for t in trees) else 0)
+        assert contact.in_sixes == (6 * contact.sixes or (6 if SIZES[trees[0]] == 6 else 0))
+    assert set(problem.work.contacts.index[:, ContactIndex.sixes]) == {0, 1, 2}
+    assert set(problem.work.contacts.index[:, ContactIndex.in_sixes]) == {0, 6, 12}
 
 
 @pytest.mark.parametrize("name", ["lagged", "sap", "tamsi"])

@@ -39,7 +39,7 @@ def test_it_is_that_of_the_slip_whatever_stood_there_before(touched):
     bodies, slip = scene(), 1e-3
     if touched:
         friction(bodies, [10.0, 10.0 + 1.99 * R], [0.0, 0.0])
-        bodies.work.contacts[0].sixes = 2  # as the step has left it
+        bodies.work.contacts[0].sixes, bodies.work.contacts[0].in_sixes = 2, 12  # as the step has left it
     share = static_share(slip / bodies.solver.stiction)
     found = friction(bodies, [0.99 * R, 50.0], [slip, 3.0])
     assert found == pytest.approx(0.1 + share * (FASTER - 1.0) * 0.1, rel=1e-9)

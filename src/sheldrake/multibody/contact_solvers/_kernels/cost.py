@@ -52,7 +52,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     dofs_above,
     dofs_of_island,
     is_chain_of_six,
-    joins_trees_of_six,
     multiply_A,
     row_velocities,
     rows_of_island,
@@ -463,7 +462,7 @@ def assemble(model, problem, contacts, rows, factor):
     put_momentum(model, problem, factor)
     for contact in contacts_of_island(problem, contacts):
         if resists(contact):
-            if joins_trees_of_six(model, contact):
+            if contact.sixes > 0:
                 add_free_contact(factor, contact)
             else:
                 add_contact(contact, factor.L, places_of(model, factor, contact), in_blocks)

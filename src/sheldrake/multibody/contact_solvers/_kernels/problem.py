@@ -18,6 +18,7 @@ from sheldrake.common._kernels.vec import (
     add3,
     add_dot_six_backwards,
     add_scaled_six,
+    add_three_sixes,
     column3,
     dot3,
     dot_six,
@@ -153,7 +154,8 @@ class ContactIndex(Record):
     tree_a = integer("tree of body A, -1 for none")
     tree_b = integer("tree of body B, -1 for none")
     order = integer("the contact at this place: islands one after the other")
-    sixes = integer("how often, up to twice, its next six columns are those of dofs in a row; `prepare` finds it")
+    sixes = integer("how many trees of six dofs all its columns belong to, 0 if there are others; `prepare` finds it")
+    in_sixes = integer("how many of its columns, from the first one on, are those of six dofs in a row each; likewise")
     dofs = array(..., "the dofs that move it", dtype=int)
 
 
@@ -508,33 +510,32 @@ def multiply_A(model, problem, x, y):
 
 
 @kernel
-def count_sixes(contact):
-    """How often, up to twice, the next six columns of a contact are those of dofs that follow each other."""
-    n = 0
-    while n < 2 and SIX * (n + 1) <= contact.width and are_six_in_a_row(contact.dofs, SIX * n):
-        n += 1
-    return n
+def put_sixes(model, contact):
+    """Fills `sixes` and `in_sixes` of a contact."""
+    contact.sixes = trees_of_six(model, contact)
+    contact.in_sixes = SIX * contact.sixes if contact.sixes > 0 else SIX if is_of_base(model, contact) else 0
 
 
 @kernel
-def are_six_in_a_row(dofs, at):
-    k = dofs[at]
-    for i in range(1, SIX):
-        if dofs[at + i] != k + i:
-            return False
-    return True
-
-
-@kernel
-def joins_trees_of_six(model, contact):
-    """Whether the columns of a contact are those of one tree or two that have six dofs each, all of them."""
+def trees_of_six(model, contact):
+    """Of how many trees the columns of a contact are, if all of these have six dofs that all move it; else 0."""
     n = 0
     for t in (contact.tree_a, contact.tree_b):
         if t >= 0:
             if model.trees[t].num_dofs != SIX:
-                return False
+                return 0
             n += 1
-    return contact.width == SIX * n
+    return n if contact.width == SIX * n else 0
+
+
+@kernel
+def is_of_base(model, contact):
+    """Whether the first columns of a contact are those of the first six dofs of a tree, on which all others hang."""
+    t = contact.tree_a if contact.tree_a >= 0 else contact.tree_b
+    if t < 0 or contact.width < SIX or model.trees[t].base_dofs < SIX:
+        return False
+    first = model.trees[t].first_dof
+    return contact.dofs[0] == first and contact.dofs[5] == first + 5
 
 
 # ---- J v, the velocities of constraints
@@ -553,13 +554,13 @@ def put_velocity(contact, v, which, drifts):
 @kernel
 def velocity_at_contact(contact, v):
     """J v of a contact [m/s]."""
-    sixes = contact.sixes
+    rest = contact.in_sixes
     u = (0.0, 0.0, 0.0)
-    if sixes > 0:
+    if rest > 0:
         u = velocity_of_six(contact, FIRST, v)
-        if sixes > 1:
+        if rest > SIX:
             u = add3(u, velocity_of_six(contact, SIX, v))
-    for a in range(SIX * sixes, contact.width):
+    for a in range(rest, contact.width):
         u = add3(u, scale3(column3(contact.J, 0, a), v[contact.dofs[a]]))
     return u
 
@@ -602,14 +603,13 @@ def row_velocities(problem, rows, v, which):
 @kernel
 def add_generalized_impulse(j_gamma, contact, gamma):
     """j_gamma += J^T gamma of a contact."""
-    sixes = contact.sixes
-    for side in range(sixes):
-        at = SIX * side
+    at = 0
+    while at < contact.in_sixes:
         k = contact.dofs[at]
         x, y, z = load_three_sixes(contact.J, 0, at)
-        push = add_scaled_six(load_six(j_gamma, k), gamma[0], x)
-        store_six(j_gamma, k, add_scaled_six(add_scaled_six(push, gamma[1], y), gamma[2], z))
-    for a in range(SIX * sixes, contact.width):
+        store_six(j_gamma, k, add_three_sixes(load_six(j_gamma, k), gamma, x, y, z))
+        at += SIX
+    for a in range(at, contact.width):
         j_gamma[contact.dofs[a]] += dot3(column3(contact.J, 0, a), gamma)
 
 
@@ -620,13 +620,14 @@ def add_generalized_impulse(j_gamma, contact, gamma):
 def contact_delassus(problem, contact):
     """w = |J diag(1/A) J^T|_F / 3 of one contact [1/kg]."""
     diagonal, sides = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if contact.sixes > 0:
+    rest = contact.in_sixes
+    if rest > 0:
         diagonal, sides = delassus_of_six(problem, contact, FIRST)
-        if contact.sixes > 1:
+        if rest > SIX:
             diagonal_B, sides_B = delassus_of_six(problem, contact, SIX)
             diagonal = add3(diagonal, diagonal_B)
             sides = add3(sides, sides_B)
-    for a in range(SIX * contact.sixes, contact.width):
+    for a in range(rest, contact.width):
         x, y, z = column3(contact.J, 0, a)
         mx, my, mz = scale3((x, y, z), problem.mobility[contact.dofs[a]])
         diagonal = add3(diagonal, (mx * x, my * y, mz * z))
@@ -638,12 +639,12 @@ def contact_delassus(problem, contact):
 def largest_delassus(problem, contact):
     """What w of a contact is at most: the trace of J diag(1/A) J^T / 3, which takes a third of the work."""
     total = 0.0
-    sixes = contact.sixes
-    for side in range(sixes):
-        at = SIX * side
+    at = 0
+    while at < contact.in_sixes:
         x, y, z = load_three_sixes(contact.J, 0, at)
         total += dot_six(load_six(problem.mobility, contact.dofs[at]), norms2_six(x, y, z))
-    for a in range(SIX * sixes, contact.width):
+        at += SIX
+    for a in range(at, contact.width):
         u = column3(contact.J, 0, a)
         total += problem.mobility[contact.dofs[a]] * dot3(u, u)
     return total / 3.0

@@ -26,10 +26,10 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     Problem,
     Rows,
     SolverModel,
-    count_sixes,
     diagonal,
     dofs_of_tree,
     is_chain_of_six,
+    put_sixes,
     put_velocity,
     solve_in_lanes,
 )
@@ -88,7 +88,7 @@ def prepare(model, problem, contacts, rows, prepare_contact):
     mobilities(model, problem)
     for c in range(problem.num_contacts):
         contact = contacts[c]
-        contact.sixes = count_sixes(contact)
+        put_sixes(model, contact)
         put_velocity(contact, problem.v0, VC, True)
         prepare_contact(model, problem, contact)
     prepare_rows(model, problem, rows)

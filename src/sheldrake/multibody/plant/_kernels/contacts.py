@@ -20,7 +20,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     Contacts,
     Problem,
     SolverModel,
-    count_sixes,
+    put_sixes,
     put_velocity,
 )
 from sheldrake.multibody.plant._kernels.forces import any_locked, lock_contacts
@@ -236,7 +236,7 @@ def static_friction(
     for c in range(table.num_contacts):
         A, B = geometry_model[table[c].geometry_A], geometry_model[table[c].geometry_B]
         contact = contacts[c]
-        contact.sixes = count_sixes(contact)
+        put_sixes(solver_model, contact)
         put_velocity(contact, problem.v0, VC, True)
         x, y, _ = contact.vc
         part = static_share(sqrt(x * x + y * y) / solver_model.stiction)
