@@ -310,7 +310,9 @@ class Layout(Memory):
             turns_begin=_pointers(self.turns),
             segment=_ints(_flat(segments)).reshape(-1, 2),
             segments_begin=_pointers(segments),
-            group=_ints([(kind, clock) for kind, clock, _, _ in self.group_list]).reshape(-1, 2),
+            group=_ints([(kind, clock, self._is_mixed(rows)) for kind, clock, rows, _ in self.group_list]).reshape(
+                -1, 3
+            ),
             clock=np.array(self.clocks, float).reshape(-1, 2),
             log=_ints([(a, b - a) for _, (a, b) in self.logs]).reshape(-1, 2),
             size=size,
@@ -372,6 +374,11 @@ class Layout(Memory):
 
     def _reads_slab(self, r: int) -> bool:
         return r < 0 or self.rows[r].native
+
+    def _is_mixed(self, rows: list[int]) -> bool:
+        """Whether a kernel or a log comes after Python."""
+        first = next((k for k, r in enumerate(rows) if not self._reads_slab(r)), len(rows))
+        return any(self._reads_slab(r) for r in rows[first:])
 
     def _segments(self, nodes: set[int], kind: int) -> list[tuple[int, int]]:
         if kind not in (DISCRETE, UNRESTRICTED):

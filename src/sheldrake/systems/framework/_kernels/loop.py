@@ -35,6 +35,8 @@ from sheldrake.systems.framework._kernels.program import (
     Side,
     act,
     changed,
+    copy,
+    fire,
     inner,
     refresh,
     special,
@@ -47,8 +49,7 @@ def copy_state(program, S, g, source, target):
     """Copies the state that group `g` may change; `source` and `target` are shifts: 0 for x, `plus` for x+."""
     for j in range(program.segments_begin[g], program.segments_begin[g + 1]):
         segment = program.segments[j]
-        for i in range(segment.start, segment.start + segment.length):
-            S[target + i] = S[source + i]
+        copy(S, target + segment.start, S, source + segment.start, segment.length)
 
 
 @inner
@@ -65,13 +66,18 @@ def due(program, side, g, kind):
 
 @inner
 def refresh_due(program, S, side, rows, kind):
-    """Brings up to date what the triggered groups of a kind read; how many rows they call."""
-    n = 0
+    """Brings up to date what the triggered groups of a kind read.
+
+    Returns:
+        (how many rows they call; the group, if it is the only one and not mixed, else -1).
+    """
+    n, only = 0, -1
     for g in range(program.num_groups):
         if due(program, side, g, kind) and side.status == 0:
             refresh(program, S, side, rows, g)
+            only = g if n == 0 and program.groups[g].mixed == 0 else -1
             n += num_calls(program, g)
-    return n
+    return n, only
 
 
 @inner
@@ -96,14 +102,19 @@ def fire_due(program, S, side, L, rows, kind):
 @stage
 def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, kind: int) -> None:
     """All triggered updates of one kind: everybody reads x-, everybody writes x+, one commit."""
-    n = refresh_due(program, S, side, rows, kind)
+    if program.turns_begin[kind] == program.turns_begin[kind + 1]:
+        return
+    n, only = refresh_due(program, S, side, rows, kind)
     if n == 0 or side.status != 0:
         return
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             copy_state(program, S, g, 0, program.plus)
     side.idle = 0
-    fire_due(program, S, side, L, rows, kind)
+    if only >= 0:
+        fire(program, S, side, L, rows, only)
+    else:
+        fire_due(program, S, side, L, rows, kind)
     if side.status != 0 or side.idle == n:  # one failed, or nobody had anything to do: x- stays
         if kind == UNRESTRICTED and run.has_commit != 0:
             special(program, S, side, rows, DISCARD)
@@ -123,9 +134,11 @@ def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: I
 @stage
 def publish(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
     """All triggered publishes."""
-    n = refresh_due(program, S, side, rows, PUBLISH)
+    n, only = refresh_due(program, S, side, rows, PUBLISH)
     side.idle = 0
-    if n > 0 and side.status == 0:
+    if only >= 0 and side.status == 0:
+        fire(program, S, side, L, rows, only)
+    elif n > 0 and side.status == 0:
         fire_due(program, S, side, L, rows, PUBLISH)
     if side.status != 0:
         return

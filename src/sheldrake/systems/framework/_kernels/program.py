@@ -41,6 +41,7 @@ class Group(Record):
 
     kind = integer("UNRESTRICTED, DISCRETE, PUBLISH, or that of derivatives")
     clock = integer("that triggers it, or PER_STEP, ...")
+    mixed = integer("1: a kernel or a log comes after Python, which may have written what that reads")
 
 
 class Clock(Record):
@@ -188,6 +189,19 @@ def refresh(program, S, side, rows, g):
 
 
 @inner
+def copy(a, at, b, begin, n):
+    """Copies n numbers of `b`, from `begin` on, into `a`, four at once."""
+    i = 0
+    while i + 4 <= n:
+        k, j = at + i, begin + i
+        a[k], a[k + 1], a[k + 2], a[k + 3] = b[j], b[j + 1], b[j + 2], b[j + 3]
+        i += 4
+    while i < n:
+        a[at + i] = b[begin + i]
+        i += 1
+
+
+@inner
 def act(program, S, side, L, rows, r):
     """Calls row r, or appends time and value to a log."""
     if r >= 0:
@@ -199,14 +213,13 @@ def act(program, S, side, L, rows, r):
         b = program.samples + 3 * s  # start, capacity, count
         o = side.word[b] + side.word[b + 2] * (log.length + 1)
         L[o] = S[0]
-        for i in range(log.length):
-            L[o + 1 + i] = S[log.start + i]
+        copy(L, o + 1, S, log.start, log.length)
         side.word[b + 2] += 1
 
 
 @inner
 def fire(program, S, side, L, rows, g):
-    """Calls what group `g` does: derivatives, or updates when no other group acts."""
+    """Calls what group `g` does: derivatives, or what no other group has a turn in."""
     if side.status != 0:
         return
     for j in range(program.calls_begin[g], program.calls_begin[g + 1]):
