@@ -2,7 +2,15 @@
 
 import pytest
 
-from sheldrake.all import DiagramBuilder, EventStatus, LeafSystem, Simulator, Value
+from sheldrake.all import (
+    ConstantVectorSource,
+    DiagramBuilder,
+    EventStatus,
+    LeafSystem,
+    LogVectorOutput,
+    Simulator,
+    Value,
+)
 
 pytestmark = pytest.mark.twin
 
@@ -99,3 +107,28 @@ def test_updates_that_do_nothing_leave_nothing_behind():
     simulator.AdvanceTo(1.0)
     assert simulator.get_context().get_abstract_state(0).get_value() == 1
     assert simulator.get_num_unrestricted_updates() == 1
+
+
+@pytest.mark.parametrize("writes_first", [False, True])
+def test_a_log_sees_what_python_wrote_in_the_same_publish(writes_first):
+    """Both are due at once by one clock: whichever was added first has its turn first."""
+    builder = DiagramBuilder()
+    source = builder.AddSystem(ConstantVectorSource([0.0]))
+
+    def add_writer():
+        writer = builder.AddSystem(LeafSystem())
+        writer.DeclarePeriodicPublishEvent(1.0, 0.0, lambda context: write(5.0 + context.get_time()))
+
+    def write(value):
+        source.get_mutable_source_value(source.GetMyMutableContextFromRoot(context)).SetFromVector([value])
+
+    if writes_first:
+        add_writer()
+    sink = LogVectorOutput(source.get_output_port(), builder, 1.0)
+    if not writes_first:
+        add_writer()
+    simulator = Simulator(builder.Build())
+    context = simulator.get_mutable_context()
+    simulator.AdvanceTo(3.0)
+    expected = [5.0, 6.0, 7.0, 8.0] if writes_first else [0.0, 5.0, 6.0, 7.0]
+    assert sink.FindLog(context).data()[0].tolist() == expected

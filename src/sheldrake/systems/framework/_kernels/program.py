@@ -6,6 +6,7 @@ addresses. Nothing here allocates or raises.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, kernel
@@ -41,6 +42,8 @@ class Group(Record):
 
     kind = integer("UNRESTRICTED, DISCRETE, PUBLISH, or that of derivatives")
     clock = integer("that triggers it, or PER_STEP, ...")
+    python = integer("1: Python is called for it")
+    mixed = integer("1: a kernel or a log comes after Python, which may have written what that reads")
 
 
 class Clock(Record):
@@ -82,6 +85,7 @@ class Sizes(Record):
     xc = integer("in the slab: continuous state")
     derivatives = integer("the group of derivatives")
     steady = integer("1 if neither time nor continuous state influences derivatives")
+    repeats = integer("the only group of updates, if it does the same whenever nothing but time has changed; else -1")
 
 
 @table
@@ -188,6 +192,29 @@ def refresh(program, S, side, rows, g):
 
 
 @inner
+def copy(a, at, b, begin, n):
+    """Copies n numbers of `b`, from `begin` on, into `a`, four at once."""
+    i = 0
+    while i + 4 <= n:
+        k, j = at + i, begin + i
+        a[k], a[k + 1], a[k + 2], a[k + 3] = b[j], b[j + 1], b[j + 2], b[j + 3]
+        i += 4
+    while i < n:
+        a[at + i] = b[begin + i]
+        i += 1
+
+
+@inner
+def same(S, at, begin, n):
+    """Whether n numbers, from `at` on and from `begin` on, have the same bits; those that are none have not."""
+    for i in range(n):
+        a, b = S[at + i], S[begin + i]
+        if not (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)):
+            return False
+    return True
+
+
+@inner
 def act(program, S, side, L, rows, r):
     """Calls row r, or appends time and value to a log."""
     if r >= 0:
@@ -199,14 +226,13 @@ def act(program, S, side, L, rows, r):
         b = program.samples + 3 * s  # start, capacity, count
         o = side.word[b] + side.word[b + 2] * (log.length + 1)
         L[o] = S[0]
-        for i in range(log.length):
-            L[o + 1 + i] = S[log.start + i]
+        copy(L, o + 1, S, log.start, log.length)
         side.word[b + 2] += 1
 
 
 @inner
 def fire(program, S, side, L, rows, g):
-    """Calls what group `g` does: derivatives, or updates when no other group acts."""
+    """Calls what group `g` does: derivatives, or what no other group has a turn in."""
     if side.status != 0:
         return
     for j in range(program.calls_begin[g], program.calls_begin[g + 1]):
