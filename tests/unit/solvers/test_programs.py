@@ -268,3 +268,15 @@ def test_polynomials_are_read_alike_expanded_or_not(prog):
     for e in (x**2 * (x + y), (x + y) ** 2 * (x - y), x * (x * y + 1.0)):
         assert type(prog.AddCost(e).evaluator()).__name__ == "PolynomialCost"
     assert isinstance(prog.AddCost(0.5 * x * (x + y)).evaluator(), QuadraticCost)
+
+
+def test_variables_are_added_all_or_none():
+    """Also those before one that cannot be added are not."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    b, y = Variable("b", Variable.Type.BOOLEAN), Variable("y")
+    with pytest.raises(RuntimeError, match="no decision variable"):
+        prog.AddDecisionVariables(np.array([y, b]))
+    assert prog.num_vars() == 2
+    prog.AddDecisionVariables(np.array([x[1], y, y]))
+    assert [v.get_id() for v in prog.decision_variables()] == [v.get_id() for v in (*x, y)]
