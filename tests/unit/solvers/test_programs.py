@@ -27,6 +27,7 @@ from sheldrake.solvers import (
     SolverInterface,
     SolverOptions,
 )
+from sheldrake.solvers._program.polynomials import half_newton_basis
 from sheldrake.symbolic import Expression, Formula, Polynomial, Variable, Variables, cos, sin
 
 
@@ -280,3 +281,17 @@ def test_variables_are_added_all_or_none():
     assert prog.num_vars() == 2
     prog.AddDecisionVariables(np.array([x[1], y, y]))
     assert [v.get_id() for v in prog.decision_variables()] == [v.get_id() for v in (*x, y)]
+
+
+def test_bases_of_sums_of_squares_depend_on_exponents_alone():
+    """Of M = x^4 y^2 + x^2 y^4 - 3 x^2 y^2 + 1, half of whose Newton polytope holds 1, x y, x^2 y and x y^2."""
+
+    def exponents(scale, terms):
+        x, y = MathematicalProgram().NewIndeterminates(2, "x")
+        p = Polynomial(sum((scale * x**i * y**j for i, j in terms), Expression(0.0)), Variables([x, y]))
+        return sorted((m.degree(x), m.degree(y)) for m in half_newton_basis(p))
+
+    motzkin = [(4, 2), (2, 4), (2, 2), (0, 0)]
+    assert exponents(1.0, motzkin) == exponents(-3.0, motzkin) == [(0, 0), (1, 1), (1, 2), (2, 1)]
+    assert exponents(1.0, [*motzkin, (4, 0)]) == [(0, 0), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1)]
+    assert exponents(1.0, [(0, 0)]) == [(0, 0)]
