@@ -1,10 +1,13 @@
 """Programs as users write them, with sheldrake and with Drake: CPU time, time on the clock, and the cost reached.
 
-    python benchmarks/clients.py [--only acrobot "cart-pole"] [--solver Ipopt] [--repeat 5]
+    python benchmarks/clients.py [--only acrobot "cart-pole"] [--solver Ipopt] [--repeat 5] [--whole]
 
 Each program runs with either library in a process of its own, whole: models, costs, constraints and the solve, five
 times; the best of the later runs counts, the first one (which loads and may compile) stands in brackets. Trajectory
 optimizations are solved by what `Solve` chooses, or by the solver of a name.
+
+With `--whole` processes are measured from their start to their end, as a script is that runs once: Python, the import
+of all of a library, and the program. The libraries take turns; the medians of so many processes count.
 """
 
 from __future__ import annotations
@@ -13,9 +16,12 @@ import argparse
 import gc
 import importlib
 import json
+import os
 import pathlib
+import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from typing import Any
@@ -29,6 +35,7 @@ from benchmarks.robots import arm_urdf  # noqa: E402
 from benchmarks.turns import machine  # noqa: E402
 
 PROGRAMS: dict[str, Callable[[Any, str], tuple[str, float]]] = {}
+PACKAGES = ("sheldrake", "pydrake")
 LIMIT = 120.0  # [s] for all runs of a program
 
 
@@ -535,13 +542,69 @@ def best(seconds: list[float]) -> float:
     return min(seconds[1:] or seconds)
 
 
-def measured(title: str, package: str, solver: str, repeat: int) -> dict | str:
-    command = [sys.executable, __file__, "--run", title, package, "--solver", solver, "--repeat", str(repeat)]
+def environment(folder: str) -> dict[str, str]:
+    """That of processes which keep byte code in a folder: an installed library has it, a checkout may not."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**kept, "PYTHONPYCACHEPREFIX": folder}
+
+
+def command(title: str, package: str, solver: str, repeat: int) -> list[str]:
+    return [sys.executable, __file__, "--run", title, package, "--solver", solver, "--repeat", str(repeat)]
+
+
+def measured(title: str, package: str, options: argparse.Namespace, env: dict[str, str]) -> dict | str:
+    solver = options.solver if package == "sheldrake" else ""
+    line = command(title, package, solver, options.repeat)
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+        done = subprocess.run(line, capture_output=True, text=True, timeout=LIMIT, env=env)
     except subprocess.TimeoutExpired:
         return f"> {LIMIT:.0f} s"
     return json.loads(done.stdout.splitlines()[-1]) if not done.returncode else done.stderr.strip().splitlines()[-1]
+
+
+def later_runs(title: str, options: argparse.Namespace, env: dict[str, str]) -> None:
+    """Prints what the later runs and the first one take in one process."""
+    found = {}
+    for package in PACKAGES:
+        found[package] = now = measured(title, package, options, env)
+        if isinstance(now, str):
+            print(f"{title:34s} {package:10s} {now}", flush=True)
+            continue
+        print(
+            f"{title:34s} {package:10s} CPU {best(now['cpu']):7.3f} ({now['cpu'][0]:7.3f}) s  wall "
+            f"{best(now['wall']):7.3f} s  cost {now['cost']:<12.8g} {now['ended']}",
+            flush=True,
+        )
+    if all(isinstance(now, dict) for now in found.values()):
+        ours, theirs = (found[package]["cpu"] for package in PACKAGES)
+        print(f"{'':34s} ours/Drake {best(ours) / best(theirs):.2f} ({ours[0] / theirs[0]:.2f})", flush=True)
+
+
+def whole_process(line: list[str], env: dict[str, str]) -> tuple[float, float]:
+    """CPU time and time on the clock of a process."""
+    start = time.perf_counter()
+    process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=env)
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        sys.exit(f"{' '.join(line)} ended with {process.returncode}")
+    return used.ru_utime + used.ru_stime, time.perf_counter() - start
+
+
+def whole_processes(title: str, options: argparse.Namespace, env: dict[str, str]) -> None:
+    """Prints what processes take that run the program once."""
+    lines = {
+        package: command(title, package, options.solver if package == "sheldrake" else "", 1) for package in PACKAGES
+    }
+    for line in lines.values():
+        whole_process(line, env)  # writes byte code, and compiles what is not compiled yet
+    turns = [{package: whole_process(line, env) for package, line in lines.items()} for _ in range(options.repeat)]
+    cpu, wall = ({p: statistics.median([turn[p][k] for turn in turns]) for p in PACKAGES} for k in (0, 1))
+    print(
+        f"{title:34s} whole process: CPU {cpu['sheldrake']:.2f} s, Drake {cpu['pydrake']:.2f} s; wall "
+        f"{wall['sheldrake']:.2f} s, {wall['pydrake']:.2f} s; ours/Drake {cpu['sheldrake'] / cpu['pydrake']:.2f}",
+        flush=True,
+    )
 
 
 def main() -> None:
@@ -549,29 +612,16 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", default=list(PROGRAMS), metavar="PROGRAM")
     parser.add_argument("--solver", default="", help="name of the solver of nonlinear programs")
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--whole", action="store_true", help="whole processes, each of which runs a program once")
     parser.add_argument("--run", nargs=2, metavar=("PROGRAM", "PACKAGE"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.run:
         run(*options.run, options.solver, options.repeat)
         return
     print(machine())
-    for title in options.only:
-        found = {}
-        for package in ("sheldrake", "pydrake"):
-            solver = options.solver if package == "sheldrake" else ""
-            found[package] = now = measured(title, package, solver, options.repeat)
-            if isinstance(now, str):
-                print(f"{title:34s} {package:10s} {now}", flush=True)
-                continue
-            print(
-                f"{title:34s} {package:10s} CPU {best(now['cpu']):7.3f} ({now['cpu'][0]:7.2f}) s  wall "
-                f"{best(now['wall']):7.2f} s  cost {now['cost']:<12.8g} {now['ended']}",
-                flush=True,
-            )
-        if all(isinstance(now, dict) for now in found.values()):
-            print(
-                f"{'':34s} ours/Drake {best(found['sheldrake']['cpu']) / best(found['pydrake']['cpu']):.2f}", flush=True
-            )
+    with tempfile.TemporaryDirectory() as folder:
+        for title in options.only:
+            (whole_processes if options.whole else later_runs)(title, options, environment(folder))
 
 
 if __name__ == "__main__":

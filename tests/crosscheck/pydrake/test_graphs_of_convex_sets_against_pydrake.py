@@ -79,8 +79,11 @@ def test_relaxations_and_rounded_paths(kind, seed):
             row += [sum(v.GetSolutionCost(rounded) for v in graph.Vertices())]
         found.append(row)
     mine, other = found
-    assert mine[:2] == other[:2] and mine[4:5] == other[4:5]
+    assert mine[:2] == other[:2]
     np.testing.assert_allclose(mine[2:4] + mine[5:], other[2:4] + other[5:], rtol=1e-5, atol=1e-5)
+    if mine[4:5] != other[4:5]:  # several are as short: Drake says so of ours
+        path = graph.SolveConvexRestriction([graph.GetEdgeByName(name) for name in mine[4]], options_of(THEIRS))
+        np.testing.assert_allclose(path.get_optimal_cost(), other[3], rtol=1e-5)
 
 
 def test_values_in_a_relaxation():

@@ -145,3 +145,11 @@ def test_an_ellipsoid_touches_a_polyhedron_where_a_general_program_says():
     empty = HPolyhedron([[1.0, 0.0], [-1.0, 0.0]], [0.0, -1.0])
     with pytest.raises(RuntimeError, match="other set empty"):
         Hyperellipsoid.MakeUnitBall(2).MinimumUniformScalingToTouch(empty)
+
+
+def test_a_set_that_is_given_several_times_stays_one():
+    """So that what it constrains is written once; it is still a copy of the one that was given."""
+    box = HPolyhedron.MakeBox([0.0], [1.0])
+    product = CartesianProduct([box, Point([2.0]), box])
+    assert product.factor(0) is product.factor(2) is not box
+    assert product.PointInSet([0.5, 2.0, 1.0]) and not product.PointInSet([0.5, 2.0, 1.5])

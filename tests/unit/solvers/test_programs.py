@@ -27,6 +27,7 @@ from sheldrake.solvers import (
     SolverInterface,
     SolverOptions,
 )
+from sheldrake.solvers._program.polynomials import half_newton_basis
 from sheldrake.symbolic import Expression, Formula, Polynomial, Variable, Variables, cos, sin
 
 
@@ -268,3 +269,29 @@ def test_polynomials_are_read_alike_expanded_or_not(prog):
     for e in (x**2 * (x + y), (x + y) ** 2 * (x - y), x * (x * y + 1.0)):
         assert type(prog.AddCost(e).evaluator()).__name__ == "PolynomialCost"
     assert isinstance(prog.AddCost(0.5 * x * (x + y)).evaluator(), QuadraticCost)
+
+
+def test_variables_are_added_all_or_none():
+    """Also those before one that cannot be added are not."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    b, y = Variable("b", Variable.Type.BOOLEAN), Variable("y")
+    with pytest.raises(RuntimeError, match="no decision variable"):
+        prog.AddDecisionVariables(np.array([y, b]))
+    assert prog.num_vars() == 2
+    prog.AddDecisionVariables(np.array([x[1], y, y]))
+    assert [v.get_id() for v in prog.decision_variables()] == [v.get_id() for v in (*x, y)]
+
+
+def test_bases_of_sums_of_squares_depend_on_exponents_alone():
+    """Of M = x^4 y^2 + x^2 y^4 - 3 x^2 y^2 + 1, half of whose Newton polytope holds 1, x y, x^2 y and x y^2."""
+
+    def exponents(scale, terms):
+        x, y = MathematicalProgram().NewIndeterminates(2, "x")
+        p = Polynomial(sum((scale * x**i * y**j for i, j in terms), Expression(0.0)), Variables([x, y]))
+        return sorted((m.degree(x), m.degree(y)) for m in half_newton_basis(p))
+
+    motzkin = [(4, 2), (2, 4), (2, 2), (0, 0)]
+    assert exponents(1.0, motzkin) == exponents(-3.0, motzkin) == [(0, 0), (1, 1), (1, 2), (2, 1)]
+    assert exponents(1.0, [*motzkin, (4, 0)]) == [(0, 0), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1)]
+    assert exponents(1.0, [(0, 0)]) == [(0, 0)]

@@ -107,6 +107,26 @@ def test_what_has_no_solution_is_not_called_one():
     assert not Solve(prog).is_success()
 
 
+def corner(cost, start):
+    """x y = 1, z >= x^2 and a box: three of its bounds meet in (1/3, 3, 1/9)."""
+    rows = (lambda z: [z[0] * z[1] - 1, z[2] - z[0] ** 2], [0, 0], [0, INF])
+    return program(cost, *rows, -3, 3, start)[0]
+
+
+def test_where_as_many_bounds_meet_as_there_are_variables_iterations_end():
+    """There the quadratic program is all rounding, and one of an equation's two sides depends on the other."""
+    start = np.ones(3)
+    prog = corner(lambda z: z[0] ** 2 + z[1] * z[2] + z[2] ** 4, start)
+    outcome = Sqp(NonlinearForm(prog), start, Settings()).run()
+    assert outcome.converged and outcome.y == pytest.approx([1 / 3, 3, 1 / 9], abs=1e-9)
+    assert Solve(prog).get_optimal_cost() == pytest.approx(1 / 9 + 1 / 3 + 1 / 9**4, abs=1e-9)
+
+
+def test_a_corner_from_which_the_cost_falls_is_left():
+    prog = corner(lambda z: z[1], [1 / 3, 3, 1 / 9])
+    assert Solve(prog).get_optimal_cost() == pytest.approx(3**-0.5, abs=1e-6)
+
+
 def test_a_limit_of_iterations_holds():
     *given, _ = PROBLEMS["71"]
     prog, _ = program(*given)

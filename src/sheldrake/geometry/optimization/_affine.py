@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -39,37 +39,40 @@ class Affine:
 
     __array_ufunc__ = None  # NumPy leaves M @ affine to __rmatmul__.
 
-    def __init__(self, terms: list[tuple[np.ndarray | float, np.ndarray]], b: np.ndarray):
-        self.terms, self.b = terms, b
+    def __init__(self, terms: list[tuple[np.ndarray | float, np.ndarray]], b: np.ndarray, is_plain: bool = False):
+        self.terms, self.b, self._is_plain = terms, b, is_plain  # plain: known to have no matrices and no constant
 
     @classmethod
     def of(cls, vars: Sequence[Symbolic] | np.ndarray) -> Affine:
         """The variables themselves."""
         vars = np.asarray(vars, dtype=object).ravel()
-        return cls([(1.0, vars)], np.zeros(len(vars)))
+        return cls([(1.0, vars)], np.zeros(len(vars)), True)
 
     @classmethod
     def constant(cls, b: ArrayLike) -> Affine:
         """Numbers."""
-        return cls([], np.atleast_1d(np.array(b, dtype=float)))
+        numbers = np.atleast_1d(np.array(b, dtype=float))
+        return cls([], numbers, not numbers.any())
 
     def is_one(self) -> bool:
         """Whether it is the number one."""
         return not self.terms and np.array_equal(self.b, [1.0])
 
-    def factors(self) -> tuple[float, ...] | None:
-        """The numbers its blocks are multiplied by, if it has no matrices and no constant."""
-        found = tuple([A for A, _ in self.terms])
-        return None if self.b.any() or any([A.__class__ is not float for A in found]) else found  # type: ignore[return-value]
+    def factors(self) -> tuple[float, ...] | str | None:
+        """The numbers its blocks are multiplied by, if it has no matrices and no constant; "one" of the number one."""
+        if self._is_plain:
+            return tuple([A for A, _ in self.terms])  # type: ignore[arg-type]
+        return "one" if self.is_one() else None
 
     def __len__(self) -> int:
         return self.b.size
 
     def __add__(self, other: Affine) -> Affine:
-        return Affine(self.terms + other.terms, self.b + other.b)
+        return Affine(self.terms + other.terms, self.b + other.b, self._is_plain and other._is_plain)
 
     def __sub__(self, other: Affine) -> Affine:
-        return Affine(self.terms + [(-A, x) for A, x in other.terms], self.b - other.b)
+        terms = self.terms + [(-A, x) for A, x in other.terms]
+        return Affine(terms, self.b - other.b, self._is_plain and other._is_plain)
 
     def __rmatmul__(self, M: np.ndarray) -> Affine:
         return Affine([(M * A if A.__class__ is float else M @ A, x) for A, x in self.terms], M @ self.b)
@@ -77,7 +80,7 @@ class Affine:
     def __getitem__(self, rows: slice | np.ndarray | list[int]) -> Affine:
         """Some rows."""
         terms: list[Any] = [(A, x[rows]) if isinstance(A, float) else (A[rows], x) for A, x in self.terms]
-        return Affine(terms, self.b[rows])
+        return Affine(terms, self.b[rows], self._is_plain)
 
     def stacked(self, other: Affine) -> Affine:
         """This one over another."""
@@ -119,20 +122,24 @@ class _Added(NamedTuple):
     bindings: list[tuple[Any, Any, list[int]]]
 
 
+Known: TypeAlias = "dict[tuple[Any, ...], _Added]"
+
+
 class Rows:
     """Adds constraints to a program and remembers them, and the variables that come with them.
 
     Args:
         prog: The program.
         has_signs: Whether it says of all scales already that they are not negative.
+        known: What was added to other programs that say the same of scales; is filled.
     """
 
-    def __init__(self, prog: MathematicalProgram, has_signs: bool = False):
+    def __init__(self, prog: MathematicalProgram, has_signs: bool = False, known: Known | None = None):
         self.prog, self._has_signs = prog, has_signs
         self._bindings = parts_of(prog).bindings
         self.variables: list[Any] = []
         self.constraints: list[Any] = []
-        self._added: dict[tuple[Any, ...], _Added] = {}
+        self._added: Known = {} if known is None else known
 
     def _add(self, evaluator: Constraint, vars: np.ndarray) -> None:
         self.constraints.append(self._bindings.add(bind(type(evaluator), evaluator, vars)))
@@ -147,7 +154,7 @@ class Rows:
         Where these are sums of different variables times numbers, or the number one, it is done once for each object
         and such numbers: for other variables the same evaluators are bound to them.
         """
-        parts: list[Any] = ["one" if e.is_one() else e.factors() for e in of]
+        parts = [e.factors() for e in of]
         given = [v for e in of for _, x in e.terms for v in x.tolist()]
         if None in parts or len({v._id for v in given}) < len(given):
             add()

@@ -440,7 +440,7 @@ def sets_of(args: tuple, kwargs: dict) -> list[ConvexSet] | None:
         return None
     if not all(isinstance(s, ConvexSet) for s in values):
         return None
-    return [s.Clone() for s in values]
+    return copy.deepcopy(values)  # a set that is given several times stays one, and is written but once
 
 
 def require_one_space(call: str, sets: list[ConvexSet]) -> int:

@@ -11,9 +11,11 @@ from sheldrake.common import Parallelism, RandomGenerator
 from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
 from sheldrake.geometry.optimization import _gcs_elements as elements
+from sheldrake.geometry.optimization._affine import Known
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.geometry.optimization._gcs_elements import Edge, Vertex
 from sheldrake.geometry.optimization._shortest_path import ShortestPathProgram, restriction
+from sheldrake.geometry.optimization._usable_edges import usable
 from sheldrake.solvers import (
     ChooseBestSolver,
     ClarabelSolver,
@@ -174,21 +176,10 @@ def _sample(
 
 
 def usable_edges(source: Vertex, target: Vertex, edges: list[Edge]) -> list[Edge]:
-    """The edges that a path without repeated vertices may take, as far as reachability tells."""
-
-    def reached(start: Vertex, forward: bool) -> set[int]:
-        found, waiting = {id(start)}, [start]
-        while waiting:
-            v = waiting.pop()
-            for e in v._out if forward else v._in:
-                other = e._v if forward else e._u
-                if id(other) not in found and e._fixed is not False:
-                    found.add(id(other))
-                    waiting.append(other)
-        return found
-
-    ahead, behind = reached(source, True), reached(target, False)
-    return [e for e in edges if id(e._u) in ahead and id(e._v) in behind]
+    """The edges that a path without repeated vertices may take, as far as `usable` tells, and those it has to take."""
+    open_edges = [e for e in edges if e._fixed is not False]
+    found = usable(id(source), id(target), [(id(e._u), id(e._v)) for e in open_edges])
+    return [e for e, may in zip(open_edges, found) if may or e._fixed]
 
 
 # ---- pictures in the language of Graphviz
@@ -424,7 +415,7 @@ class GraphOfConvexSets:
             if not self.IsValid(vertex):
                 raise RuntimeError(f"SolveShortestPath(): vertex {vertex.name()} is not in this graph.")
         edges = self._edges
-        if options.preprocessing:
+        if options.preprocessing and source is not target:
             edges = usable_edges(source, target, edges)
         program = ShortestPathProgram(source, target, edges, bool(options.convex_relaxation))
         if source is not target and not (program._out[id(source)] and program._in[id(target)]):
@@ -452,7 +443,8 @@ class GraphOfConvexSets:
     ) -> MathematicalProgramResult:
         paths, again = sample_paths(source, target, self._flows(relaxed), options)
         _log.info("Found %d unique paths, discarded %d duplicate paths.", len(paths), again)
-        found = [self.SolveConvexRestriction(path, options, relaxed) for path in paths]
+        known: Known = {}
+        found = [self._restricted(path, options, relaxed, known) for path in paths]
         good = [r for r in found if r.is_success()]
         if good:
             return min(good, key=lambda r: r.get_optimal_cost())
@@ -482,7 +474,17 @@ class GraphOfConvexSets:
         for edge in active_edges:
             if not self.IsValid(edge):
                 raise RuntimeError(f"SolveConvexRestriction(): edge {edge.name()} is not in this graph.")
-        prog = restriction(active_edges)
+        return self._restricted(active_edges, options, initial_guess, {})
+
+    def _restricted(
+        self,
+        active_edges: list[Edge],
+        options: GraphOfConvexSetsOptions,
+        initial_guess: MathematicalProgramResult | None,
+        known: Known,
+    ) -> MathematicalProgramResult:
+        """The same for edges of this graph; what paths share is written once for those with the same `known`."""
+        prog = restriction(active_edges, known)
         if initial_guess is not None:
             known = [v for v in prog.decision_variables().tolist() if v.get_id() in initial_guess._places]
             prog.SetInitialGuess(known, np.nan_to_num(initial_guess.GetSolution(known)))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.geometry.optimization._affine import Affine, Rows
+from sheldrake.geometry.optimization._affine import Affine, Known, Rows
 from sheldrake.geometry.optimization._gcs_elements import Edge, Element, Transcription, Vertex
 from sheldrake.geometry.optimization._perspective import add_constraint, bound_cost
 from sheldrake.solvers import MathematicalProgram
@@ -144,10 +144,15 @@ def _of_binding(element: Element, binding: BindingBase, x: Affine) -> Affine:
     return x[[element._places[v._id] for v in binding._list]]
 
 
-def restriction(path: list[Edge]) -> MathematicalProgram:
-    """The convex program of one path (or of any edges that are taken together)."""
+def restriction(path: list[Edge], known: Known) -> MathematicalProgram:
+    """The convex program of one path (or of any edges that are taken together).
+
+    Args:
+        path: The edges.
+        known: What was added for the vertices of other paths.
+    """
     prog = MathematicalProgram()
-    rows, kind, bindings = Rows(prog), Transcription.kRestriction, parts_of(prog).bindings
+    rows, kind, bindings = Rows(prog, known=known), Transcription.kRestriction, parts_of(prog).bindings
     vertices = {id(v): v for e in path for v in (e._u, e._v)}.values()
     for v in vertices:
         prog.AddDecisionVariables(v._x)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._nonnegative_least_squares import nonnegative_least_squares
 from sheldrake.common.record import view_of
 from sheldrake.solvers._engines.nonlinear import Outcome, Settings
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
@@ -132,11 +133,26 @@ class Sqp:
                     stalls = 0
                     do(sequential.LEARN_AND_GO)
                     continue
-            is_done = is_feasible and gain <= _ROUNDING * size
+            is_done = is_feasible and (gain <= _ROUNDING * size or (status != 0 and self._is_stationary(work)))
             if stalls or (is_done and status) or (not status and now.left > _LEFT and now.longest <= _LEFT):
                 return self._outcome(work, is_done)
             stalls, work.B[:] = 1, self._first_hessian()
         return self._outcome(work, False, True)
+
+    def _is_stationary(self, work: Sequence) -> bool:
+        """Whether bounds that hold the point balance the cost's slope: asked where rounding leaves no program to solve.
+
+        So it is where as many bounds meet as there are variables, those of equations counting twice.
+        """
+        near = self._settings.feasibility
+        at, x_at = np.abs(work.sides) - 1, np.abs(work.x_sides) - 1
+        signs, x_signs = np.sign(work.sides), np.sign(work.x_sides)
+        held = np.abs(work.rows[at] - np.where(signs > 0, work.upper[at], work.lower[at])) <= near
+        x_held = np.abs(work.y[x_at] - np.where(x_signs > 0, work.x_upper[x_at], work.x_lower[x_at])) <= near
+        rows, bounds = signs[:, None] * work.J[at], x_signs[:, None] * np.eye(len(work.y))[x_at]
+        slopes = np.vstack((rows[held], bounds[x_held])).T
+        left = work.g + slopes @ nonnegative_least_squares(slopes, -work.g)
+        return bool(np.abs(left).max() <= self._settings.optimality * max(1.0, np.abs(work.g).max()))
 
     @staticmethod
     def _outcome(work: Sequence, converged: bool, spent: bool = False) -> Outcome:

@@ -102,10 +102,13 @@ class ProgramBindings:
         """
         self._variables.check_decisions(binding._list)
         evaluator = binding._evaluator
-        kind = _kind_of(type(evaluator))  # type: ignore[arg-type]
+        kind = _kind_of(evaluator.__class__)  # type: ignore[arg-type]
         out = as_kind(kind, binding)
         if evaluator._num_outputs or not isinstance(evaluator, Constraint):
-            self._lists.setdefault(kind, []).append(out)
+            known = self._lists.get(kind)
+            if known is None:
+                known = self._lists[kind] = []
+            known.append(out)
             self._attributes, self.version = None, object()
         return cast("BindingBase[Kind]", out)
 

@@ -5,7 +5,9 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import functools
 import itertools
+import operator
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -320,19 +322,26 @@ def half_newton_basis(p: Polynomial) -> np.ndarray:
     """
     support = [m for m, _ in p.monomial_to_coefficient_map().items()]
     vars = list(p.indeterminates())
-    points = _exponents(support, vars)
-    if not len(points):
+    if not (support and vars):
         return np.array([Monomial()], dtype=object)
     degree = int(max(m.total_degree() for m in support)) // 2
-    candidates = [m for m in MonomialBasis(Variables(vars), degree)] if vars else [Monomial()]
+    candidates = MonomialBasis(Variables(vars), degree).tolist()
+    needed = _needed(_exponents(support, vars).tobytes(), _exponents(candidates, vars).tobytes(), len(vars))
+    return _objects([candidates[i] for i in needed])
+
+
+@functools.lru_cache(maxsize=64)
+def _needed(support: bytes, candidates: bytes, num_vars: int) -> list[int]:
+    """Which candidates a basis needs, from all exponents, row by row; programs with other numbers ask it again."""
+    points, rows = (np.frombuffer(given).reshape(-1, num_vars) for given in (support, candidates))
     low, high = points.min(axis=0), points.max(axis=0)
     totals = points.sum(axis=1)
-    doubled = 2.0 * _exponents(candidates, vars)
+    doubled = 2.0 * rows
     sums = doubled.sum(axis=1)
     in_box = (doubled >= low).all(axis=1) & (doubled <= high).all(axis=1)
     inside = in_box & (totals.min() <= sums) & (sums <= totals.max())
-    kept = [candidates[i] for i in inside.nonzero()[0].tolist() if _in_hull(doubled[i], points)]
-    return _objects(_without_useless(kept, set(support)))
+    kept = [i for i in inside.nonzero()[0].tolist() if _in_hull(doubled[i], points)]
+    return _without_useless(kept, rows.tolist(), set(map(tuple, points.tolist())))
 
 
 def _exponents(monomials: list[Monomial], vars: list[Variable]) -> np.ndarray:
@@ -349,13 +358,16 @@ def _in_hull(x: np.ndarray, points: np.ndarray) -> bool:
     return bool(np.abs(b - A @ nonnegative_least_squares(A, b)).max() < 1e-9)
 
 
-def _without_useless(basis: list[Monomial], support: set[Monomial]) -> list[Monomial]:
+def _without_useless(kept: list[int], rows: list[list[float]], support: set[tuple[float, ...]]) -> list[int]:
+    def product(i: int, j: int) -> tuple[float, ...]:
+        return tuple(map(operator.add, rows[i], rows[j]))
+
     while True:
-        products = {a._times(b) for a, b in itertools.combinations(basis, 2)}
-        kept = [m for m in basis if (square := m._times(m)) in support or square in products]
-        if len(kept) == len(basis):
+        products = {product(i, j) for i, j in itertools.combinations(kept, 2)}
+        left = [i for i in kept if (square := product(i, i)) in support or square in products]
+        if len(left) == len(kept):
             return kept
-        basis = kept
+        kept = left
 
 
 def _objects(items: list) -> np.ndarray:

@@ -68,12 +68,11 @@ class ProgramVariables:
         """Whether a decision variable is 0 or 1."""
         return self.decisions().has_binaries
 
-    def _append(self, v: Variable) -> None:
+    def _check_new(self, v: Variable) -> None:
         if v._id in self._indeterminate_places:
             raise RuntimeError(f"{v} is already an indeterminate.")
         if v._type not in (_TYPE.CONTINUOUS, _TYPE.BINARY):
             raise RuntimeError(f"MathematicalProgram: {v!r} is no decision variable; those are continuous or binary.")
-        self._append_new([v])
 
     def _append_new(self, vars: list[Variable]) -> None:
         """Adds variables that are in no program yet, of a type that may be."""
@@ -133,9 +132,11 @@ class ProgramVariables:
         Raises:
             RuntimeError: one is an indeterminate, or neither continuous nor binary.
         """
-        for v in self._expect_variables("AddDecisionVariables", decision_variables):
-            if v.get_id() not in self._places:
-                self._append(v)
+        given, places = self._expect_variables("AddDecisionVariables", decision_variables).tolist(), self._places
+        new = {v._id: v for v in given if v._id not in places}
+        for v in new.values():
+            self._check_new(v)
+        self._append_new([*new.values()])
 
     def _append_indeterminate(self, v: Variable) -> None:
         if v.get_id() in self._places:
