@@ -35,10 +35,20 @@ SECONDS_A_TURN = 0.006
 BUILDING = re.compile(
     r"Add(?!InForces|InDamping|InOneForce)|Register|Finalize|Remove|Declare|Exclude|Rename|Do[A-Z]|Mutable|SetUse|"
     r"Change|Assign|Deform|set_name|set_discrete_contact|set_contact|set_penetration|set_stiction|SetDefault|"
-    r"AdvanceTo|AdvancePendingEvents|set_gravity|set_monitor|reset_|release|Graphviz|WriteToFile|Lock|Unlock|"
-    r"DisableCaching|FreezeCache|SetAllCache|^floating_|num_total_states|get_controller|(deformable|hydroelastic|point_pair)_contact_info|HasUniqueFree|GetUniqueFree|GetDefaultFreeBody|is_floating$|set_default|set_\w*limits|set_controller|^set_\w*(inertia|ratio)$"
+    r"AdvanceTo|AdvancePendingEvents|set_gravity|set_monitor|reset_|release|Graphviz|WriteToFile|Lock|Unlock|Reset$|"
+    r"DisableCaching|FreezeCache|SetAllCache|set_default|set_\w*limits|set_controller|^set_\w*(inertia|ratio)$"
 )
-"""Names of methods that change what is asked and not a state of it, or end the process where they do not apply."""
+"""Names of methods that change what is asked, not a state of it."""
+ENDING = re.compile(
+    r"SetAbstractState|abstract_(state|parameter)$|^floating_|num_total_states|get_controller|contact_info$|"
+    r"HasUniqueFree|GetUniqueFree|GetDefaultFreeBody|is_floating$"
+)
+"""Those with which Drake ends the process where they do not apply, and retired ones."""
+OWN_AFFAIR = re.compile(
+    r"num_(abstract_|numeric_|input_ports|output_ports)|has_only_discrete|ticket$|GetSystemType|FullDescription|"
+    r"ToScalarType|deformable_model|FindCollisionCandidates"
+)
+"""Those of what each library has inside: how many groups of parameters, which pairs need a closer look ..."""
 
 
 class Signature(NamedTuple):
@@ -67,8 +77,8 @@ class Subjects:
     def __init__(self, lib: Any, robot: str, scalar: str) -> None:
         self.lib, self.scalar = lib, scalar
         builder = lib.DiagramBuilder()
-        plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, 0.0 if robot.endswith("continuous") else 0.001)
-        self.spring = add_robot(lib, plant, robot.removesuffix("-continuous"))
+        plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, 0.001)
+        self.spring = add_robot(lib, plant, robot)
         plant.Finalize()
         self.diagram = builder.Build()
         simulator = lib.Simulator(self.diagram)
@@ -98,9 +108,10 @@ class Subjects:
         self.plant.SetVelocities(self.context, self.v)
 
     def array(self, numbers: Any, name: str) -> Any:
-        """An array of the scalar of the plant."""
+        """An array of the scalar of the plant; derivatives are by the positions."""
         if self.scalar == "gradients":
-            return self.lib.InitializeAutoDiff(self.lib.ExtractValue(numbers).ravel()).ravel()
+            duals = self.lib.InitializeAutoDiff(self.lib.ExtractValue(numbers).ravel()).ravel()
+            return duals if name == "q" else np.array([self.lib.AutoDiffXd(x.value()) for x in duals])
         if self.scalar == "symbols":
             return np.array([self.lib.Expression(x) for x in self.lib.MakeVectorVariable(len(numbers), name)])
         return np.asarray(numbers, float)
@@ -147,7 +158,7 @@ class Subjects:
             "input port": self.plant.get_actuation_input_port(),
             "state": self.context.get_state(),
             "parameters": self.context.get_parameters(),
-            "forces of bodies": self.plant.get_body_poses_output_port(),
+            "port of poses": self.plant.get_body_poses_output_port(),
         }
         if results.num_point_pair_contacts():
             found["point contact"] = results.point_pair_contact_info(0)
@@ -232,7 +243,7 @@ class Arguments:
             "GetSubsystemByName": "plant",
             "GetJointActuatorByName": plant.get_joint_actuator(plant.GetJointActuatorIndices()[-1]).name(),
         }
-        self.contexts = {"diagram": own.root, "simulator": own.root}
+        self.contexts = {name: own.root for name in ("diagram", "simulator", "root context")}
         if own.scalar == "numbers":
             self.contexts["scene graph"] = own.geometry
         prefix = "pydrake."
@@ -270,7 +281,7 @@ class Arguments:
         """The arguments of a signature; None if one of them is unknown."""
         values = []
         for name, kind in form.parameters:
-            plain = re.sub(r"_\[[A-Za-z]+\]|𝓣\w*|⟮[^⟯]*⟯", "", kind)
+            plain = re.sub("_𝓣.*?𝓤", "", kind)  # the scalar of a template
             if plain.endswith("framework.Context"):
                 value = self.own.root if name == "root_context" else self.contexts.get(subject, self.own.context)
             elif name == "name" and form.method in self.by_method:
@@ -290,7 +301,7 @@ class Arguments:
 def signatures(kind: type) -> Iterator[Signature]:
     """The forms of the public methods of one of Drake's classes."""
     for method in dir(kind):
-        if method.startswith("_") or BUILDING.search(method):
+        if method.startswith("_") or any(names.search(method) for names in (BUILDING, ENDING, OWN_AFFAIR)):
             continue
         text = getattr(kind, method).__doc__ or ""
         for form in re.finditer(rf"^(?:\d+\. )?{method}\(self: [^,)]+(?:, (.*))?\) -> ", text, re.MULTILINE):
@@ -306,16 +317,37 @@ def parameters(text: str) -> Iterator[tuple[str, str]]:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two answers agree, as far as they are numbers or words."""
+    """Whether two answers agree, as far as they are numbers, words or nothing."""
+    if hasattr(a, "GetAsMatrix34"):
+        a, b = a.GetAsMatrix34(), b.GetAsMatrix34()
+    for read in ("get_coeffs", "CopyToFullMatrix6", "CopyToVector", "CopyToFullMatrix3"):
+        if hasattr(a, read):
+            a, b = getattr(a, read)(), getattr(b, read)()
     if isinstance(a, (bool, str)) or isinstance(b, (bool, str)):
         return bool(a == b)
     if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
         return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b))
+    if type(a).__name__.endswith(("Id", "Ticket")):  # which numbers things have is each library's own affair
+        return type(a).__name__ == type(b).__name__
+    a, b = numbers_of(a, b)
     try:
         x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     except (TypeError, ValueError, RuntimeError):
-        return type(a).__name__.split("_", 1)[0] == type(b).__name__.split("_", 1)[0]
-    return x.shape == y.shape and bool(np.allclose(x, y, rtol=1e-6, atol=1e-9, equal_nan=True))
+        return (a is None) == (b is None)
+    if x.shape != y.shape:
+        return False
+    largest = float(np.max(np.abs(y[np.isfinite(y)]), initial=1e-4))
+    return bool(np.allclose(x, y, rtol=0.0, atol=1e-5 * largest, equal_nan=True))  # as contact solvers converge
+
+
+def numbers_of(a: Any, b: Any) -> tuple[Any, Any]:
+    """Two answers; where they are duals values and derivatives, of which those that one has not are zero."""
+    flat = [np.ravel(np.asarray(given, dtype=object)) for given in (a, b)]
+    if not all(len(found) and all(hasattr(x, "derivatives") for x in found) for found in flat):
+        return a, b
+    n = max(len(x.derivatives()) for found in flat for x in found)
+    rows = [[[x.value(), *np.resize(np.append(x.derivatives(), np.zeros(n)), n)] for x in found] for found in flat]
+    return rows[0], rows[1]
 
 
 def cpu_time(call: Callable[[], Any], count: int) -> float:

@@ -34,13 +34,13 @@ def checked(function: _Function) -> _Function:
     """
     tests: list[_Test | None] = []
     by_name: dict[str, _Test] = {}
-    floats: dict[tuple[type, ...], list[int]] = {}  # types of positional arguments that pass: which become floats
-    passing: set[tuple[type, ...]] = set()  # those of which none does, with `_Left` for what is left out
+    floats: dict[tuple[Any, ...], list[int]] = {}  # types of positional arguments that pass: which become floats
+    passing: set[tuple[Any, ...]] = set()  # those of which none does, with `_Left` for what is left out
     by_names: set[tuple[Any, ...]] = set()  # the same where some are given by name: all types, then the names
     places = _places(function)
 
     def anew(*args: Any, **kwargs: Any) -> Any:
-        types = (*map(type, args), *map(type, kwargs.values()), *kwargs)
+        types: tuple[Any, ...] = (*map(type, args), *map(type, kwargs.values()), *kwargs)
         if kwargs:
             if types in by_names:
                 return function(*args, **kwargs)
@@ -67,7 +67,7 @@ def checked(function: _Function) -> _Function:
         return function(*[float(v) if i in to_float else v for i, v in enumerate(args)], **named)
 
     call = functools.wraps(function)(_quick(places)(function, passing, anew))
-    return call  # type: ignore[no-any-return]
+    return call  # type: ignore[return-value]
 
 
 class _Left:
