@@ -34,14 +34,17 @@ def checked(function: _Function) -> _Function:
     """
     tests: list[_Test | None] = []
     by_name: dict[str, _Test] = {}
-    known: dict[tuple[type, ...], list[int]] = {}  # types of positional arguments that pass: which become floats
+    floats: dict[tuple[Any, ...], list[int]] = {}  # types of positional arguments that pass: which become floats
+    passing: set[tuple[Any, ...]] = set()  # those of which none does, with `_Left` for what is left out
+    by_names: set[tuple[Any, ...]] = set()  # the same where some are given by name: all types, then the names
+    places = _places(function)
 
-    @functools.wraps(function)
-    def call(*args: Any, **kwargs: Any) -> Any:
-        types = tuple(map(type, args))
-        if not kwargs and (to_float := known.get(types)) is not None:
-            if not to_float:
-                return function(*args)
+    def anew(*args: Any, **kwargs: Any) -> Any:
+        types: tuple[Any, ...] = (*map(type, args), *map(type, kwargs.values()), *kwargs)
+        if kwargs:
+            if types in by_names:
+                return function(*args, **kwargs)
+        elif (to_float := floats.get(types)) is not None:
             return function(*[float(v) if i in to_float else v for i, v in enumerate(args)])
         if not tests:  # the first call: names in annotations may be defined below the function
             tests.extend(_by_position(function, by_name))
@@ -52,12 +55,54 @@ def checked(function: _Function) -> _Function:
             if name in by_name and not by_name[name](value):
                 raise _refusal(call, args, kwargs)
         to_float = [i for i, (test, v) in enumerate(zip(tests, args)) if test in _NUMBERS and as_float(v) is not v]
-        if len(known) < _MOST_KNOWN and not any(isinstance(args[i], np.ndarray) for i in to_float):
-            known[types] = to_float  # (of arrays, only those without dimensions are numbers)
-        values = [float(v) if i in to_float else v for i, v in enumerate(args)]
-        return function(*values, **{k: as_float(v) if by_name.get(k) in _NUMBERS else v for k, v in kwargs.items()})
+        named = {k: as_float(v) if by_name.get(k) in _NUMBERS else v for k, v in kwargs.items()}
+        if kwargs:
+            if not to_float and all(named[k] is v for k, v in kwargs.items()) and len(by_names) < _MOST_KNOWN:
+                by_names.add(types)
+        elif not to_float:
+            if len(passing) < _MOST_KNOWN and len(types) <= places:
+                passing.add(types + (_Left,) * (places - len(types)))
+        elif len(floats) < _MOST_KNOWN and not any(isinstance(args[i], np.ndarray) for i in to_float):
+            floats[types] = to_float  # (of arrays, only those without dimensions are numbers)
+        return function(*[float(v) if i in to_float else v for i, v in enumerate(args)], **named)
 
+    call = functools.wraps(function)(_quick(places)(function, passing, anew))
     return call  # type: ignore[return-value]
+
+
+class _Left:
+    """Stands for an argument that is left out."""
+
+
+_LEFT_OUT = _Left()
+
+
+def _places(function: Callable[..., Any]) -> int:
+    """How many arguments a function takes by position, at least one; those of `*args` do not count."""
+    return max(1, function.__code__.co_argcount)
+
+
+@functools.cache
+def _quick(places: int) -> Callable[..., Callable[..., Any]]:
+    """Makes calls of functions of so many arguments: types seen before go straight on, others through `anew`.
+
+    Written out by number, as `tuple(map(type, args))` and `function(*args)` take three times as long as the rest.
+    """
+    names = [f"a{i}" for i in range(places)]
+    ways = [f"if {names[n - 1]} is not left_out: return function({', '.join(names[:n])})" for n in range(places, 0, -1)]
+    text = f"""
+def make(function, passing, anew):
+    def call({", ".join(f"{name}=left_out" for name in names)}, /, *rest, **named):
+        if ({"".join(f"type({name}), " for name in names)}) in passing and not rest and not named:
+            {(chr(10) + " " * 12).join(ways)}
+        given = [a for a in ({"".join(f"{name}, " for name in names)}) if a is not left_out]
+        return anew(*given, *rest, **named)
+    return call
+"""
+    made: dict[str, Any] = {"__name__": __name__, "left_out": _LEFT_OUT}
+    exec(compile(text, "<checked>", "exec"), made)
+    make: Callable[..., Callable[..., Any]] = made["make"]
+    return make
 
 
 def as_float(value: Any) -> Any:

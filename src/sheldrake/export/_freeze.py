@@ -244,10 +244,12 @@ class Freezer:
     def _row_words(self) -> tuple[Words, np.ndarray]:
         """Arguments of the rows that are called, and where each row's begin."""
         given, at = self.layout.arguments, self.layout.program.at
+        borders = np.unique(at)  # rows that do the same have the same words
         found, relocations, begin = [np.zeros(0, np.int64)], [], 0
         new = np.zeros_like(at)
         for r in self.native:
-            first, last = int(at[r]), int(at[r + 1])
+            first = int(at[r])
+            last = int(borders[np.searchsorted(borders, first, side="right")])
             found.append(given.words[first:last])
             relocations += [x._replace(at=x.at - first + begin) for x in given.relocations if first <= x.at < last]
             new[r] = begin

@@ -166,7 +166,7 @@ def test_derivatives(drake):
 
 def test_derivatives_by_compiled_kernels(drake, monkeypatch):
     """Kernels of complex numbers, which stand for duals once a query was asked often."""
-    monkeypatch.setattr(dual_calls, "PATIENCE", 0)
+    monkeypatch.setattr(dual_calls, "_NUMBERS", 0)
 
     def query(lib):
         plant = train(lib).ToAutoDiffXd()

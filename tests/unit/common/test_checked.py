@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -121,3 +122,36 @@ def test_other_scalars_pass_as_they_are():
 
     dual = AutoDiffXd(1.0, [1.0])
     assert Speed().set(dual, dual) == (dual, dual)
+
+
+def test_arguments_that_passed_once_let_no_others_pass():
+    """By position, by name or left out: each way is looked at by itself, also after others of its types have passed."""
+    car = Car()
+    for _ in range(2):
+        assert car.paint(Colour.RED) == (Colour.RED, "") == car.paint(colour=Colour.RED)
+        assert car.paint(Colour.RED, "x") == (Colour.RED, "x") == car.paint(name="x", colour=Colour.RED)
+        for wrong in ((Colour.RED, None), ("x", Colour.RED), (None,)):
+            with pytest.raises(TypeError, match=r"Car\.paint.*incompatible"):
+                car.paint(*wrong)
+        with pytest.raises(TypeError, match="colour must be Colour, not str"):
+            car.paint(name=Colour.RED, colour="x")
+        with pytest.raises(TypeError, match="takes from 2 to 3 positional arguments but 4 were given"):
+            car.paint(Colour.RED, "x", "y")
+        with pytest.raises(TypeError, match="multiple values for argument 'colour'"):
+            car.paint(Colour.RED, colour=Colour.RED)
+
+
+def test_the_library_is_between_a_call_and_its_caller():
+    """As warnings that blame the nearest caller outside of the library count on."""
+    frames = []
+
+    @checked
+    def look(depth: int) -> None:
+        frame = sys._getframe(1)
+        while frame.f_globals["__name__"] != __name__:
+            frames.append(frame.f_globals["__name__"])
+            frame = frame.f_back
+
+    for _ in range(2):
+        look(1)
+    assert frames and set(frames) == {"sheldrake.common._checked"}

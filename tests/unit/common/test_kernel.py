@@ -666,6 +666,10 @@ def test_calls_written_together_have_the_words_of_each():
         (r.at, id(r.array), r.absolute) for r in apart.relocations
     ]
     np.testing.assert_array_equal(together.placed(), apart.placed())
+    call = from_models, calls[0]
+    again, at = join_in_slab([call, None, (from_models, calls[1]), call])
+    assert at[3] == at[0] < at[2] < at[4], "the same object has its words once"
+    assert len(again.words) == 1 + sum(len(part.words) for part in parts[:2])
     wrong = {**calls[0], "one_model": Pair(np.zeros(1), np.zeros(3))}
     with pytest.raises(TypeError, match=r"one_model\.second must be"):
         join_in_slab([(from_models, calls[0]), (from_models, wrong)])

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Place = Sequence[int]
 """Where an array is in a slab: (offset in doubles, shape...)."""
+Call = tuple["Kernel", Mapping[str, Any]]
+"""A kernel, and by the names of its parameters where it finds them (`arguments_in_slab`)."""
 
 
 class Machine(Protocol):
@@ -98,12 +100,11 @@ def join(parts: Iterable[Words]) -> tuple[Words, list[int]]:
     return Words(np.concatenate([*words, np.zeros(1, np.int64)]), tuple(relocations)), at
 
 
-def join_in_slab(
-    calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None], machine: Machine | None = None
-) -> tuple[Words, list[int]]:
-    """The words of many calls in one slab, as `join` has them; a call that is None has none.
+def join_in_slab(calls: Iterable[Call | None], machine: Machine | None = None) -> tuple[Words, list[int]]:
+    """The words of many calls in one slab, and where those of each begin; behind them where all end, before a last 0.
 
-    Calls of one system are given the same models and the same scratch: what these take is written out once.
+    A call that is None has no words, one that is there twice, as the same object, has them once. Calls of one system
+    are given the same models and the same scratch: what these take is written out once.
 
     Args:
         calls: kernels and their places, see `arguments_in_slab`.
@@ -113,20 +114,22 @@ def join_in_slab(
     Raises:
         KeyError, TypeError: as `arguments_in_slab`.
     """
-    at: list[int] = [0]
+    at: list[int] = []
     words: list[int] = []
     relocations: list[tuple[int, np.ndarray, bool]] = []
     blocks: dict[tuple, _Block] = {}
+    begins: dict[int, int] = {}
     for call in calls:
-        if call is not None:
+        begin = begins.setdefault(id(call), len(words)) if call is not None else len(words)
+        at.append(begin)
+        if call is not None and begin == len(words):
             writer = _Writer(call[0], blocks, machine)
             writer.write_all(call[1], in_slab=True)
-            begin = len(words)
             words += writer.words
             words += writer.behind
             words.append(0)
             relocations += [(begin + k, array, absolute) for k, array, absolute in writer.relocations]
-        at.append(len(words))
+    at.append(len(words))
     return Words(np.array([*words, 0], np.int64), tuple(map(_relocation, relocations))), at
 
 

@@ -274,9 +274,11 @@ class Poses:
         """Pose X_PF of a frame in its parent frame."""
         from sheldrake.math import RigidTransform
 
-        self._state.frame(frame_id)
+        record = self._state.frame(frame_id)
         if frame_id == WORLD_FRAME_ID:
             return RigidTransform()
+        if record.parent == WORLD_FRAME_ID:
+            return self.GetPoseInWorld(frame_id)
         return self._poses([frame_id])[frame_id]
 
     @overloaded(overload(frame_id=instance_of(FrameId)), overload(geometry_id=instance_of(GeometryId)))
@@ -286,12 +288,16 @@ class Poses:
         Raises:
             RuntimeError: the id is not registered, or its source has not published the pose.
         """
+        from sheldrake.math import RigidTransform
+
         if (X := self._asked_pose(target)) is not None:
             return X
         if isinstance(target, FrameId):
             self._state.frame(target)
             return self._pose_in_world(target, target)
         record = self._state.geometry(target)
+        if record.frame == WORLD_FRAME_ID:
+            return RigidTransform(record.X_FG)
         X_WF = self._pose_in_world(record.frame, target)
         X_FG = record.X_FG if type(record.X_FG) is type(X_WF) else type(X_WF)(record.X_FG.GetAsMatrix34())
         return X_WF @ X_FG

@@ -12,6 +12,7 @@ from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.optimization._contact_wrench import ContactWrench, touch
 from sheldrake.multibody.optimization._motion_constraints import require_duals
 from sheldrake.multibody.plant._contact.friction import CalcContactFrictionFromSurfaceProperties
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import Constraint, MathematicalProgram
 from sheldrake.symbolic import Variable
@@ -28,7 +29,7 @@ class StaticEquilibriumConstraint(KinematicFunction, Constraint):
     """0 = g(q) + B u + sum J' F of contact forces F; variables (q, u, forces)."""
 
     def __init__(self, plant: MultibodyPlant, context: Context, pairs: list):
-        self._pairs, self._B = pairs, plant.MakeActuationMatrix()
+        self._pairs, self._B = pairs, parts_of(plant).coordinates.actuation_matrix("StaticEquilibriumConstraint")
         nv = plant.num_velocities()
         self._set_plant(plant, context, nv, plant.num_actuated_dofs() + 3 * len(pairs))
         self._set_bounds(np.zeros(nv), np.zeros(nv))

@@ -268,18 +268,18 @@ class LinearSpringDamper(ForceElement):
     def _parts(self) -> tuple[Any, ...]:
         return (self._A, self._B)
 
-    def _point(self, context: Context, body: RigidBody, p_BP: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Position and velocity in W of a point of a body."""
-        X_WB, V_WB = body.EvalPoseInWorld(context), body.EvalSpatialVelocityInWorld(context)
-        return X_WB @ p_BP, V_WB.Shift(X_WB.rotation() @ p_BP).translational()
+    def _length(self, context: Context) -> tuple[np.ndarray, float]:
+        """p_PQ expressed in W, and how long it is [m]."""
+        p_PQ = self._B.EvalPoseInWorld(context) @ self._p_BQ - self._A.EvalPoseInWorld(context) @ self._p_AP
+        return p_PQ, sqrt(p_PQ @ p_PQ)
 
     def _potential_energy(self, context: Context) -> float:
-        p_PQ = self._point(context, self._B, self._p_BQ)[0] - self._point(context, self._A, self._p_AP)[0]
-        stretch = sqrt(p_PQ @ p_PQ) - self._free_length
+        stretch = self._length(context)[1] - self._free_length
         return 0.5 * self._stiffness * stretch * stretch
 
     def _powers(self, context: Context) -> tuple[float, float]:
-        (p_P, v_P), (p_Q, v_Q) = self._point(context, self._A, self._p_AP), self._point(context, self._B, self._p_BQ)
-        length = sqrt((p_Q - p_P) @ (p_Q - p_P))
-        rate = (p_Q - p_P) @ (v_Q - v_P) / length
+        velocity = self._finalized("CalcConservativePower").kinematics.velocity_of_point
+        p_PQ, length = self._length(context)
+        v_PQ = velocity(context, self._B.body_frame(), self._p_BQ) - velocity(context, self._A.body_frame(), self._p_AP)
+        rate = p_PQ @ v_PQ / length
         return -self._stiffness * (length - self._free_length) * rate, -self._damping * rate * rate

@@ -317,9 +317,13 @@ class Joint(NamedElement):
             RuntimeError: they are for another number of bodies or velocities.
         """
         tau = self._fitting("AddInDamping", forces)._tau
-        mine = slice(self._v_start, self._v_start + self.num_velocities())
         contexts = self._finalized("AddInDamping").contexts
-        tau[mine] -= contexts.numbers(context, self._group) * contexts.velocities(context)[mine]
+        damping, v = contexts.numbers(context, self._group), contexts.velocities(context)
+        if len(damping) == 1:  # arrays of one number take five times as long
+            tau[self._v_start] -= damping[0] * v[self._v_start]
+        else:
+            mine = slice(self._v_start, self._v_start + len(damping))
+            tau[mine] -= damping * v[mine]
 
     @checked
     def AddInOneForce(self, context: Context, joint_dof: int, joint_tau: float, forces: MultibodyForces) -> None:

@@ -6,6 +6,7 @@ view.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -116,9 +117,10 @@ class RigidBody(NamedElement):
 
     def _change(self, context: Context, call: str, start: int, values: Vector) -> None:
         owner = self._finalized(call)
-        numbers = np.array(owner.contexts.numbers(context, self._group))
-        numbers[start : start + len(values)] = lifted(np.array(values), context._system._scalar)
-        if numbers.dtype != object and not (np.all(np.isfinite(numbers)) and numbers[0] >= 0.0):
+        numbers = owner.contexts.numbers(context, self._group).copy()
+        plain = numbers.dtype != object
+        numbers[start : start + len(values)] = values if plain else lifted(np.array(values), context._system._scalar)
+        if plain and not (math.isfinite(numbers.sum()) and numbers.item(0) >= 0.0):
             raise RuntimeError(
                 f"RigidBody.{call}(): body {self._name!r} needs a finite inertia and a mass of at least zero, "
                 f"not {values}."

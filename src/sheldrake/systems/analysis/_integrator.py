@@ -209,9 +209,9 @@ class IntegratorBase:
         self.ResetStatistics()
 
     def Reset(self) -> None:
-        """Back to how it was made."""
-        self._maximum = self._accuracy = self._initial = nan
-        self._minimum = 0.0
+        """Back to how it was made, but for accuracy, first step and what happens at the smallest step, as in Drake."""
+        self._maximum, self._minimum = nan, 0.0
+        self._numbers.fixed = 0.0 if self._supports_error_estimation else 1.0
         self._numbers.h_ideal = 0.0
         self.ResetStatistics()
 

@@ -160,8 +160,11 @@ def unrestricted_update(store: Store, n: int, trigger: str, call: str) -> tuple[
 
 def publish(store: Store, n: int, trigger: str) -> EventStatus:
     """Runs the publishes of node `n`, all of them, and gives the worst of what they returned."""
+    found = store.layout.events_under(n, PUBLISH, trigger)
+    if not found:
+        return EventStatus.DidNothing()
     with computing(store):
-        return _run(store, store.layout.events_under(n, PUBLISH, trigger), PUBLISH)
+        return _run(store, found, PUBLISH)
 
 
 def publish_or_raise(store: Store, n: int, trigger: str, call: str) -> None:
@@ -175,8 +178,8 @@ def publish_or_raise(store: Store, n: int, trigger: str, call: str) -> None:
 
 def apply_discrete(store: Store, n: int, trigger: str, call: str) -> None:
     """Runs the discrete updates of node `n` and makes x+ the state; errors as there."""
-    _, any_ = discrete_update(store, n, trigger, call)
-    if any_:
+    if store.layout.events_under(n, DISCRETE, trigger):
+        discrete_update(store, n, trigger, call)
         a, b = store.layout.places[n].xd
         plus = store.layout.plus
         store.S[a:b] = store.S[a + plus : b + plus]
@@ -185,8 +188,8 @@ def apply_discrete(store: Store, n: int, trigger: str, call: str) -> None:
 
 def apply_unrestricted(store: Store, n: int, trigger: str, call: str) -> None:
     """Runs the unrestricted updates of node `n` and makes what they give the state; errors as there."""
-    state, any_ = unrestricted_update(store, n, trigger, call)
-    if any_:
+    if store.layout.events_under(n, UNRESTRICTED, trigger):
+        state, _ = unrestricted_update(store, n, trigger, call)
         plus = store.layout.plus
         for a, b in (store.layout.places[n].xd, store.layout.places[n].xc):
             store.S[a:b] = store.S[a + plus : b + plus]

@@ -117,7 +117,7 @@ class ScalarConversion(SystemBase):
         for name, value in self.__dict__.items():
             new.__dict__[name] = _rebound(value, self, new)
         new._system_id, new._parent_ref = next(system_ids), None
-        new._ports, new._layouts = {}, {}
+        new._ports, new._layouts, new._state_of = {}, {}, None
         new._entries_in_use = weakref.WeakValueDictionary()
         return new
 

@@ -149,8 +149,12 @@ class System(ScalarConversion, SystemPorts):
         return self._structure()[1].Clone()
 
     def _structure(self) -> tuple[ContinuousState, DiscreteValues]:
-        context = self.AllocateContext()
-        return context._continuous_view(), context._discrete_view()
+        """State as a new context has it, to be cloned; kept as long as the layout is the same."""
+        layout = self._layout_with()
+        if self._state_of is None or self._state_of[0] is not layout:
+            context = self.AllocateContext()
+            self._state_of = layout, context._continuous_view().Clone(), context._discrete_view().Clone()
+        return self._state_of[1:]
 
     def AllocateImplicitTimeDerivativesResidual(self) -> np.ndarray:
         """An array for the residuals of the implicit form, shape (n,)."""

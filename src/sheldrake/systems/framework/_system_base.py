@@ -89,6 +89,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         self._ports: dict[tuple[str, int], weakref.ref[Any]] = {}  # those that somebody holds, and some that died
         self._version = self._defaults_version = 0
         self._layouts: dict = {}
+        self._state_of: tuple | None = None  # see `System._structure`
         self._tree_below: list[Any] | None = None  # all systems below this one, once asked for
 
     def _subsystems(self) -> list[Any] | None:

@@ -85,11 +85,11 @@ def answers(plant, x, mass=None):
 
 
 def compiled(monkeypatch):
-    monkeypatch.setattr(dual_calls, "PATIENCE", 0)
+    monkeypatch.setattr(dual_calls, "_NUMBERS", 0)
 
 
 def as_python(monkeypatch):
-    monkeypatch.setattr(dual_calls, "PATIENCE", 10**9)
+    monkeypatch.setattr(dual_calls, "_NUMBERS", 10**9)
     monkeypatch.setattr(dual_calls.kernel_store, "is_ready", lambda kernel: False)
 
 

@@ -104,6 +104,15 @@ class Coordinates:
             self._sort_by_instance(which)
         return self._of_instance[key]
 
+    def state_indices(self, call: str, model_instance: ModelInstanceIndex) -> np.ndarray:
+        """Numbers of the positions, then the velocities of a model instance among those of all."""
+        self._elements.require_instance(call, model_instance)
+        found = self._of_instance.get(("qv", int(model_instance)))
+        if found is None:
+            q, v = (self.indices(call, which, model_instance) for which in "qv")
+            found = self._of_instance["qv", int(model_instance)] = np.concatenate([q, self._model.nq + v])
+        return found
+
     def _sort_by_instance(self, which: str) -> None:
         """Finds the numbers of all model instances in one go."""
         numbers: dict[int, list[int]] = {i: [] for i in range(self._elements.num_model_instances())}
@@ -169,6 +178,8 @@ class Coordinates:
 
     def num_actuated_dofs(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of velocities with actuators, of all or of one model instance."""
+        if self._elements.is_finalized():
+            return len(self.input_indices("num_actuated_dofs", model_instance))
         return sum(a.num_inputs() for a in self.actuators_of("num_actuated_dofs", model_instance))
 
     # --- names
@@ -274,7 +285,7 @@ class Coordinates:
 
     def _effort_limits(self, call: str) -> np.ndarray:
         """Upper limits of the efforts, shape (nu,)."""
-        return np.array([a.effort_limit() for a in self._elements.model(call).actuators for _ in range(a.num_inputs())])
+        return np.array([a._effort_limit for a in self._elements.model(call).actuators for _ in range(a.num_inputs())])
 
     def GetPositionLowerLimits(self) -> np.ndarray:
         """Lower limits of the positions, shape (nq,)."""
@@ -326,21 +337,19 @@ class Coordinates:
         self, context: Context, model_instance: ModelInstanceIndex | None = None
     ) -> np.ndarray:
         """Positions, then velocities, shape (nq + nv,), of all or of one model instance."""
-        view, call = self._contexts.view(context), "GetPositionsAndVelocities"
+        view = self._contexts.view(context)
         if model_instance is None:
             return view.x.copy()
-        return np.concatenate(
-            [self._part(call, "q", view.q, model_instance), self._part(call, "v", view.v, model_instance)]
-        )
+        return view.x[self.state_indices("GetPositionsAndVelocities", model_instance)]
 
     def _with_part(self, view: View, parts: str, instance: object, values: object, *rest: object) -> np.ndarray | None:
         """All positions or velocities with others for a model instance; None where that is for `_write` to say."""
-        if rest or type(instance) is not ModelInstanceIndex or type(values) is not np.ndarray or len(parts) != 1:
+        if rest or type(instance) is not ModelInstanceIndex or type(values) is not np.ndarray:
             return None
         at = self._of_instance.get((parts, int(instance)))
         if at is None or view.T is not float or values.shape != at.shape or values.dtype != float:
             return None
-        whole = (view.q if parts == "q" else view.v).copy()
+        whole = (view.q if parts == "q" else view.v if parts == "v" else view.x).copy()
         whole[at] = values
         return whole
 
@@ -370,6 +379,8 @@ class Coordinates:
             sizes, at = [view.nq if which == "q" else view.nv for which in parts], [slice(None)] * len(parts)
         else:
             at = [self.indices(call, which, instance) for which in parts]
+            if parts == "qv":
+                self.state_indices(call, instance)  # for the quick way, next time
             sizes = [len(numbers) for numbers in at]
         size = sum(sizes)
         array = np.asarray(values)
@@ -416,15 +427,13 @@ class Coordinates:
     def SetPositionsInArray(self, model_instance: ModelInstanceIndex, q_instance: ArrayLike, q: np.ndarray) -> None:
         """Writes the positions of a model instance into an array of all, in place."""
         at = self.indices("SetPositionsInArray", "q", model_instance)
-        _of_size("q", q, self._model.nq)
-        q[at] = np.reshape(_of_size("q_instance", q_instance, len(at)), np.shape(q[at]))
+        _set_in_array("q", q, self._model.nq, at, q_instance)
 
     @checked
     def SetVelocitiesInArray(self, model_instance: ModelInstanceIndex, v_instance: ArrayLike, v: np.ndarray) -> None:
         """Writes the velocities of a model instance into an array of all, in place."""
         at = self.indices("SetVelocitiesInArray", "v", model_instance)
-        _of_size("v", v, self._model.nv)
-        v[at] = np.reshape(_of_size("v_instance", v_instance, len(at)), np.shape(v[at]))
+        _set_in_array("v", v, self._model.nv, at, v_instance)
 
     @checked
     def GetActuationFromArray(self, model_instance: ModelInstanceIndex, u: ArrayLike) -> np.ndarray:
@@ -436,8 +445,7 @@ class Coordinates:
     def SetActuationInArray(self, model_instance: ModelInstanceIndex, u_instance: ArrayLike, u: np.ndarray) -> None:
         """Writes the actuation of a model instance into an array of all, in place."""
         at = self.input_indices("SetActuationInArray", model_instance)
-        _of_size("u", u, self._model.nu)
-        u[at] = np.reshape(_of_size("u_instance", u_instance, len(at)), np.shape(u[at]))
+        _set_in_array("u", u, self._model.nu, at, u_instance)
 
     # --- defaults
 
@@ -511,29 +519,43 @@ class Coordinates:
             S[actuator._input_start, column] = 1.0
         return S
 
-    def MakeActuationMatrix(self) -> np.ndarray:
-        """B with generalized forces = B u; shape (nv, num_actuated_dofs)."""
+    def actuation_matrix(self, call: str) -> np.ndarray:
+        """The numbers of B, to be read only."""
         if self._actuation_matrix is None:
-            model = self._elements.model("MakeActuationMatrix")
+            model = self._elements.model(call)
             B = np.zeros((model.nv, model.nu))
             for a in model.actuators:
                 B[a.joint()._v_start, a._input_start] = 1.0
             self._actuation_matrix = B
-        return self._actuation_matrix.copy()
+        return self._actuation_matrix
+
+    def MakeActuationMatrix(self) -> np.ndarray:
+        """B with generalized forces = B u, of the plant's scalar; shape (nv, num_actuated_dofs)."""
+        B, scalar = self.actuation_matrix("MakeActuationMatrix"), self._contexts.scalar
+        return B.copy() if scalar is float else lifted(B.ravel(), scalar).reshape(B.shape)
 
     def MakeActuationMatrixPseudoinverse(self) -> csc_matrix:
         """B⁺ with u = B⁺ tau, a scipy.sparse.csc_matrix; shape (num_actuated_dofs, nv)."""
         from scipy.sparse import csc_matrix
 
-        return csc_matrix(self.MakeActuationMatrix().T)
+        return csc_matrix(self.actuation_matrix("MakeActuationMatrixPseudoinverse").T)
+
+
+def _set_in_array(name: str, whole: np.ndarray, size: int, at: np.ndarray, part: ArrayLike) -> None:
+    """Writes numbers of a model instance into an array of all, in place."""
+    _of_size(name, whole, size)
+    numbers = _of_size(f"{name}_instance", part, len(at))
+    whole[at] = numbers if np.ndim(whole) == 1 else numbers.reshape(np.shape(whole[at]))
 
 
 def _of_size(name: str, values: ArrayLike, size: int) -> np.ndarray:
-    """The numbers, as an array of its own.
+    """The numbers, as an array, to be read only.
 
     Raises:
         RuntimeError: there are more or fewer than `size`.
     """
+    if type(values) is np.ndarray and values.dtype == float and values.shape == (size,):
+        return values
     if np.size(values) != size:
         raise RuntimeError(f"Passed in array is not properly sized: {name} has {np.size(values)} numbers, not {size}.")
     return vector("MultibodyPlant", name, values, size)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import PATIENCE, Source, Sweep, imaginary_parts, sweep_sources
+from sheldrake.autodiffutils._complex_step import Source, Sweep, imaginary_parts, sweep_sources
 from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native import store as kernel_store
@@ -21,6 +21,10 @@ from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
 if TYPE_CHECKING:
     from sheldrake.common._types import KernelArgument
+
+
+_NUMBERS = 800
+"""As Python kernels take some 0.2 ms a number of the state: so many of these are about as much as compiling one."""
 
 
 class DualCalls:
@@ -38,6 +42,7 @@ class DualCalls:
         self, counter: np.ndarray, constants: np.ndarray, x: np.ndarray, p: np.ndarray, views: tuple[np.ndarray, ...]
     ):
         self._plain = Calls(counter, native=False)
+        self._patience = _NUMBERS // max(len(x), 1)  # calls as Python before machine code is made
         x_complex, p_complex = np.zeros(x.shape, complex), np.zeros(p.shape, complex)
         self._complex: dict[int, Any] = {id(x): x_complex, id(p): p_complex}
         self._sources = {id(p): [Source(p, constants, p_complex)]}
@@ -101,7 +106,7 @@ class DualCalls:
             nonlocal calls, quick
             if quick is None:
                 calls += 1
-                if not ready and (calls <= PATIENCE or not can):
+                if not ready and (calls <= self._patience or not can):
                     return plain(*arrays)
                 quick = self._quick(plain, kernel, args, given, needs, answer)
             return quick(*arrays)

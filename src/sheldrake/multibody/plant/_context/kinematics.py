@@ -51,6 +51,7 @@ class Kinematics:
 
     def __init__(self, elements: Elements, contexts: Contexts) -> None:
         self._elements, self._contexts = elements, contexts
+        self._bodies_of: tuple[tuple[BodyIndex, ...], list[RigidBody], np.ndarray] | None = None
 
     # --- bodies
 
@@ -341,13 +342,10 @@ class Kinematics:
         Raises:
             RuntimeError: a body is named twice.
         """
-        rows = [int(i) for i in body_indexes]
-        if len(set(rows)) < len(rows):
-            raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
-        bodies = [self._elements.bodies.get(i, "get_body") for i in body_indexes]
         view, key = self._contexts.view(context), ("inertia", frame_F)
         ask = view.places.get(key) or view.spatial_inertia(key, self.place(view, frame_F))
-        view.choose(view.frozen.rows[rows])
+        bodies, rows = self._known_bodies(view, tuple(body_indexes))
+        view.choose(rows)
         if type(found := ask()) is not int:
             G = found[4:].reshape(3, 3).copy()
             return view.of(SpatialInertia_)._make(found.item(0), found[1:4].copy(), G)
@@ -358,6 +356,17 @@ class Kinematics:
                 M_BBo_F = body.CalcSpatialInertiaInBodyFrame(context).ReExpress(X_FB.rotation())
                 total += M_BBo_F.Shift(-X_FB.translation())
         return total
+
+    def _known_bodies(self, view: View, indexes: tuple[BodyIndex, ...]) -> tuple[list[RigidBody], np.ndarray]:
+        """Bodies and their rows, the same array while the same bodies are asked for."""
+        known = self._bodies_of
+        if known is None or known[0] != indexes:
+            rows = [int(i) for i in indexes]
+            if len(set(rows)) < len(rows):
+                raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
+            bodies = [self._elements.bodies.get(i, "get_body") for i in indexes]
+            known = self._bodies_of = indexes, bodies, view.frozen.rows[rows]
+        return known[1:]
 
     # --- energy
 

@@ -45,6 +45,10 @@ class Accelerations:
     def _present(self, context: Context) -> np.ndarray:
         """Of the body origins at the present state, by row, shape (num_bodies, 6), to be read only."""
         view = self._contexts.view(context)
+        if view.accelerations is not None:  # whether they are of this state is to be told quickly
+            (stamp, _, status), known = view.accelerations
+            if stamp == context._store.i[2] and not status:
+                return known
         if view.T is not float:
             return self._kinematics.accelerations(context, self._advance.vdot(context))
         work = self._advance.present_work(context)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native.binding import HERE, Words, check_record, join_in_slab
+from sheldrake.common._native.binding import HERE, Call, Words, check_record, join_in_slab
 from sheldrake.common.kernel import Kernel, Parameter
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
@@ -90,7 +90,7 @@ class Layout(Memory):
         self._events_under: dict[tuple[int, int, str], list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
-        self._calls = [(row.calc, self._arguments_of(row)) if row.native else None for row in self.rows]
+        self._calls = self._make_calls()
         self._tables = self._make_tables()
         self.version = sum(s._version for s in self.systems)
         leaves = [(n, self.systems[n]) for n in self.leaves]
@@ -401,6 +401,23 @@ class Layout(Memory):
         if kind == UNRESTRICTED:
             spans += [self.places[n].xc for n in nodes]
         return sorted((a, b - a) for a, b in spans if b > a)
+
+    def _make_calls(self) -> list[Call | None]:
+        """Kernel and arguments of each native row, one object for rows that do the same at different events."""
+        calls: list[Call | None] = []
+        made: dict[tuple, Call] = {}
+        for row in self.rows:
+            if not row.native:
+                calls.append(None)
+                continue
+            reads = tuple((name, slot.span) for name, slot in row.reads.items())
+            models = tuple((name, id(model)) for name, model in row.models.items())
+            key = row.node, row.calc, row.out, reads, models
+            call = made.get(key)
+            if call is None:
+                call = made[key] = row.calc, self._arguments_of(row)
+            calls.append(call)
+        return calls
 
     def _arguments_of(self, row: Row) -> dict[str, Any]:
         """Arguments of a kernel row: offsets into the slab, models elsewhere."""

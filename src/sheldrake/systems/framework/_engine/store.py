@@ -87,7 +87,7 @@ class Store:
     def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
         self.layout, self.systems, self.scalar = layout, systems, scalar
         dtype = float if scalar is float else object
-        blank = layout.blank if scalar is float else None
+        blank = layout.blank
         self.S = lifted(np.zeros(layout.size), scalar) if blank is None else copy_of(blank)
         self.I = np.zeros(layout.side_size, np.int64)
         self.I[: CONTINUOUS + 1] = 1
@@ -117,8 +117,7 @@ class Store:
                 if declared.optional and slot.free >= 0 and slot.vector:
                     self.S[slice(*slot.span)] = lifted(declared.model._v, self.scalar)
             self._reset_work(n)
-        if self.scalar is float:
-            self.layout.blank = copy_of(self.S)
+        self.layout.blank = copy_of(self.S)  # of objects too: numbers are never changed in place
 
     def _use_locks(self) -> None:
         self.waiting = Waiting()
