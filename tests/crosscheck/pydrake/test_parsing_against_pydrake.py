@@ -126,7 +126,25 @@ MOTORS_AND_SERVOS = (
     '<motor name="b" joint="j1"/><position joint="j2"/><motor joint="j3"/></actuator></mujoco>'
 )
 
+
+def sdf(body, kind="visual"):
+    return f'<sdf version="1.9"><model name="m"><link name="a"><{kind} name="g">{body}</{kind}></link></model></sdf>'
+
+
+def geom(attributes):
+    return f'<mujoco model="m"><worldbody><body name="b"><geom {attributes}/></body></worldbody></mujoco>'
+
+
+SIZES_LEFT_OUT = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "plane")
+
 SAME = {
+    **{
+        f"{tag} without sizes": {"text": sdf(f"<geometry><{tag}/></geometry>"), "type": "sdf"} for tag in SIZES_LEFT_OUT
+    },
+    "capsule without radius": {
+        "text": sdf("<geometry><capsule><length>0.3</length></capsule></geometry>", "collision"),
+        "type": "sdf",
+    },
     "no inertial": {"text": robot('<link name="a"/>')},
     "inertia breaks the triangle rule": {"text": inertial(1, (1, 1, 10))},
     "negative moment": {"text": inertial(1, (-1, 1, 1), "1 2 3")},
@@ -202,6 +220,21 @@ def test_what_drake_refuses_is_refused_with_a_place():
     for name, (theirs, ours) in zip(REFUSED, compare(cases)):
         assert "error" in theirs, name
         assert ours.get("error", "").startswith("ParseError: <literal-string>.urdf:"), (name, ours.get("error"))
+
+
+OTHERS_REFUSED = {
+    "capsule of Drake's without radius": ("sdf", sdf("<geometry><drake:capsule/></geometry>")),
+    "ellipsoid of Drake's without axes": ("sdf", sdf("<geometry><drake:ellipsoid/></geometry>")),
+    "mesh without asset": ("xml", geom('type="mesh"')),
+    "signed distance field": ("xml", geom('type="sdf"')),
+}
+
+
+def test_what_drake_refuses_of_other_formats_is_refused():
+    cases = [{"text": text, "type": kind} for kind, text in OTHERS_REFUSED.values()]
+    for name, (theirs, ours) in zip(OTHERS_REFUSED, compare(cases)):
+        assert "error" in theirs, name
+        assert ours.get("error", "").startswith("ParseError: "), (name, ours.get("error"))
 
 
 def test_the_comparison_sees_a_fault_of_one_part_in_a_hundred_million():
