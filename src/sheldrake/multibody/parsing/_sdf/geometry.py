@@ -12,6 +12,7 @@ from .._reading.proximity import read_proximity_properties
 from .._reading.reading import Reading
 from .children import child_number, child_vector, text_number
 from .frames import SdfScope, read_pose, reference_of_pose
+from .specification import refuse_undefined
 
 _VISUAL_TAGS = (
     "pose",
@@ -48,6 +49,7 @@ def read_shape(geometry: Element, reading: Reading):
             return _READERS[child.tag](child, reading)
         if child.tag == "empty":
             return None, None
+        refuse_undefined(geometry, child, reading)
         reading.pass_over(child)
         reading.warn(child, f"The shape <{child.tag}> is not supported; this geometry is ignored.")
         return None, None
