@@ -47,10 +47,12 @@ class Tag(NamedTuple):
     Attributes:
         name: of the element.
         numbers: attributes or children with a number of the constructor each; or one that has all of them.
+        absent: what the constructor's numbers are where a file leaves them out; empty where it may not.
     """
 
     name: str
     numbers: tuple[str, ...]
+    absent: tuple[float, ...] = ()
 
 
 class Geom(NamedTuple):
@@ -179,7 +181,7 @@ _ROWS = (
         surface=lambda s: _scaled(unit_cube(), s.size()),
         pressure=lambda s, hint, margin: meshes.box_mesh(s.size() / 2.0, margin),
         urdf=(Tag("box", ("size",)),),
-        sdf=(Tag("box", ("size",)),),
+        sdf=(Tag("box", ("size",), (1.0, 1.0, 1.0)),),
         mjcf=Geom("box", (0.5, 0.5, 0.5)),
         viewer="BOX",
     ),
@@ -196,7 +198,7 @@ _ROWS = (
         hinted=True,
         may_be_empty=True,
         urdf=(Tag("sphere", _RADIUS),),
-        sdf=(Tag("sphere", _RADIUS),),
+        sdf=(Tag("sphere", _RADIUS, (1.0,)),),
         mjcf=Geom("sphere", (1.0,)),
         viewer="SPHERE",
     ),
@@ -213,7 +215,7 @@ _ROWS = (
         pressure=lambda s, hint, margin: meshes.cylinder_mesh(s.radius(), s.length(), hint, margin),
         hinted=True,
         urdf=(Tag("cylinder", _ROUND),),
-        sdf=(Tag("cylinder", _ROUND),),
+        sdf=(Tag("cylinder", _ROUND, (1.0, 1.0)),),
         mjcf=Geom("cylinder", (1.0, 0.5)),
         viewer="CYLINDER",
     ),
@@ -229,7 +231,7 @@ _ROWS = (
         pressure=lambda s, hint, margin: meshes.capsule_mesh(s.radius(), s.length(), hint, margin),
         hinted=True,
         urdf=(Tag("drake:capsule", _ROUND), Tag("capsule", _ROUND)),
-        sdf=(Tag("capsule", _ROUND), Tag("drake:capsule", _ROUND)),
+        sdf=(Tag("capsule", _ROUND, (0.5, 1.0)), Tag("drake:capsule", _ROUND)),
         mjcf=Geom("capsule", (1.0, 0.5)),
         viewer="CAPSULE",
     ),
@@ -245,7 +247,7 @@ _ROWS = (
         pressure=lambda s, hint, margin: meshes.ellipsoid_mesh((s.a(), s.b(), s.c()), hint, margin),
         hinted=True,
         urdf=(Tag("drake:ellipsoid", ("a", "b", "c")),),
-        sdf=(Tag("ellipsoid", ("radii",)), Tag("drake:ellipsoid", ("a", "b", "c"))),
+        sdf=(Tag("ellipsoid", ("radii",), (1.0, 1.0, 1.0)), Tag("drake:ellipsoid", ("a", "b", "c"))),
         mjcf=Geom("ellipsoid", (1.0, 1.0, 1.0)),
         viewer="ELLIPSOID",
     ),

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -113,6 +114,10 @@ MIMIC = (
     '<parent link="b"/><child link="c"/><mimic joint="j" multiplier="2" offset="0.1"/></joint>'
 )
 
+WELD_WITH_LIMITS = (
+    LINKS + '<joint name="j" type="fixed"><parent link="a"/><child link="b"/><limit lower="1" upper="0"/></joint>'
+)
+
 DRIVEN_SCREW = (
     LINKS + '<drake:joint name="j" type="screw"><parent link="a"/><child link="b"/><limit effort="2"/>'
     '<drake:screw_thread_pitch value="0.1"/></drake:joint>'
@@ -126,7 +131,25 @@ MOTORS_AND_SERVOS = (
     '<motor name="b" joint="j1"/><position joint="j2"/><motor joint="j3"/></actuator></mujoco>'
 )
 
+
+def sdf(body, kind="visual"):
+    return f'<sdf version="1.9"><model name="m"><link name="a"><{kind} name="g">{body}</{kind}></link></model></sdf>'
+
+
+def geom(attributes):
+    return f'<mujoco model="m"><worldbody><body name="b"><geom {attributes}/></body></worldbody></mujoco>'
+
+
+SIZES_LEFT_OUT = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "plane")
+
 SAME = {
+    **{
+        f"{tag} without sizes": {"text": sdf(f"<geometry><{tag}/></geometry>"), "type": "sdf"} for tag in SIZES_LEFT_OUT
+    },
+    "capsule without radius": {
+        "text": sdf("<geometry><capsule><length>0.3</length></capsule></geometry>", "collision"),
+        "type": "sdf",
+    },
     "no inertial": {"text": robot('<link name="a"/>')},
     "inertia breaks the triangle rule": {"text": inertial(1, (1, 1, 10))},
     "negative moment": {"text": inertial(1, (-1, 1, 1), "1 2 3")},
@@ -136,6 +159,7 @@ SAME = {
     "nearly flat": {"text": inertial(1, (1e-6, 1e-6, 2e-6))},
     "renamed copies": {"text": robot(LINKS), "times": 3, "rename": True},
     "prefix": {"text": robot(LINKS), "prefix": "left::arm"},
+    "weld that had limits": {"text": robot(WELD_WITH_LIMITS)},
     "mimic": {"text": robot(MIMIC)},
     "effort limit of a screw": {"text": robot(DRIVEN_SCREW)},
     "mimic, continuous time": {"text": robot(MIMIC), "time_step": 0.0},
@@ -202,6 +226,54 @@ def test_what_drake_refuses_is_refused_with_a_place():
     for name, (theirs, ours) in zip(REFUSED, compare(cases)):
         assert "error" in theirs, name
         assert ours.get("error", "").startswith("ParseError: <literal-string>.urdf:"), (name, ours.get("error"))
+
+
+COMPLETE = """<sdf version="1.9"><model name="m">
+<link name="a"><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>
+<visual name="v"><geometry><box><size>1 1 1</size></box></geometry>
+<material><diffuse>1 0 0 1</diffuse></material></visual>
+<collision name="c"><geometry><sphere><radius>1</radius></sphere></geometry>
+<surface><friction></friction></surface>
+<drake:proximity_properties><drake:mesh_resolution_hint>1</drake:mesh_resolution_hint></drake:proximity_properties>
+</collision></link><link name="b"/>
+<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>
+<limit><lower>-1</lower></limit><dynamics><damping>1</damping></dynamics></axis></joint>
+</model></sdf>"""
+EXTENDED = ("sdf", "model", "link", "visual", "collision", "geometry", "material", "joint", "limit")
+DEFINED = (*EXTENDED, "inertial", "inertia", "box", "sphere", "surface", "friction", "axis", "dynamics")
+
+
+def complete_with(tag, child):
+    """The complete model with another element as the first in one."""
+    return re.sub(rf"<{tag}( [^>]*)?>", lambda opening: opening[0] + child, COMPLETE, count=1)
+
+
+OTHERS_REFUSED = {
+    "capsule of Drake's without radius": ("sdf", sdf("<geometry><drake:capsule/></geometry>")),
+    "ellipsoid of Drake's without axes": ("sdf", sdf("<geometry><drake:ellipsoid/></geometry>")),
+    **{f"typo in {tag}": ("sdf", complete_with(tag, "<bogus/>")) for tag in DEFINED},
+    **{f"extension in {tag}": ("sdf", complete_with(tag, "<drake:bogus/>")) for tag in EXTENDED},
+    "reserved name of a link": ("sdf", COMPLETE.replace('name="b"', 'name="__b__"').replace(">b<", ">__b__<")),
+    "reserved name of a joint": ("sdf", COMPLETE.replace('name="j"', 'name="____"')),
+    "mesh without asset": ("xml", geom('type="mesh"')),
+    "signed distance field": ("xml", geom('type="sdf"')),
+}
+
+
+def test_what_drake_refuses_of_other_formats_is_refused():
+    cases = [{"text": text, "type": kind} for kind, text in OTHERS_REFUSED.values()]
+    for name, (theirs, ours) in zip(OTHERS_REFUSED, compare(cases)):
+        assert "error" in theirs, name
+        assert ours.get("error", "").startswith("ParseError: "), (name, ours.get("error"))
+
+
+def test_elements_of_others_and_undefined_extensions_in_plain_elements_are_no_faults():
+    texts = [COMPLETE]
+    texts += [complete_with(tag, "<gz:bogus/>") for tag in ("model", "link", "box", "inertial", "axis")]
+    texts += [complete_with(tag, "<drake:bogus/>") for tag in ("box", "inertial", "axis", "surface")]
+    for text, (theirs, ours) in zip(texts, compare([{"text": text, "type": "sdf"} for text in texts])):
+        assert "error" not in theirs and "error" not in ours, text
+        assert differences(theirs, ours) == []
 
 
 def test_the_comparison_sees_a_fault_of_one_part_in_a_hundred_million():

@@ -166,18 +166,25 @@ class ModelBuilder:
     def _add_new_geometry(self, description: BodyDescription, body) -> None:
         from sheldrake.geometry import GeometryInstance
 
-        for visual in description.visuals:
-            instance = GeometryInstance(visual.X_BG, visual.shape, visual.name)
-            if visual.illustration is not None:
-                instance.set_illustration_properties(visual.illustration)
-            if visual.perception is not None:
-                instance.set_perception_properties(_own(visual.perception))
-            self._call(visual, self._plant.RegisterVisualGeometry, body, instance)
-        for shape in description.collisions:
-            self._check_mesh(shape)
-            self._call(
-                shape, self._plant.RegisterCollisionGeometry, body, shape.X_BG, shape.shape, shape.name, shape.proximity
-            )
+        for geometry in description.geometries():
+            if geometry.proximity is not None:
+                self._check_mesh(geometry)
+                self._call(
+                    geometry,
+                    self._plant.RegisterCollisionGeometry,
+                    body,
+                    geometry.X_BG,
+                    geometry.shape,
+                    geometry.name,
+                    geometry.proximity,
+                )
+                continue
+            instance = GeometryInstance(geometry.X_BG, geometry.shape, geometry.name)
+            if geometry.illustration is not None:
+                instance.set_illustration_properties(geometry.illustration)
+            if geometry.perception is not None:
+                instance.set_perception_properties(_own(geometry.perception))
+            self._call(geometry, self._plant.RegisterVisualGeometry, body, instance)
 
     def _check_mesh(self, collision: GeometryDescription) -> None:
         """Refuses a mesh that could not be read when contacts are sought, where the message has no line."""
@@ -344,14 +351,16 @@ def _shapes(description: BodyDescription):
     from sheldrake.geometry import Role
     from sheldrake.multibody.plant._building.geometry import BodyShape, default_visual_roles
 
-    for visual in description.visuals:
-        roles = {Role.kIllustration: visual.illustration, Role.kPerception: visual.perception}
+    for geometry in description.geometries():
+        roles = {
+            Role.kProximity: geometry.proximity,
+            Role.kIllustration: geometry.illustration,
+            Role.kPerception: geometry.perception,
+        }
         roles = {role: properties for role, properties in roles.items() if properties is not None}
         if not roles:
             roles = dict(zip((Role.kIllustration, Role.kPerception), default_visual_roles()))
-        yield BodyShape(visual.name, copy.copy(visual.X_BG), visual.shape, roles)
-    for shape in description.collisions:
-        yield BodyShape(shape.name, copy.copy(shape.X_BG), shape.shape, {Role.kProximity: shape.proximity})
+        yield BodyShape(geometry.name, copy.copy(geometry.X_BG), geometry.shape, roles)
 
 
 def _own(properties):

@@ -34,6 +34,27 @@ def test_mass_comes_from_the_geoms(plant):
     np.testing.assert_allclose(inertia, about_com + mass * np.diag([0, 1, 1]), rtol=1e-13, atol=1e-15)
 
 
+def test_shapes_are_numbered_geom_by_geom():
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    drawn = '<geom name="drawn" size="0.1" contype="0" conaffinity="0"/>'
+    add(plant, document(f'<body name="a"><geom name="first" size="0.1"/>{drawn}<geom name="last" size="0.1"/></body>'))
+    inspector = scene_graph.model_inspector()
+    frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("a").index())
+    found = [
+        (inspector.GetName(geometry), inspector.GetProximityProperties(geometry) is not None)
+        for geometry in inspector.GetGeometries(frame)
+    ]
+    # As Drake has them: what is seen of a geom, then what touches.
+    assert found == [
+        ("m::first", False),
+        ("m::first", True),
+        ("m::drawn", False),
+        ("m::last", False),
+        ("m::last", True),
+    ]
+
+
 def test_two_halves_weigh_like_the_whole(plant):
     halves = '<geom type="box" size="0.1 0.1 0.1" pos="0.1 0 0"/><geom type="box" size="0.1 0.1 0.1" pos="-0.1 0 0"/>'
     add(plant, document(f'<body name="a">{halves}</body><body name="b"><geom type="box" size="0.2 0.1 0.1"/></body>'))

@@ -122,10 +122,12 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
     X_BG = read_pose(element, compiler, reading)
     if kind == "plane":
         return HalfSpace(), X_BG
-    if kind in ("hfield", "sdf"):
-        reading.warn(element, f"Geom '{name}' of type {kind} is not supported and is ignored.")
+    if kind == "hfield":
+        reading.warn(element, f"Geom '{name}' of type hfield is not supported and is ignored.")
         return None
     if kind == "mesh":
+        if "mesh" not in element.attributes:
+            reading.fail(element, f"Geom '{name}' of type mesh needs the attribute 'mesh', the name of an asset.")
         asset = assets.meshes.get(element.get("mesh", ""))
         if asset is None:
             known = ", ".join(assets.meshes) or "(none)"
@@ -191,10 +193,12 @@ def _add_roles(description: GeometryDescription, element: Element, body, assets:
         for properties in (visual.illustration, visual.perception):
             properties.AddProperty("phong", "diffuse", Rgba(*rgba))
         body.visuals.append(visual)
+        body.order.append(visual)
     if (contype, conaffinity) != (0, 0):
         description.proximity = ProximityProperties()
         description.proximity.AddProperty("material", "coulomb_friction", CoulombFriction(mu, mu))
         body.collisions.append(description)
+        body.order.append(description)
 
 
 def _read_friction(element: Element, name: str, reading: Reading) -> float:

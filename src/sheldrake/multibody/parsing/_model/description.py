@@ -49,9 +49,14 @@ class BodyDescription:
     is_world: bool = False
     visuals: list[GeometryDescription] = field(default_factory=list)
     collisions: list[GeometryDescription] = field(default_factory=list)
+    order: list[GeometryDescription] = field(default_factory=list)  # of both; empty where visuals come first
     default_pose: RigidTransform | None = None  # X_WB in case the body turns out to be free
     shapes: tuple[BodyShape, ...] | None = None  # once a plant took them all without complaint
     surface_velocity_axis: Any = None  # around which its surface runs, None if it does not
+
+    def geometries(self) -> list[GeometryDescription]:
+        """Visuals and collisions in the order in which they are registered."""
+        return self.order or [*self.visuals, *self.collisions]
 
 
 @dataclass

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
@@ -37,6 +38,8 @@ class Reading:
         joint_friction: Whether friction of joints in URDF is to be had.
         strictly_refused: What no one reads and strict parsing refuses, as Drake does; None means all of it.
         documents: The roots of all XML read, that of included files too.
+        refuse_undefined: Of (element, child, reading), called for children that no one reads; fails where the format
+            has no such element.
         loose_numbers: Whether what follows a number in a word is passed over, with a warning; so it is in SDFormat.
         checked: Places of the elements whose children and attributes were compared with what is read.
         passed_over: Places of the elements that are left out knowingly, with all that is in them.
@@ -53,6 +56,7 @@ class Reading:
     num_actuators: int = 0
     joint_friction: bool = False
     strictly_refused: "tuple[str, ...] | None" = None
+    refuse_undefined: "Callable[[Element, Element, Reading], None] | None" = None
     loose_numbers: bool = False
     documents: "list[Element]" = field(default_factory=list)
     checked: "set[Location]" = field(default_factory=set)
@@ -189,9 +193,12 @@ class Reading:
             if child.tag in tags:
                 continue
             self.passed_over.add(child.where)
-            if child.tag not in silent:
-                message = f"The element <{child.tag}> inside <{element.tag}> is not supported and is ignored."
-                self._warn_unread(child, child.tag, message)
+            if child.tag in silent:
+                continue
+            if self.refuse_undefined is not None:
+                self.refuse_undefined(element, child, self)
+            message = f"The element <{child.tag}> inside <{element.tag}> is not supported and is ignored."
+            self._warn_unread(child, child.tag, message)
         for attribute in element.attributes:
             if attribute not in attributes and attribute not in silent and not attribute.startswith("xmlns"):
                 where = element.where_attribute(attribute)

@@ -6,6 +6,7 @@ following these gives its pose in the model frame. Scoped names (`arm::hand`) re
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
 MODEL_FRAME = "__model__"
-ROOT_NAMES = ("world", MODEL_FRAME)
 
 
 @dataclass
@@ -60,7 +60,7 @@ class SdfScope:
                 f"Model '{self.name}' already has a {earlier.kind} named '{place.name}' (line {earlier.where.line}); "
                 f"the names of links, joints, frames and models must differ.",
             )
-        if place.name in ROOT_NAMES or "::" in place.name:
+        if place.name == "world" or "::" in place.name or re.fullmatch("__.*__", place.name):
             self.reading.fail(place.where, f"The {place.kind} name '{place.name}' is reserved.")
         self.places[place.name] = place
         self.known_poses.clear()

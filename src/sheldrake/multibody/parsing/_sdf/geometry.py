@@ -3,7 +3,7 @@
 import numpy as np
 
 from sheldrake.geometry import Shape
-from sheldrake.geometry._shape_types import SHAPE_TYPES, ShapeType
+from sheldrake.geometry._shape_types import SHAPE_TYPES, ShapeType, Tag
 
 from .._files.xml import Element
 from .._model.description import BodyDescription, GeometryDescription
@@ -12,6 +12,7 @@ from .._reading.proximity import read_proximity_properties
 from .._reading.reading import Reading
 from .children import child_number, child_vector, text_number
 from .frames import SdfScope, read_pose, reference_of_pose
+from .specification import refuse_undefined
 
 _VISUAL_TAGS = (
     "pose",
@@ -48,6 +49,7 @@ def read_shape(geometry: Element, reading: Reading):
             return _READERS[child.tag](child, reading)
         if child.tag == "empty":
             return None, None
+        refuse_undefined(geometry, child, reading)
         reading.pass_over(child)
         reading.warn(child, f"The shape <{child.tag}> is not supported; this geometry is ignored.")
         return None, None
@@ -56,31 +58,40 @@ def read_shape(geometry: Element, reading: Reading):
 
 
 def _read_measured(element: Element, row: ShapeType, reading: Reading) -> Shape:
-    """A shape whose numbers are in children of their own, or all in one; by the specification a missing one is 1."""
-    tags = next(tag.numbers for tag in row.sdf if tag.name == element.tag)
-    reading.warn_unknown(element, tags)
-    if len(tags) < len(row.shape._names):
-        return row.shape(*_vector(element, tags[0], len(row.shape._names), reading))
+    """A shape whose numbers are in children of their own, or all in one."""
+    tag = next(tag for tag in row.sdf if tag.name == element.tag)
+    reading.warn_unknown(element, tag.numbers)
+    if len(tag.numbers) < len(row.shape._names):
+        return row.shape(*_vector(element, tag, reading))
     values = []
-    for tag in tags:
-        value = child_number(element, tag, reading)
+    for index, name in enumerate(tag.numbers):
+        value = child_number(element, name, reading)
         if value is None:
-            reading.warn(element, f"A <{element.tag}> has no <{tag}>; it is 1 m.")
-            value = 1.0
+            value = _absent(element, tag, name, reading)[index]
         if value < 0.0 or (value == 0.0 and not row.may_be_empty):
-            reading.fail(element.find(tag) or element, f"The {tag} of a <{element.tag}> must be positive: {value:g}.")
+            reading.fail(element.find(name) or element, f"The {name} of a <{element.tag}> must be positive: {value:g}.")
         values.append(value)
     return row.shape(*values)
 
 
-def _vector(element: Element, tag: str, size: int, reading: Reading) -> np.ndarray:
-    values = child_vector(element, tag, size, reading)
+def _vector(element: Element, tag: Tag, reading: Reading) -> np.ndarray:
+    values = child_vector(element, tag.numbers[0], 3, reading)
     if values is None:
-        reading.warn(element, f"A <{element.tag}> has no <{tag}>; it is 1 m in every direction.")
-        return np.ones(size)
+        return np.array(_absent(element, tag, tag.numbers[0], reading))
     if np.any(values <= 0.0):
-        reading.fail(element, f"The <{tag}> of a <{element.tag}> needs three positive numbers.")
+        reading.fail(element, f"The <{tag.numbers[0]}> of a <{element.tag}> needs three positive numbers.")
     return values
+
+
+def _absent(element: Element, tag: Tag, name: str, reading: Reading) -> tuple[float, ...]:
+    """What the specification has for the numbers of a shape, of which a file leaves out some."""
+    if not tag.absent:
+        reading.fail(element, f"A <{element.tag}> needs a <{name}>.")
+    index = tag.numbers.index(name)
+    known = tag.absent if len(tag.numbers) == 1 else tag.absent[index : index + 1]
+    lengths = " ".join(f"{length:g}" for length in known)
+    reading.warn(element, f"A <{element.tag}> has no <{name}>; by the specification it is {lengths} m.")
+    return tag.absent
 
 
 def _read_plane(element: Element, reading: Reading):

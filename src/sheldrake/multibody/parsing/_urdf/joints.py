@@ -67,6 +67,8 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
         reading.pass_over(*element.find_all("axis"))
     if "curvilinear_path" in joint_type.takes:
         _pass_over_limits(element, name, reading)
+    elif kind in ("weld", "planar"):  # have none: whatever it says, also where the joint was once of another type
+        reading.pass_over(*element.find_all("limit"))
     else:
         joint.limits = _read_limits(element, name, reading)
         if kind == "screw" and np.isfinite(joint.limits.effort):  # as in Drake
