@@ -64,6 +64,12 @@ WRONG_GLTF = [
     ("scenes", 0, "nodes", [5], "scenes[0].nodes[0] is 5; expected the number of one of the 1 nodes"),
     ("scene", 3, "scene is 3; expected the number of one of the 1 scenes"),
     ("asset", {"version": "1.0"}, 'asset.version is "1.0"; expected 2.0'),
+    ("images", [{"bufferView": 9}], "images[0].bufferView is 9; expected the number of one of the 2 bufferViews"),
+    ("textures", [{"source": 3}], "textures[0].source is 3; expected the number of one of the 0 images"),
+    ("materials", [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 4}}}],
+     "materials[0].pbrMetallicRoughness.baseColorTexture.index is 4; expected the number of one of the 0 textures"),
+    ("materials", [{"pbrMetallicRoughness": {"baseColorFactor": [1, "x"]}}],
+     'materials[0].pbrMetallicRoughness.baseColorFactor is [1, "x"]; expected 4 numbers'),
     ("buffers", [], "bufferViews[0].buffer is 0; expected the number of one of the 0 buffers"),
     ("buffers", 0, "uri", "data:;base64,!!!", "buffers[0].uri is data that is no base64; expected data:...;base64"),
     ("buffers", 0, "uri", 7, "buffers[0].uri is 7; expected text"),
@@ -117,6 +123,67 @@ def test_gltf(folder, wrong):
     functools.reduce(operator.getitem, place, document)[last] = value
     (folder / "a.gltf").write_text(json.dumps(document))
     says(folder / "a.gltf", expected)
+
+
+@pytest.mark.parametrize("corner", [4, 77, 2**16 - 1])
+def test_corners_of_vertices_that_are_not_there(folder, corner):
+    faces = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, corner], "<u2").tobytes()
+    (folder / "numbers.bin").write_bytes(VERTICES + faces)
+    (folder / "a.gltf").write_text(json.dumps(GLTF))
+    says(folder / "a.gltf", "a corner names a vertex that is not among the 4")
+
+
+def test_corners_of_a_vertex_of_another_part(folder):
+    document = copy.deepcopy(GLTF)
+    faces = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 5], "<u2").tobytes()  # the two parts have eight together
+    (folder / "numbers.bin").write_bytes(VERTICES + FACES + faces)
+    document["buffers"][0]["byteLength"] = 96
+    document["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 24})
+    document["accessors"].append({**GLTF["accessors"][1], "bufferView": 2})
+    document["meshes"][0]["primitives"].insert(0, {"attributes": {"POSITION": 0}, "indices": 2})
+    (folder / "a.gltf").write_text(json.dumps(document))
+    says(folder / "a.gltf", "a corner names a vertex that is not among the 4")
+
+
+def test_texture_coordinates_of_other_vertices(folder):
+    document = copy.deepcopy(GLTF)
+    document["accessors"].append({"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2"})
+    document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 2
+    document["meshes"][0]["primitives"][0]["material"] = 0
+    document["materials"] = [{"pbrMetallicRoughness": {}}]
+    (folder / "a.gltf").write_text(json.dumps(document))
+    with pytest.raises(RuntimeError, match=r"a\.gltf.*have shape \(3, 2\); expected two for each of 4 vertices"):
+        load_mesh(Mesh(str(folder / "a.gltf")))
+
+
+def test_normals_of_a_part_without_volume(folder):
+    document = copy.deepcopy(GLTF)
+    document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0
+    document["nodes"][0]["scale"] = [1, 1, 0]
+    (folder / "a.gltf").write_text(json.dumps(document))
+    (part,) = load_mesh(Mesh(str(folder / "a.gltf"))).parts
+    assert part.normals is None and len(part.faces) == 4
+
+
+@pytest.mark.parametrize(
+    ("picture", "said"),
+    [
+        (b"", "it is no picture that can be read"),
+        (b"hello", "it is no picture that can be read"),
+        (
+            b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">IIBBBBB", 2**30, 2**30, 8, 2, 0, 0, 0),
+            "exceeds limit|no picture",
+        ),
+    ],
+    ids=["empty", "text", "2^60 pixels"],
+)
+def test_a_texture_that_is_no_picture_is_said(folder, caplog, picture, said):
+    (folder / "a.png").write_bytes(picture)
+    (folder / "a.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd a.png\n")
+    (folder / "a.obj").write_text("mtllib a.mtl\nusemtl a\n" + OBJ)
+    with caplog.at_level("WARNING", logger="drake"):
+        assert load_mesh(Mesh(str(folder / "a.obj"))).parts[0].image is None
+    assert "'a.png'" in caplog.text and re.search(said, caplog.text) and "drawn without" in caplog.text
 
 
 def test_gltf_whose_accessors_have_no_numbers(folder):

@@ -85,6 +85,7 @@ class _GltfCheck:
         self._buffers(chunk, read_file)
         self._views()
         self._accessors()
+        self._looks()
         self._meshes()
         self._nodes()
 
@@ -137,6 +138,21 @@ class _GltfCheck:
                 most = f"at most {view['byteLength']}, the length of its bufferView"
                 self._fail(f"the end of {where} ({count} elements of {size} bytes, {stride} apart)", end, most)
 
+    def _looks(self) -> None:
+        for where, image in self._rows("images"):
+            if "bufferView" in image:
+                self._index(where, image, "bufferView", "bufferViews")
+        for where, texture in self._rows("textures"):
+            if "source" in texture:
+                self._index(where, texture, "source", "images")
+        for where, material in self._rows("materials"):
+            place = f"{where}.pbrMetallicRoughness"
+            looks = self._object(place, material.get("pbrMetallicRoughness", {}))
+            self._numbers(place, looks, "baseColorFactor", 4)
+            if "baseColorTexture" in looks:
+                place = f"{place}.baseColorTexture"
+                self._index(place, self._object(place, looks["baseColorTexture"]), "index", "textures")
+
     def _meshes(self) -> None:
         for where, mesh in self._rows("meshes"):
             for n, primitive in enumerate(self._list(where, mesh, "primitives")):
@@ -167,11 +183,7 @@ class _GltfCheck:
             if "mesh" in node:
                 self._index(where, node, "mesh", "meshes")
             for key, size in (("matrix", 16), ("translation", 3), ("rotation", 4), ("scale", 3)):
-                values = node.get(key)
-                if values is not None and not (
-                    isinstance(values, list) and [*map(_is_number, values)] == [True] * size
-                ):
-                    self._fail(f"{where}.{key}", values, f"{size} numbers")
+                self._numbers(where, node, key, size)
             children.append(self._indices(where, node, "children"))
         self._is_a_tree(children)
         for where, scene in self._rows("scenes"):
@@ -227,6 +239,11 @@ class _GltfCheck:
         if _is_whole(found) and found >= least:
             return found
         return self._fail(f"{where}.{key}", found, f"a whole number from {least}")
+
+    def _numbers(self, where: str, row: dict[str, Any], key: str, size: int) -> None:
+        found = row.get(key)
+        if found is not None and not (isinstance(found, list) and [*map(_is_number, found)] == [True] * size):
+            self._fail(f"{where}.{key}", found, f"{size} numbers")
 
     def _choice(self, where: str, row: dict[str, Any], key: str, choices: dict[Any, int]) -> int:
         found = row.get(key)

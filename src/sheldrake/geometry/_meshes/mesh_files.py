@@ -193,12 +193,28 @@ def _read_with_trimesh(data: bytes, extension: str, files: Any) -> tuple[np.ndar
     import trimesh
 
     loaded = trimesh.load(io.BytesIO(data), file_type=extension[1:], resolver=files, process=False, skip_materials=True)
+    for part in loaded.geometry.values() if isinstance(loaded, trimesh.Scene) else ():
+        check_corners(part)
     mesh = loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
     vertices = np.array(getattr(mesh, "vertices", ()), dtype=float).reshape(-1, 3)
     triangles = np.array(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
     if extension in (".gltf", ".glb"):  # y up to z up
         vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
     return vertices, triangles
+
+
+def check_corners(part: Any) -> None:
+    """Checks that the triangles of a part, if it has any, are made of its own vertices.
+
+    Raises:
+        ValueError: they are not. Where parts are put together, such a corner would be one of another part.
+    """
+    faces, count = getattr(part, "faces", ()), len(part.vertices)
+    if len(faces) and not 0 <= faces.min() <= faces.max() < count:
+        raise ValueError(f"a corner names a vertex that is not among the {count}")
+
+
+_PICTURES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".gif", ".tga", ".tif", ".tiff", ".webp"})
 
 
 class DiskFiles:
@@ -229,12 +245,31 @@ class DiskFiles:
             )
             raise ValueError(self.problems[-1])
         try:
-            return regular_bytes(path)
+            data = regular_bytes(path)
+            if path.suffix.lower() in _PICTURES:
+                _check_picture(data)
         except OSError as error:
-            self.problems.append(f"the mesh names the file {name!r}: {error.strerror}.")
+            self.problems.append(f"the mesh names the file {name!r}: {(error.strerror or str(error)).rstrip('.')}.")
             raise
+        return data
 
     __getitem__ = get  # trimesh asks in either way
+
+
+def _check_picture(data: bytes) -> None:
+    """Checks that a file is a picture of a sensible size: trimesh drops without a word what is none.
+
+    Raises:
+        OSError: it is none.
+    """
+    from PIL import Image
+
+    try:
+        Image.open(io.BytesIO(data)).close()
+    except Image.UnidentifiedImageError:
+        raise OSError("it is no picture that can be read") from None
+    except (Image.DecompressionBombError, ValueError, SyntaxError) as error:
+        raise OSError(str(error)) from None
 
 
 class _MemoryFiles:

@@ -14,7 +14,7 @@ from sheldrake.common._files import regular_bytes
 
 from .check_gltf import check_gltf
 from .dae_looks import dae_scene
-from .mesh_files import SUPPORTED, DiskFiles, read_mesh, what_is_wrong
+from .mesh_files import SUPPORTED, DiskFiles, check_corners, read_mesh, what_is_wrong
 from .mesh_source import MeshSource
 from .read_obj import first_fault
 
@@ -88,10 +88,10 @@ class LoadedMesh:
 def _part(mesh: Any, M: np.ndarray) -> MeshPart:
     """One geometry of a scene, moved to where it belongs by an affine map, shape (4, 4)."""
     faces = np.asarray(mesh.faces, np.int64)
-    normals = None
-    if "vertex_normals" in mesh._cache.cache:  # else trimesh would make them up
+    normals, volume = None, np.linalg.det(M[:3, :3])
+    if "vertex_normals" in mesh._cache.cache and volume != 0.0:  # else trimesh would make them up; flattened, none fit
         normals = np.asarray(mesh.vertex_normals, float) @ np.linalg.inv(M[:3, :3])
-    if np.linalg.det(M[:3, :3]) < 0.0:
+    if volume < 0.0:
         faces = faces[:, ::-1]
     visual, uv, colors = mesh.visual, None, None
     if visual.kind == "texture" and visual.uv is not None:
@@ -209,6 +209,20 @@ def _load(
         raise RuntimeError(f"{call}: cannot read mesh '{name}': {fault or what_is_wrong(error)}") from None
 
 
+def _check_numbers(part: Any) -> None:
+    """Checks that triangles are made of vertices that are there, and that each vertex has what vertices have.
+
+    Raises:
+        ValueError: with what was found and what was expected. Kernels that draw look at no index.
+    """
+    check_corners(part)
+    count = len(part.vertices)
+    uv = getattr(part.visual, "uv", None)
+    if uv is not None and (np.shape(uv)[:1] != (count,) or np.ndim(uv) != 2 or np.shape(uv)[1] < 2):
+        found = f"its texture coordinates have shape {np.shape(uv)}"
+        raise ValueError(f"{found}; expected two for each of {count} vertices")
+
+
 def _bytes_of(file: MemoryFile | Path) -> bytes:
     if isinstance(file, (str, Path)):
         return regular_bytes(file)
@@ -233,6 +247,8 @@ def _scaled(scene: Any, source: MeshSource, scale: tuple[float, float, float]) -
     )  # lines, points
     if not scene.geometry:
         raise RuntimeError("it has no triangles.")
+    for part in scene.geometry.values():
+        _check_numbers(part)
     if source.extension() in (".gltf", ".glb"):
         scene.apply_transform(_Y_UP_TO_Z_UP)
     if scale != (1.0, 1.0, 1.0):

@@ -133,8 +133,12 @@ def _read_texture(path: Path, _time: int) -> Texture:
 
 
 def _texture(image: Any) -> Texture:
-    rgb = np.asarray(image.convert("RGB"), np.int64)
-    return Texture(rgb[..., 0] + (rgb[..., 1] << 8) + (rgb[..., 2] << 16))
+    rgb = np.asarray(image.convert("RGB"))
+    texel = rgb[..., 2].astype(np.int64)
+    for channel in (1, 0):  # in place: a large picture has room once
+        texel <<= 8
+        texel += rgb[..., channel]
+    return Texture(texel)
 
 
 # ---- triangles

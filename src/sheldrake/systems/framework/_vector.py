@@ -52,7 +52,7 @@ def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None =
         return np.array(value, float)
     try:
         a = np.asarray(value)
-        if np.iscomplexobj(a) or (a.dtype == object and a.ndim == 0 and not _is_scalar(value)):
+        if np.iscomplexobj(a) or (a.dtype == object and not all(map(_is_scalar, a.flat))):
             raise TypeError
         if a.dtype != object:
             a = a.astype(float)
@@ -73,7 +73,8 @@ def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None =
 
 def _is_scalar(value: object) -> bool:
     """Whether one object is a number: a dual, an expression or a variable, or what Python takes for one."""
-    return hasattr(value, "__float__") or hasattr(value, "derivatives") or hasattr(value, "__add__")
+    kind = type(value)
+    return (hasattr(kind, "__float__") or hasattr(kind, "__radd__")) and not isinstance(value, np.ndarray)
 
 
 def is_size(value: object) -> bool:

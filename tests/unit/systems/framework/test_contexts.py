@@ -305,3 +305,9 @@ def test_the_state_of_a_nested_diagram_is_that_of_all_inside():
         state.SetFromVector(state.CopyToVector() + 10.0)
     added = context.get_continuous_state_vector().CopyToVector() - [1.0, 2.0, 3.0, 4.0]
     assert sorted(added) == [0.0, 10.0, 20.0, 30.0]
+
+
+@pytest.mark.parametrize("data", [[None], [object()], [float], [1.0, "a", None], [Value(1.0)], float, [[1.0], None]])
+def test_vectors_hold_numbers_only(data):
+    with pytest.raises(TypeError, match="expected a vector of numbers"):
+        BasicVector(data)
