@@ -371,3 +371,20 @@ def test_parallel_cylinders_touch_in_the_middle_of_where_they_lie_side_by_side()
     at = RigidTransform(RollPitchYaw(0.0, 0.0, 0.3), [0.0, 0.29, 0.1])
     ((_a, _b, *points),) = scene.contacts(RigidTransform(), at)
     np.testing.assert_allclose(points, [0.0, 0.1, 0.05, 0.0, 0.09, 0.05, 0.0, -1.0, 0.0, 0.01], atol=1e-15)
+
+
+def test_a_rim_on_the_side_of_a_nearly_parallel_cylinder_is_not_searched_anew(monkeypatch):
+    """As links that are cylinders do in the posture of zeros: their axes are parallel but for a little motion."""
+    scene = Scene([Cylinder(0.07, 0.14), Cylinder(0.055, 0.14)])
+    table, fresh = contact_table(scene.model), contact_table(scene.model)
+    searched = []
+    monkeypatch.setattr(separation, "search", lambda *args: searched.append(args) or search_pair(*args))
+    for step in range(4):
+        at = RigidTransform(RollPitchYaw(0.0, -4e-5 * (step + 1), 0.0), [0.088, 0.08, -0.05])
+        X_WB = np.array([row_of(X) for X in [RigidTransform(), RigidTransform(), at]])
+        assert find_contacts(scene.model, X_WB, table, False) == 0
+        assert len(searched) == 1
+        forget(fresh)
+        assert find_contacts(scene.model, X_WB, fresh, False) == 0
+        assert points_of(table) == points_of(fresh) and table.num_contacts > 0
+        searched[:] = searched[:1]

@@ -85,6 +85,32 @@ def test_a_rim_against_an_edge_touches_where_the_textbook_says():
     assert p_A[2] == pytest.approx(rim, abs=1e-14)
 
 
+@pytest.mark.parametrize("lean", [4e-5, 2e-4, 1e-3, 1e-2])
+def test_a_rim_meets_the_side_of_a_cylinder_that_is_nearly_parallel(lean):
+    """Two cylinders overlap side by side, and one leans towards the other: its rim is where they overlap least.
+
+    Their axes are nearest to each other far beyond their ends, so that the direction square to both says nothing.
+    """
+    upright, leaning = 0.07, 0.055
+    X = RigidTransform(RollPitchYaw(0.0, -lean, 0.0), [0.088, 0.08, -0.05])
+    scene = placed(g.Cylinder(upright, 0.14), g.Cylinder(leaning, 0.14), RigidTransform(), X)
+    out = np.array([0.745, 0.667, 0.0]) / np.hypot(0.745, 0.667)  # square to the upright side, as EPA leaves it
+    found, d, depth, _p_A, p_B = nearby(scene.model, scene.table, 0, 1, 0.2, tuple(out), extent(scene, out))
+
+    def across(angle):
+        """How far a point of the upper rim is from the axis of the upright cylinder."""
+        return np.hypot(*(X @ [leaning * np.cos(angle), leaning * np.sin(angle), 0.07])[:2])
+
+    middle, width = np.arctan2(0.08, 0.088) + np.pi, 0.1
+    while width > 1e-9:  # thirds: the distance is convex there
+        left, right = middle - width / 3.0, middle + width / 3.0
+        middle, width = (left if across(left) < across(right) else right), width * 2.0 / 3.0
+    assert found
+    assert depth == pytest.approx(upright - across(middle), abs=1e-14)
+    assert d[2] == pytest.approx(0.0, abs=1e-15)
+    assert p_B[2] == pytest.approx((X @ [leaning * np.cos(middle), leaning * np.sin(middle), 0.07])[2], abs=1e-8)
+
+
 def test_a_cap_overhanging_a_table_is_no_face_against_a_point():
     """The lowest point of a cap that is tilted towards a table's border is beside the table: the face is refused."""
     X = RigidTransform(RollPitchYaw(0.0, 1e-3, 0.0), [0.45, 0.0, 0.6])
