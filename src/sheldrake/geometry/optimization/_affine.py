@@ -61,7 +61,7 @@ class Affine:
     def factors(self) -> tuple[float, ...] | str | None:
         """The numbers its blocks are multiplied by, if it has no matrices and no constant; "one" of the number one."""
         if self._is_plain:
-            return tuple([A for A, _ in self.terms])  # type: ignore[arg-type]
+            return tuple([A for A, _ in self.terms])  # type: ignore[misc]
         return "one" if self.is_one() else None
 
     def __len__(self) -> int:

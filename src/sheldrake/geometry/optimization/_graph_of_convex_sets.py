@@ -486,8 +486,8 @@ class GraphOfConvexSets:
         """The same for edges of this graph; what paths share is written once for those with the same `known`."""
         prog = restriction(active_edges, known)
         if initial_guess is not None:
-            known = [v for v in prog.decision_variables().tolist() if v.get_id() in initial_guess._places]
-            prog.SetInitialGuess(known, np.nan_to_num(initial_guess.GetSolution(known)))
+            guessed = [v for v in prog.decision_variables().tolist() if v.get_id() in initial_guess._places]
+            prog.SetInitialGuess(guessed, np.nan_to_num(initial_guess.GetSolution(guessed)))
         solver_options = options.restriction_solver_options or options.solver_options
         result = _solve(prog, options.restriction_solver or options.solver, solver_options)
         values = dict(zip(prog.decision_variables(), result.get_x_val()))
