@@ -14,8 +14,8 @@ def call_row(table: Any, r: int, t: float, slab: Any, words: Any, at: int) -> in
     return table[r]() or 0
 
 
-def prefetch(rows: Any, i: int, j: int) -> None:
-    """Compiled, asks for the line of the processor's cache that has `rows[i, j]`, and waits for nothing."""
+def prefetch(numbers: Any, i: int, j: int | None = None) -> None:
+    """Compiled, asks for the cache line that has `numbers[i, j]`, or of a vector `numbers[i]`; waits for nothing."""
 
 
 def into_lanes(rows: Any, who: Any, j: int, lanes: Any, begin: int, end: int) -> None:

@@ -179,11 +179,13 @@ def _call_row(f: Function, table: Value, r: Value, t: Value, slab: Value, words:
     return Value(INT, (f.b.op(f"call i64 {function}(double {t.leaves[0]}, ptr {slab.leaves[0]}, ptr {given})"),))
 
 
-def _prefetch(f: Function, rows: Value, i: Value, j: Value) -> Value:
-    """Asks for the line of the cache with rows[i, j], to be read and kept near."""
-    data, _, width = rows.leaves
-    at = f.b.op(f"add nsw i64 {f.b.op(f'mul nsw i64 {i.leaves[0]}, {width}')}, {j.leaves[0]}")
-    f.b.do(f"call void @{PREFETCH}(ptr {f.b.at(rows.kind.dtype.element, data, at)}, i32 0, i32 3, i32 1)")
+def _prefetch(f: Function, numbers: Value, i: Value, j: Value | None = None) -> Value:
+    """Asks for the line of the cache with numbers[i, j], or numbers[i], to be read and kept near."""
+    at = i.leaves[0]
+    if j is not None:
+        at = f.b.op(f"add nsw i64 {f.b.op(f'mul nsw i64 {at}, {numbers.leaves[2]}')}, {j.leaves[0]}")
+    place = f.b.at(numbers.kind.dtype.element, numbers.leaves[0], at)
+    f.b.do(f"call void @{PREFETCH}(ptr {place}, i32 0, i32 3, i32 1)")
     return NOTHING
 
 
@@ -263,7 +265,7 @@ BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
     prelude.four_sines_and_cosines: (_four_sines_and_cosines, 4, 4),
     prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
     math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),
-    rows.call_row: (_call_row, 6, 6), rows.prefetch: (_prefetch, 3, 3),
+    rows.call_row: (_call_row, 6, 6), rows.prefetch: (_prefetch, 2, 3),
     rows.into_lanes: (_exchange(True), 6, 6), rows.out_of_lanes: (_exchange(False), 6, 6),
 }  # fmt: skip
 """What a call of each makes, and how many arguments it takes, least and most."""

@@ -26,7 +26,6 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.factor import (
     dofs_of,
-    factorise,
     factorise_branches,
     find_block,
     in_blocks,
@@ -43,16 +42,22 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     row_impulse,
 )
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    DVC,
     FIRST,
+    HESSIAN_NOT_POSITIVE,
+    SOLVED,
     VC,
     add_generalized_impulse,
+    chunks_of_contacts,
     contact_velocities,
+    contacts_between,
     contacts_of_island,
     diagonal,
     dofs_above,
     dofs_of_island,
     is_chain_of_six,
     multiply_A,
+    put_velocity,
     row_velocities,
     rows_of_island,
 )
@@ -137,21 +142,33 @@ def put_v0(model, problem):
 
 
 @kernel
-def move(model, problem, contacts, alpha):
-    """v += alpha dv, and with it momenta and contact velocities."""
+def move_dofs(model, problem, alpha):
+    """v += alpha dv, and with it momenta."""
     for k in dofs_of_island(model, problem):
         problem.v[k] += alpha * problem.dv[k]
         problem.p[k] += alpha * problem.a_dv[k]
+
+
+@kernel
+def move(model, problem, contacts, alpha):
+    """v += alpha dv, and with it momenta and contact velocities."""
+    move_dofs(model, problem, alpha)
     for contact in contacts_of_island(problem, contacts):
         contact.vc = add3(contact.vc, scale3(contact.dvc, alpha))
+
+
+@kernel
+def move_rows(problem, rows, alpha):
+    """Velocities of rows += alpha times their changes along dv."""
+    for row in rows_of_island(problem, rows):
+        row.vc += alpha * row.dvc
 
 
 @kernel
 def advance(model, problem, contacts, rows, alpha):
     """v += alpha dv, and with it momenta and constraint velocities."""
     move(model, problem, contacts, alpha)
-    for row in rows_of_island(problem, rows):
-        row.vc += alpha * row.dvc
+    move_rows(problem, rows, alpha)
 
 
 @kernel
@@ -161,16 +178,22 @@ def resists(contact):
 
 
 @kernel
-def apply_contact_impulses(model, problem, contacts):
-    """Impulses and G at the present vc; adds J^T gamma to `problem.j_gamma`.
+def apply_contact_impulses(model, problem, contacts, steps):
+    """Impulses and G at the present vc, after a step of 1 along dv if `steps`; adds J^T gamma to `problem.j_gamma`.
 
-    In two loops: no contact then waits for the roots and quotients of the one before it.
+    In loops of their own: no contact then waits for the roots and quotients of the one before it. By chunks: thousands
+    of contacts do not fit into the cache, and would come from memory for each loop.
     """
-    for contact in contacts_of_island(problem, contacts):
-        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
-    for contact in contacts_of_island(problem, contacts):
-        if resists(contact):
-            add_generalized_impulse(problem.j_gamma, contact, contact.gamma)
+    for begin, end in chunks_of_contacts(problem):
+        if steps:
+            for contact in contacts_between(contacts, begin, end):
+                put_velocity(contact, problem.dv, DVC, False)
+                contact.vc = add3(contact.vc, contact.dvc)
+        for contact in contacts_between(contacts, begin, end):
+            contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
+        for contact in contacts_between(contacts, begin, end):
+            if resists(contact):
+                add_generalized_impulse(problem.j_gamma, contact, contact.gamma)
 
 
 @kernel
@@ -183,8 +206,10 @@ def apply_row_impulses(problem, rows):
 
 
 @kernel
-def optimality(model, problem, contacts, rows):
+def optimality(model, problem, contacts, rows, steps):
     """Impulses and gradient at the iterate, and whether it will do (Castro, Permenter, Han 2022, eqs. 25 and 26).
+
+    With `steps` the contacts first make the step of 1 that all else has made, see `full_step`.
 
     Returns:
         (excess, momentum, impulse): the square of the gradient over that of what is small against momentum and impulse;
@@ -192,7 +217,7 @@ def optimality(model, problem, contacts, rows):
     """
     for k in dofs_of_island(model, problem):
         problem.j_gamma[k] = 0.0
-    apply_contact_impulses(model, problem, contacts)
+    apply_contact_impulses(model, problem, contacts, steps)
     apply_row_impulses(problem, rows)
     residual = 0.0
     momentum = 0.0
@@ -211,7 +236,16 @@ def optimality(model, problem, contacts, rows):
 @kernel(outline=True)
 def evaluate(model, problem, contacts, rows):
     """`optimality`, compiled once for all but the first call of a step."""
-    return optimality(model, problem, contacts, rows)
+    return optimality(model, problem, contacts, rows, False)
+
+
+@kernel(outline=True)
+def full_step(model, problem, contacts, rows):
+    """`advance` by 1 and `optimality` there; the changes of the constraint velocities along dv are made on the way."""
+    move_dofs(model, problem, 1.0)
+    row_velocities(problem, rows, problem.dv, DVC)
+    move_rows(problem, rows, 1.0)
+    return optimality(model, problem, contacts, rows, True)
 
 
 @kernel
@@ -475,19 +509,18 @@ def assemble(model, problem, contacts, rows, factor):
 
 
 @kernel
-def numeric_factor(model, problem, contacts, rows, factor):
-    """Factorises the Hessian at the iterate; a status."""
-    if problem.along_branches == 1:
+def newton_direction(model, problem, contacts, rows, factor, fresh):
+    """dv = -H^-1 gradient over the participating dofs; a status.
+
+    With the Hessian at the iterate if `fresh` is 1, else with the last factor.
+    """
+    if problem.along_branches == 0:
+        if fresh == 1:
+            assemble(model, problem, contacts, rows, factor)
+        return solve_blocks(model, problem, factor, fresh)
+    if fresh == 1:
         assemble_branches(model, problem, contacts, rows, factor)
-        return factorise_branches(model, problem, factor)
-    assemble(model, problem, contacts, rows, factor)
-    return factorise(factor, problem.trees_end - problem.trees_begin)
-
-
-@kernel
-def newton_direction(model, problem, factor):
-    """dv = -H^-1 gradient over the participating dofs."""
-    if problem.along_branches == 1:
-        solve_branches(model, problem, factor)
-    else:
-        solve_blocks(model, problem, factor)
+        if factorise_branches(model, problem, factor) != SOLVED:
+            return HESSIAN_NOT_POSITIVE
+    solve_branches(model, problem, factor)
+    return SOLVED

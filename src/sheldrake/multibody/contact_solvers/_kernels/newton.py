@@ -16,10 +16,10 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     drop_slopes,
     evaluate,
     evaluate_v,
+    full_step,
     keep_slopes,
     momentum_along_direction,
     newton_direction,
-    numeric_factor,
     optimality,
     put_v0,
     whole_cost,
@@ -43,7 +43,6 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
     FACTOR_CAPACITY,
-    HESSIAN_NOT_POSITIVE,
     ITERATION_LIMIT,
     LINE_SEARCH_FAILED,
     SOLVED,
@@ -221,17 +220,11 @@ CHORDS = 2  # steps with the factor of an earlier one that are worth a new facto
 
 @kernel(outline=True)
 def newton(model, problem, contacts, rows, factor, fresh):
-    """Newton's direction dv, A dv, and the change of the constraint velocities along it; a status.
-
-    With a new factor if `fresh` is 1, else with the last one.
-    """
-    if fresh == 1 and numeric_factor(model, problem, contacts, rows, factor) != SOLVED:
-        return HESSIAN_NOT_POSITIVE
-    newton_direction(model, problem, factor)
-    multiply_A(model, problem, problem.dv, problem.a_dv)
-    contact_velocities(problem, contacts, problem.dv, DVC)
-    row_velocities(problem, rows, problem.dv, DVC)
-    return SOLVED
+    """Newton's direction dv and A dv; a status. With a new factor if `fresh` is 1, else with the last one."""
+    status = newton_direction(model, problem, contacts, rows, factor, fresh)
+    if status == SOLVED:
+        multiply_A(model, problem, problem.dv, problem.a_dv)
+    return status
 
 
 @kernel(outline=True)
@@ -255,6 +248,8 @@ def iterate(model, problem, contacts, rows, factor):
         status = newton(model, problem, contacts, rows, factor, 1)
         if status != SOLVED:
             return status
+        contact_velocities(problem, contacts, problem.dv, DVC)
+        row_velocities(problem, rows, problem.dv, DVC)
         slope = along_direction(model, problem)
         slope_A, curvature_A = momentum_along_direction(model, problem)
         alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, cost)
@@ -362,8 +357,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         alpha = 1.0 + 0.0 * slope
         before = excess
         problem.iterations += 1
-        advance(model, problem, contacts, rows, alpha)
-        excess, momentum, impulse = evaluate(model, problem, contacts, rows)
+        excess, momentum, impulse = full_step(model, problem, contacts, rows)
         slope_there = along_direction(model, problem)
         if not (will_do(model, problem, excess, momentum, impulse) or slope_there <= -FULL_STEP * slope):
             advance(model, problem, contacts, rows, -alpha)
@@ -395,8 +389,7 @@ def differentiate(model, problem, contacts, rows, factor):
     keep_slopes(model, problem)
     status = newton(model, problem, contacts, rows, factor, 1)
     if status == SOLVED:
-        advance(model, problem, contacts, rows, 1.0)
-        evaluate(model, problem, contacts, rows)
+        full_step(model, problem, contacts, rows)
     return status
 
 
@@ -578,7 +571,7 @@ def reduce_to_rest(model, problem, contacts, rows, factor, soft):
 
     `soft` as for `iterate_to_rest`.
     """
-    excess, momentum, impulse = optimality(model, problem, contacts, rows)
+    excess, momentum, impulse = optimality(model, problem, contacts, rows, False)
     moves = not excess <= 1.0  # so is NaN
     status = SOLVED
     if moves:
@@ -597,7 +590,7 @@ def reduce_to_rest(model, problem, contacts, rows, factor, soft):
 def as_drake(model, problem, contacts, rows, factor):
     """Drake's iterates."""
     start(model, problem, rows)
-    excess, _, _ = optimality(model, problem, contacts, rows)
+    excess, _, _ = optimality(model, problem, contacts, rows, False)
     status = SOLVED
     if not excess <= 1.0:  # so is NaN
         status = iterate(model, problem, contacts, rows, factor)

@@ -252,7 +252,8 @@ class Block(Record):
 class Node(Record):
     """A tree while the elimination order is sought, by its number within the island."""
 
-    degree = integer("neighbours that are left")
+    names = integer("how often constraints couple it")
+    fill = integer("twice the pairs of neighbours that its elimination makes, about, and its neighbours", same_as=names)
     state = integer("PRESENT, ELIMINATED or ABSORBED")
     begin = integer("its list, in `graph`: neighbours that no eliminated tree made")
     middle = integer("from here: eliminated trees that made it a neighbour of theirs")
@@ -416,10 +417,29 @@ def dofs_of_island(model, problem):
 
 
 @kernel
+def contacts_between(contacts, begin, end):
+    """The contacts at these places of their order."""
+    for place in range(begin, end):
+        yield contacts[contacts[place].order]
+
+
+@kernel
 def contacts_of_island(problem, contacts):
     """The contacts of the island at hand."""
-    for place in range(problem.contacts_begin, problem.contacts_end):
-        yield contacts[contacts[place].order]
+    yield from contacts_between(contacts, problem.contacts_begin, problem.contacts_end)
+
+
+CHUNK = 64  # contacts that fit into a first or second cache with all that is known of them
+
+
+@kernel
+def chunks_of_contacts(problem):
+    """Begins and ends of the island's contacts, few at a time, for loops of several stages."""
+    begin = problem.contacts_begin
+    while begin < problem.contacts_end:
+        end = min(begin + CHUNK, problem.contacts_end)
+        yield begin, end
+        begin = end
 
 
 @kernel
