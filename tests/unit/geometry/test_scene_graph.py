@@ -137,6 +137,24 @@ def test_roles_come_and_go(world):
     assert i.num_geometries() == 3
 
 
+@pytest.mark.parametrize("shape", [g.Mesh, g.Convex])
+@pytest.mark.parametrize("file, reason", [("missing.obj", "cannot read the file"), ("notes.txt", "extension '.txt'")])
+def test_a_mesh_that_cannot_be_touched_is_refused_when_it_gets_the_role(world, tmp_path, shape, file, reason):
+    (tmp_path / "notes.txt").write_text("nothing to touch")
+    sg, mesh = world.scene_graph, shape(str(tmp_path / file), 1.0)
+    before = world.inspector.num_geometries()
+    with pytest.raises(RuntimeError, match=reason):
+        sg.RegisterGeometry(world.source, world.frame, instance("mesh", mesh))
+    assert world.inspector.num_geometries() == before
+    seen = sg.RegisterGeometry(world.source, world.frame, instance("mesh", mesh, proximity=False))
+    with pytest.raises(RuntimeError, match=reason):
+        sg.AssignRole(world.source, seen, g.ProximityProperties())
+    assert world.inspector.GetProximityProperties(seen) is None
+    with pytest.raises(RuntimeError, match=reason):
+        sg.ChangeShape(world.source, world.a, mesh)
+    assert type(world.inspector.GetShape(world.a)) is g.Sphere
+
+
 def test_shapes_and_names_change(world):
     sg, i = world.scene_graph, world.inspector
     sg.ChangeShape(world.source, world.a, g.Sphere(2.0))

@@ -56,6 +56,21 @@ def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
     Raises:
         RuntimeError: the file is missing, can not be read, or has an unsupported format.
     """
+    check_mesh(source, call)
+    if source.is_path():
+        path = source.path()
+        return _read_file(path, path.stat().st_mtime_ns)
+    mesh = source.in_memory()
+    contents = mesh.mesh_file.contents()
+    return parse(contents, source.extension(), source.description(), _MemoryFiles(mesh.supporting_files))
+
+
+def check_mesh(source: MeshSource, call: str) -> None:
+    """Refuses a mesh whose file is not there, or that is of no format which is read; without reading it.
+
+    Raises:
+        RuntimeError: in these cases.
+    """
     extension = source.extension()
     if extension not in SUPPORTED:
         raise RuntimeError(
@@ -63,15 +78,10 @@ def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
             f"supported are {', '.join(SUPPORTED)}."
         )
     if source.is_path():
-        path = source.path()
         try:
-            stamp = path.stat().st_mtime_ns
+            source.path().stat()
         except OSError as error:
-            raise RuntimeError(f"{call}: cannot read the file '{path}': {error.strerror}.") from None
-        return _read_file(path, stamp)
-    mesh = source.in_memory()
-    contents = mesh.mesh_file.contents()
-    return parse(contents, extension, source.description(), _MemoryFiles(mesh.supporting_files))
+            raise RuntimeError(f"{call}: cannot read the file '{source.path()}': {error.strerror}.") from None
 
 
 @functools.lru_cache(maxsize=64)

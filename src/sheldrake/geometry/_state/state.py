@@ -12,6 +12,7 @@ from sheldrake.common._text import choices
 from sheldrake.geometry import _proximity_properties as proximity
 from sheldrake.geometry._hydroelastic.representation import check_representation
 from sheldrake.geometry._ids import FrameId, GeometryId, SourceId, number_of
+from sheldrake.geometry._meshes.mesh_files import check_mesh
 from sheldrake.geometry._properties import (
     GeometryProperties,
     IllustrationProperties,
@@ -20,7 +21,7 @@ from sheldrake.geometry._properties import (
 )
 from sheldrake.geometry._render.renderers import Renderers
 from sheldrake.geometry._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
-from sheldrake.geometry._shapes import Shape
+from sheldrake.geometry._shapes import Convex, Mesh, Shape
 from sheldrake.geometry._state.collision_filter import CollisionFilter, Pair, ordered_pair
 from sheldrake.geometry._state.config import DefaultProximityProperties
 from sheldrake.geometry._state.geometry_set import GeometrySet
@@ -413,8 +414,10 @@ class GeometryState:
 
 
 def _check_proximity(shape: Shape, properties: GeometryProperties | None) -> None:
-    """Refuses a hydroelastic representation whose properties are missing or out of range."""
+    """Refuses a mesh that cannot be touched, and a representation whose properties are missing or out of range."""
     if isinstance(properties, ProximityProperties):
+        if isinstance(shape, (Convex, Mesh)):
+            check_mesh(shape.source(), "The proximity role of a mesh")
         check_representation(shape, properties)
 
 
