@@ -18,8 +18,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
-from sheldrake.cli._first_simulation import take_options_behind
-from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
+from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written, take_options_behind
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram import Diagram
