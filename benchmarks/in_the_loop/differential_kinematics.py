@@ -45,6 +45,7 @@ def program():
         plant.SetPositions(context, q)
         J = plant.CalcJacobianSpatialVelocity(context, JacobianWrtVariable.kV, frame, [0, 0, 0], W, W)
         r = DoDifferentialInverseKinematics(q, np.zeros(7), np.array([0, 0, 0.01, 0.1, 0, 0]), J, prm)
+        assert r.joint_velocities is not None
         q = q + 0.01 * r.joint_velocities
     return q
 

@@ -132,3 +132,29 @@ def test_the_stubs_are_up_to_date():
 
 def test_the_package_says_that_it_has_types():
     assert (ROOT / "src" / "sheldrake" / "py.typed").exists()
+
+
+WITH_FORMS = """
+from sheldrake.common._overloads import overload, overloaded, text
+
+class Thing:
+    @overloaded(overload(name=text))
+    def __init__(self, name) -> None: ...
+
+    @overloaded(overload(name=text))
+    def length(self, name) -> int:
+        return 1
+
+reveal_type(Thing("a"))
+reveal_type(Thing("a").length("b"))
+"""
+
+
+def test_mypy_knows_what_calls_with_several_forms_give(tmp_path):
+    pytest.importorskip("mypy")
+    (tmp_path / "forms.py").write_text(WITH_FORMS)
+    command = [sys.executable, "-m", "mypy", "--config-file=", "--cache-dir", str(tmp_path / "cache"), "forms.py"]
+    environment = {**os.environ, "MYPYPATH": str(ROOT / "src"), "PYTHONPATH": ""}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, timeout=600)
+    found = re.findall(r'forms\.py:\d+: note: Revealed type is "(.*)"', done.stdout)
+    assert [name.rpartition(".")[2] for name in found] == ["Thing", "int"], done.stdout + done.stderr

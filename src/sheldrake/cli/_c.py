@@ -15,9 +15,9 @@ import os
 from sheldrake.cli._first_simulation import (
     add_script,
     script_name,
-    take_options_behind,
     write_first_simulation,
 )
+from sheldrake.cli._output import take_options_behind
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:

@@ -30,30 +30,6 @@ def add_script(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def take_options_behind(options: argparse.Namespace, declare: Callable[[argparse.ArgumentParser], None]) -> None:
-    """Takes the command's own options that stand behind the script, too; what follows `--` is all the script's.
-
-    Args:
-        options: With the script and its arguments.
-        declare: Declares these options, each of which has a value.
-    """
-    parser = argparse.ArgumentParser(prog=f"sheldrake {options.command}", add_help=False)
-    declare(parser)
-    known = {name for action in parser._actions for name in action.option_strings}
-    own: list[str] = []
-    rest: list[str] = []
-    words = iter(options.arguments)
-    for word in words:
-        if word == "--":
-            break
-        is_own = word.partition("=")[0] in known
-        (own if is_own else rest).append(word)
-        if is_own and "=" not in word:
-            own += [value for value in (next(words, None),) if value is not None]
-    parser.parse_args(own, options)
-    options.arguments = [*rest, *words]
-
-
 def script_name(options: argparse.Namespace) -> str:
     """Name of the script without its ending."""
     return os.path.splitext(os.path.basename(options.script))[0]

@@ -15,9 +15,9 @@ import os
 from sheldrake.cli._first_simulation import (
     add_script,
     script_name,
-    take_options_behind,
     write_first_simulation,
 )
+from sheldrake.cli._output import take_options_behind
 
 _PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
 

@@ -9,7 +9,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 STDOUT = "-"
@@ -76,3 +76,27 @@ def say_written(name: str, told: dict[str, Any]) -> None:
     told["files"] = [name]
     if name != STDOUT:
         print(f"wrote {name}")
+
+
+def take_options_behind(options: argparse.Namespace, declare: Callable[[argparse.ArgumentParser], None]) -> None:
+    """Takes the command's own options that stand behind the script, too; what follows `--` is all the script's.
+
+    Args:
+        options: With the script and its arguments.
+        declare: Declares these options, each of which has a value.
+    """
+    parser = argparse.ArgumentParser(prog=f"sheldrake {options.command}", add_help=False)
+    declare(parser)
+    known = {name for action in parser._actions for name in action.option_strings}
+    own: list[str] = []
+    rest: list[str] = []
+    words = iter(options.arguments)
+    for word in words:
+        if word == "--":
+            break
+        is_own = word.partition("=")[0] in known
+        (own if is_own else rest).append(word)
+        if is_own and "=" not in word:
+            own += [value for value in (next(words, None),) if value is not None]
+    parser.parse_args(own, options)
+    options.arguments = [*rest, *words]

@@ -14,10 +14,9 @@ import argparse
 from sheldrake.cli._first_simulation import (
     add_script,
     script_name,
-    take_options_behind,
     write_first_simulation,
 )
-from sheldrake.cli._output import add_output, output_file
+from sheldrake.cli._output import add_output, output_file, take_options_behind
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:

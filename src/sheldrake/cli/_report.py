@@ -5,8 +5,9 @@ that took the most steps; a file that ends with .rrd or .mcap is the same run fo
 file of logs (StreamLogs(), ToNpz(), ToCsv()), it shows the plots.
 
   sheldrake report simulate.py
-  sheldrake report -o fall.html simulate.py --duration 5      arguments after the script are the script's
-  sheldrake report -o fall.rrd simulate.py
+  sheldrake report simulate.py -o fall.html
+  sheldrake report simulate.py -o fall.rrd --duration 5    other arguments behind the script are the script's;
+                                                           behind -- all are
   sheldrake report run.log
 """
 
@@ -17,7 +18,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
-from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written
+from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written, take_options_behind
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._diagram import Diagram
@@ -27,17 +28,25 @@ _VIEWERS = (".rrd", ".mcap")
 _MODELS = (".urdf", ".sdf", ".xml", ".yaml")
 
 
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Declares its own options."""
+    add_output(parser, "beside, ending with .html")
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake report` takes."""
-    add_output(parser, "beside, ending with .html")
+    _add_options(parser)
     add_json(parser, "the file that is written")
     parser.add_argument("-m", dest="is_module", action="store_true", help="RUN is the name of a module")
     parser.add_argument("script", metavar="RUN", help="a script, or a file of logs")
-    parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
+    parser.add_argument(
+        "arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script; behind -- all are"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the report; returns the script's exit status, or 1 when there is nothing to report."""
+    take_options_behind(options, _add_options)
     name = os.path.splitext(os.path.basename(options.script))[0]
     output = options.output or f"{name}.html"
     with reporting(options) as told:

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from sheldrake.common._names import pretty_class_name
 
+_Result = TypeVar("_Result")
 Kind = Callable[[Any], Any]
 _Kind = TypeVar("_Kind", bound=Kind)
 
@@ -232,10 +233,10 @@ def _fits(convert: Kind, T: type) -> bool | None:
     return issubclass(T, classes)
 
 
-def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
+def overloaded(*ways: Overload) -> Callable[[Callable[..., _Result]], Callable[..., _Result]]:
     """Decorates a function or method with the ways to call it; its body gets the converted values, in order."""
 
-    def decorate(body: Callable[..., Any]) -> Any:
+    def decorate(body: Callable[..., _Result]) -> Callable[..., _Result]:
         all_ways = Ways([way if way.function is not None else way._replace(function=body) for way in ways])
         constructor = body.__name__ == "__init__"
         as_given = all_ways.as_given

@@ -327,7 +327,9 @@ def test_reports_of_scripts(tmp_path, status):
 
     (tmp_path / "simulate.py").write_text(SCRIPT)
     root = pathlib.Path(__file__).resolve().parents[3]
-    words = [sys.executable, "-m", "sheldrake", "report", "-o", "out.html", "simulate.py"]
+    output = ["-o", "out.html"]
+    before, behind = (output, []) if status else ([], output)
+    words = [sys.executable, "-m", "sheldrake", "report", *before, "simulate.py", *behind]
     words += [sheldrake.model_path("two_hole_block/two_hole_block.urdf"), str(status)]
     environment = {**os.environ, "PYTHONPATH": str(root / "src"), "SHELDRAKE_PROGRESS": "0"}
     result = subprocess.run(words, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)

@@ -219,7 +219,7 @@ def check_corners(part: Any) -> None:
     Raises:
         ValueError: they are not. Where parts are put together, such a corner would be one of another part.
     """
-    faces, count = getattr(part, "faces", ()), len(part.vertices)
+    faces, count = np.asarray(getattr(part, "faces", ())), len(part.vertices)
     if len(faces) and not 0 <= faces.min() <= faces.max() < count:
         raise ValueError(f"a corner names a vertex that is not among the {count}")
 

@@ -262,6 +262,7 @@ def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> B
     Raises:
         RuntimeError: an expression is not linear.
     """
+    value: Any  # a float: rows of expressions are real
     terms = difference(expressions, build.ZERO) if isinstance(expressions, Expression) else None
     if terms is not None and terms[0] and isinstance(b, float) and not math.isnan(value := b - terms[1]):
         equation = LinearEqualityConstraint._of_row([c for _, c in terms[0]], value, value)

@@ -157,7 +157,7 @@ def LinearQuadraticRegulator(
 )
 def LinearQuadraticRegulator(
     A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None, F: ArrayLike | None
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Any:
     """Returns the linear feedback that minimizes ∫ x'Qx + u'Ru + 2x'Nu.
 
     Called as

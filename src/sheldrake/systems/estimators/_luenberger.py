@@ -195,7 +195,7 @@ def SteadyStateKalmanFilter(system: System, context: Context, W: ArrayLike, V: A
     overload(_of_linear_system, system=instance_of(LinearSystem), W=matrix, V=matrix),
     overload(A=matrix, C=matrix, W=matrix, V=matrix),
 )
-def SteadyStateKalmanFilter(A: np.ndarray, C: np.ndarray, W: np.ndarray, V: np.ndarray) -> np.ndarray:
+def SteadyStateKalmanFilter(A: np.ndarray, C: np.ndarray, W: np.ndarray, V: np.ndarray) -> Any:
     """Returns the observer gain that is best for white noise in state and output.
 
     Called as

@@ -51,3 +51,13 @@ def test_velocities(approximation):
     context.SetAllCacheEntriesOutOfDate()
     with pytest.raises(RuntimeError, match=r"at time 0\.05.*infinite or NaN.* joints 'stone'"):
         simulator.AdvanceTo(0.2)
+
+
+@pytest.mark.parametrize("approximation", APPROXIMATIONS, ids=str)
+def test_a_quaternion_of_zeros(approximation):
+    simulator, plant, context = scene(approximation)
+    plant.SetPositions(context, np.zeros(plant.num_positions()))
+    before = plant.GetPositionsAndVelocities(context)
+    with pytest.raises(RuntimeError, match=r"all elements of a quaternion are zero.*'ball', 'stone'; .*\(1, 0, 0, 0\)"):
+        simulator.AdvanceTo(0.1)
+    np.testing.assert_array_equal(plant.GetPositionsAndVelocities(context), before)
