@@ -86,6 +86,9 @@ class Stages:
 
     choose: Callable[[Any, Any], Sequence[Kernel | PythonStage | FedStage | Callback]]
     """Tells which, when a root is compiled: of the system and its view of the root. A callback comes alone."""
+    repeat: Callable[[Sequence[Any]], bool] = lambda stages: False
+    """Whether these of an update do the same with the same state, parameters and inputs, also to the scratch: neither
+    time nor what earlier calls left there has any influence. They are not called again while nothing changes."""
 
 
 def on_doubles(kernel: Kernel, function: Callable[..., Any]) -> Stages:

@@ -23,6 +23,7 @@ from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
 from sheldrake.multibody.plant._step.input_ports import sees_geometry, vector_inputs
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.multibody.plant._step.stages import repeats
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
 from sheldrake.systems.framework import Context, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
@@ -67,7 +68,7 @@ class Advance:
 
     def declare(self, plant: LeafSystem) -> None:
         """Declares the update or the derivatives."""
-        self.equations.declare(plant, Stages(_stages_in))
+        self.equations.declare(plant, Stages(_stages_in, repeats))
 
     def stages_in(self, plant: LeafSystem, root: RootView) -> list[Kernel | PythonStage | FedStage]:
         """What runs in the contexts of a root, in order; first what finds forces that come as objects.

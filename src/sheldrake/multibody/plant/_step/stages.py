@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._compiled.hydroelastic import hydro_kernels
 from sheldrake.geometry._compiled.search import family_kernels, has_pairs
+from sheldrake.geometry._kernels.contacts import box_pairs, half_space_pairs, sphere_pairs
 from sheldrake.geometry._kernels.hydro_model import HydroModel, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._kernels.order import sort_contacts
 from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 from sheldrake.multibody.plant._kernels.contacts import hydro_constraints, refuse_points
 from sheldrake.multibody.plant._kernels.model import PlantModel
@@ -19,6 +24,18 @@ from sheldrake.multibody.plant._kernels.step import (
 )
 from sheldrake.multibody.plant._kernels.surface_velocities import contact_drifts
 from sheldrake.multibody.plant._step.tuning import can_touch, touches_at_several_points
+
+_FORGETFUL = frozenset(
+    {smooth_motion, half_space_pairs, sphere_pairs, box_pairs, sort_contacts, contact_constraints, joint_constraints}
+    | {next_state, next_state_with_momentum}
+    | {kernel for kind in APPROXIMATIONS.values() for solver in (kind.as_drake, kind.to_rest) for kernel in solver}
+)
+"""Kernels that do the same with the same state, parameters and inputs, whatever they did before."""
+
+
+def repeats(stages: Sequence[Any]) -> bool:
+    """Whether a step changes nothing if the one before changed nothing: where no search remembers pairs."""
+    return all(isinstance(stage, Kernel) and stage in _FORGETFUL for stage in stages)
 
 
 def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:

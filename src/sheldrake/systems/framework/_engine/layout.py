@@ -84,6 +84,7 @@ class Layout(Memory):
         self.log_of: dict[int, int] = {}
         self._models: dict[int, dict] = {}
         self._stages: dict[int, list[int]] = {}
+        self._repeating: set[int] = set()  # rows of updates that do the same while nothing changes
         self._declared: dict[int, list[EventDeclaration]] = {}  # of each leaf that has events
         self._events: dict[tuple[int, str], list[tuple[int, int]]] = {}  # by kind and trigger: leaf and row of each
         self._events_under: dict[tuple[int, int, str], list[int]] = {}
@@ -155,7 +156,10 @@ class Layout(Memory):
             key = n, id(event.handler)  # of the update that a clock asks for and the one that people do
             if key not in chosen:
                 chosen[key] = event.handler.choose(self.systems[n], RootView(self, n))
-            return self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in chosen[key]])
+            first = self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in chosen[key]])
+            if event.handler.repeat(chosen[key]):
+                self._repeating.update(self._stages[first])
+            return first
         return self._add(Row(n, event.kind, event.handler, out, event=event))
 
     def _add_stages(self, rows: list[Row]) -> int:
@@ -300,6 +304,7 @@ class Layout(Memory):
         size[S.xc], size[S.num_xc] = self.xc[0], self.xc[1] - self.xc[0]
         size[S.plus], size[S.xdot], size[S.x0] = self.plus, self.xdot[0], self.rk[0]
         size[S.derivatives], size[S.steady] = n_groups - 1, steady
+        size[S.repeats] = self._update_that_repeats(prerequisites, levels)
         return dict(
             level=_ints(levels),
             prerequisites=_ints(_flat(prerequisites)),
@@ -310,9 +315,7 @@ class Layout(Memory):
             turns_begin=_pointers(self.turns),
             segment=_ints(_flat(segments)).reshape(-1, 2),
             segments_begin=_pointers(segments),
-            group=_ints([(kind, clock, self._is_mixed(rows)) for kind, clock, rows, _ in self.group_list]).reshape(
-                -1, 3
-            ),
+            group=_ints([self._group(*group, before) for group, before in zip(self.group_list, prerequisites)]),
             clock=np.array(self.clocks, float).reshape(-1, 2),
             log=_ints([(a, b - a) for _, (a, b) in self.logs]).reshape(-1, 2),
             size=size,
@@ -375,10 +378,21 @@ class Layout(Memory):
     def _reads_slab(self, r: int) -> bool:
         return r < 0 or self.rows[r].native
 
-    def _is_mixed(self, rows: list[int]) -> bool:
-        """Whether a kernel or a log comes after Python."""
-        first = next((k for k, r in enumerate(rows) if not self._reads_slab(r)), len(rows))
-        return any(self._reads_slab(r) for r in rows[first:])
+    def _update_that_repeats(self, prerequisites: list[list[int]], levels: list[int]) -> int:
+        """The only group of updates, if its state, parameters and sampled inputs alone say what it does; else -1."""
+        kinds = UNRESTRICTED, DISCRETE
+        updates = [g for g, (kind, _, rows, _) in enumerate(self.group_list) if kind in kinds and rows]
+        if len(updates) != 1 or self.xc[1] > self.xc[0]:
+            return -1
+        (g,) = updates
+        repeats = all(r in self._repeating for r in self.group_list[g][2])
+        return g if repeats and all(levels[r] < 2 for r in prerequisites[g]) else -1
+
+    def _group(self, kind: int, clock: int, rows: list[int], _: set[int], before: list[int]) -> tuple[int, ...]:
+        """The row of a group that calls `rows`, and `before` them others if they are not up to date."""
+        python = [k for k, r in enumerate(rows) if not self._reads_slab(r)]
+        mixed = bool(python) and any(map(self._reads_slab, rows[python[0] :]))
+        return kind, clock, bool(python) or not all(map(self._reads_slab, before)), mixed
 
     def _segments(self, nodes: set[int], kind: int) -> list[tuple[int, int]]:
         if kind not in (DISCRETE, UNRESTRICTED):

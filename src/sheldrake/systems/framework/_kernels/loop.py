@@ -39,6 +39,7 @@ from sheldrake.systems.framework._kernels.program import (
     fire,
     inner,
     refresh,
+    same,
     special,
     stage,
 )
@@ -50,6 +51,16 @@ def copy_state(program, S, g, source, target):
     for j in range(program.segments_begin[g], program.segments_begin[g + 1]):
         segment = program.segments[j]
         copy(S, target + segment.start, S, source + segment.start, segment.length)
+
+
+@inner
+def changes_nothing(program, S, g):
+    """Whether x+ of what group `g` may change is x-."""
+    for j in range(program.segments_begin[g], program.segments_begin[g + 1]):
+        segment = program.segments[j]
+        if not same(S, program.plus + segment.start, segment.start, segment.length):
+            return False
+    return True
 
 
 @inner
@@ -99,14 +110,27 @@ def fire_due(program, S, side, L, rows, kind):
                 return
 
 
+@inner
+def count_update(run, kind):
+    """Counts an update of a kind."""
+    if kind == DISCRETE:
+        run.discretes += 1
+    else:
+        run.unrestricteds += 1
+
+
 @stage
-def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, kind: int) -> None:
-    """All triggered updates of one kind: everybody reads x-, everybody writes x+, one commit."""
+def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, kind: int) -> bool:
+    """All triggered updates of one kind: everybody reads x-, everybody writes x+, one commit.
+
+    Returns:
+        Whether the next one changes nothing either, as long as nothing but time changes.
+    """
     if program.turns_begin[kind] == program.turns_begin[kind + 1]:
-        return
+        return False
     n, only = refresh_due(program, S, side, rows, kind)
     if n == 0 or side.status != 0:
-        return
+        return False
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             copy_state(program, S, g, 0, program.plus)
@@ -118,22 +142,22 @@ def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: I
     if side.status != 0 or side.idle == n:  # one failed, or nobody had anything to do: x- stays
         if kind == UNRESTRICTED and run.has_commit != 0:
             special(program, S, side, rows, DISCARD)
-        return
+        return False
+    settled = only >= 0 and only == program.repeats and changes_nothing(program, S, only)
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             copy_state(program, S, g, program.plus, 0)
     changed(side, SAMPLED)
-    if kind == DISCRETE:
-        run.discretes += 1
-        return
-    run.unrestricteds += 1
-    if run.has_commit != 0:
+    count_update(run, kind)
+    if kind == UNRESTRICTED and run.has_commit != 0:
         special(program, S, side, rows, COMMIT)
+        return False
+    return settled
 
 
 @stage
-def publish(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
-    """All triggered publishes."""
+def publish(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> bool:
+    """All triggered publishes; whether Python was called, which may have written anything."""
     n, only = refresh_due(program, S, side, rows, PUBLISH)
     side.idle = 0
     if only >= 0 and side.status == 0:
@@ -141,12 +165,15 @@ def publish(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: 
     elif n > 0 and side.status == 0:
         fire_due(program, S, side, L, rows, PUBLISH)
     if side.status != 0:
-        return
+        return True
+    python = False
     for g in range(program.num_groups):
         if program.groups[g].kind == PUBLISH:
+            python = python or (program.groups[g].python != 0 and side.word[program.triggers + g] != 0)
             side.word[program.triggers + g] = 0
     if n > side.idle:
         run.publishes += 1
+    return python
 
 
 @inner
@@ -357,15 +384,23 @@ def advance(
         run.fresh = 0
     steps = 0
     t = S[0]
+    calls_others = run.has_witness + run.has_requests + run.has_monitor + run.has_every_step != 0
+    still = -1  # the counter behind an update that changed nothing: while it is this, nobody has changed anything
     while True:
         if logs_full(program, side):
             return ROOM
-        update(program, run, S, side, L, rows, UNRESTRICTED)
-        if side.status != 0:
-            return ERROR
-        update(program, run, S, side, L, rows, DISCRETE)
-        if side.status != 0:
-            return ERROR
+        if side.word[SAMPLED] == still:
+            if side.word[program.triggers + program.repeats] != 0:
+                count_update(run, program.groups[program.repeats].kind)
+        else:
+            settled = update(program, run, S, side, L, rows, UNRESTRICTED)
+            if side.status != 0:
+                return ERROR
+            settled = update(program, run, S, side, L, rows, DISCRETE) or settled
+            if side.status != 0:
+                return ERROR
+            if settled and not calls_others:
+                still = side.word[SAMPLED]
         if side.terminate != 0:
             return TERMINATED
         clear_updates(program, side)
@@ -389,7 +424,8 @@ def advance(
         if side.witnessed != 0:
             trigger(program, side, AT_WITNESS)
             side.witnessed = 0
-        publish(program, run, S, side, L, rows)
+        if publish(program, run, S, side, L, rows):
+            still = -1
         if side.status == 0 and run.has_every_step != 0:
             special(program, S, side, rows, EVERY_STEP)
         if side.status == 0 and run.has_monitor != 0:

@@ -6,6 +6,7 @@ addresses. Nothing here allocates or raises.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, kernel
@@ -41,6 +42,7 @@ class Group(Record):
 
     kind = integer("UNRESTRICTED, DISCRETE, PUBLISH, or that of derivatives")
     clock = integer("that triggers it, or PER_STEP, ...")
+    python = integer("1: Python is called for it")
     mixed = integer("1: a kernel or a log comes after Python, which may have written what that reads")
 
 
@@ -83,6 +85,7 @@ class Sizes(Record):
     xc = integer("in the slab: continuous state")
     derivatives = integer("the group of derivatives")
     steady = integer("1 if neither time nor continuous state influences derivatives")
+    repeats = integer("the only group of updates, if it does the same whenever nothing but time has changed; else -1")
 
 
 @table
@@ -199,6 +202,16 @@ def copy(a, at, b, begin, n):
     while i < n:
         a[at + i] = b[begin + i]
         i += 1
+
+
+@inner
+def same(S, at, begin, n):
+    """Whether n numbers, from `at` on and from `begin` on, have the same bits; those that are none have not."""
+    for i in range(n):
+        a, b = S[at + i], S[begin + i]
+        if not (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)):
+            return False
+    return True
 
 
 @inner
