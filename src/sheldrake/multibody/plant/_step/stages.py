@@ -35,7 +35,7 @@ _FORGETFUL = frozenset(
 
 def repeats(stages: Sequence[Any]) -> bool:
     """Whether a step changes nothing if the one before changed nothing: where no search remembers pairs."""
-    return all(stage in _FORGETFUL for stage in stages)
+    return all(isinstance(stage, Kernel) and stage in _FORGETFUL for stage in stages)
 
 
 def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
