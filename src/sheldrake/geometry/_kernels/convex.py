@@ -25,6 +25,7 @@ from .model import (
 from .separation import separation_of_pair
 from .support import (
     best_face,
+    corner_after,
     face_around,
     has_faces,
     is_faceted,
@@ -237,20 +238,21 @@ def clip(table, source, corners, target, a, outward):
     """The part of a polygon, segment or point behind the plane through a; the number of its corners."""
     slack = 1e-12 * (absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2]))
     kept = 0
+    p = table.corners[source].p_W
+    height_p = dot3(outward, sub3(p, a))
     for k in range(corners):
-        p = table.corners[source + k].p_W
-        height_p = dot3(outward, sub3(p, a))
         if height_p <= slack and kept < _ROWS:
             table.corners[target + kept].p_W = p
             kept += 1
+        q = table.corners[source + corner_after(k, corners)].p_W
+        height_q = dot3(outward, sub3(q, a))
         if k + 1 < corners or corners > 2:
-            q = table.corners[source + (k + 1) % corners].p_W
-            height_q = dot3(outward, sub3(q, a))
             if (height_p > slack and height_q < -slack) or (height_p < -slack and height_q > slack):
                 t = height_p / (height_p - height_q)
                 if kept < _ROWS:
                     table.corners[target + kept].p_W = add3(p, scale3(sub3(q, p), t))
                     kept += 1
+        p, height_p = q, height_q
     return kept
 
 

@@ -9,11 +9,16 @@ from sheldrake.common.kernel import kernel
 from .model import BOX, CAPSULE, CELLS, CYLINDER, ELLIPSOID, HULL, MAX_CORNERS, POLYGON_A, SPHERE, X_AXIS, Z_AXIS
 from .table import CORNERS, absolute, column, longest
 
+_COS, _SIN, _DIAGONAL = 0.9238795325112867, 0.3826834323650898, 0.7071067811865476  # of 22.5 degrees, of 45
+_QUARTER = ((1.0, 0.0), (_COS, _SIN), (_DIAGONAL, _DIAGONAL), (_SIN, _COS))
 # cos and sin of multiples of 22.5 degrees: a cap is shown as a polygon of 16 corners
-_CAP_CORNERS = 16
+_CAP = (
+    *_QUARTER,
+    *((-s, c) for c, s in _QUARTER),
+    *((-c, -s) for c, s in _QUARTER),
+    *((s, -c) for c, s in _QUARTER),
+)
 _NEARLY_FLAT = 0.02  # sine of the angle between a cap's normal and the direction it is shown to
-_COS = 0.9238795325112867
-_SIN = 0.3826834323650898
 
 
 @kernel
@@ -207,12 +212,10 @@ def cap(model, table, g, n_W, row):
     else:
         U = scale3(column(R_WG, X_AXIS), radius)
     V = scale3(cross3(axis, U), s)
-    for corner in range(_CAP_CORNERS):
-        table.corners[row + corner].p_W = add3(centre, U)
-        turned = add3(scale3(U, _COS), scale3(V, _SIN))
-        V = add3(scale3(V, _COS), scale3(U, -_SIN))
-        U = turned
-    return _CAP_CORNERS
+    for along, across in _CAP:
+        table.corners[row].p_W = add3(centre, add3(scale3(U, along), scale3(V, across)))
+        row += 1
+    return len(_CAP)
 
 
 @kernel(outline=True)
@@ -262,10 +265,16 @@ def shown_face(model, table, g, face, n_W, row):
 
 
 @kernel
+def corner_after(k, corners):
+    """The next corner of a polygon, without the remainder that takes longer than all else of a side."""
+    return k + 1 if k + 1 < corners else 0
+
+
+@kernel
 def side_of_face(table, k, sides, n_W):
     """Of a face in POLYGON_A with normal n_W: a corner, and a vector out of the side that begins there."""
     a = table.corners[POLYGON_A + k].p_W
-    return a, cross3(sub3(table.corners[POLYGON_A + (k + 1) % sides].p_W, a), n_W)
+    return a, cross3(sub3(table.corners[POLYGON_A + corner_after(k, sides)].p_W, a), n_W)
 
 
 @kernel(outline=True)

@@ -45,7 +45,7 @@ from .model import (
     VERTEX_AND_FACE,
 )
 from .polish import nearby, unit
-from .support import best_face, core_vertex, is_face, normal_of_face, shown_face, support, within_polygon
+from .support import best_face, core_vertex, corner_after, is_face, normal_of_face, shown_face, support, within_polygon
 
 _CERTAIN = 1e-9  # relative to the size: depths that differ by so much differ
 _FLAT = 1e299  # [m] faces without area are said to be farther
@@ -246,7 +246,7 @@ def ball_is_within(table, sides, centre, radius, apex):
     """Whether a ball under the polygon in POLYGON_A is in the pyramid from there to `apex`, but for the polygon."""
     for k in range(sides):
         c = table.corners[POLYGON_A + k].p_W
-        inward = cross3(sub3(table.corners[POLYGON_A + (k + 1) % sides].p_W, c), sub3(apex, c))
+        inward = cross3(sub3(table.corners[POLYGON_A + corner_after(k, sides)].p_W, c), sub3(apex, c))
         height = dot3(inward, sub3(centre, c))
         if height <= 0.0 or height * height <= radius * radius * dot3(inward, inward):
             return False
