@@ -64,7 +64,7 @@ ON_COMPLEX = (
     "sheldrake.multibody.tree._kernels.",
     "sheldrake.common._kernels.only_stages",
 )
-"""Beginnings of the names of modules whose entries are there on complex numbers too: queries of plants of AutoDiffXd."""
+"""Modules, by how their names begin, whose entries are there on complex numbers too: plants of AutoDiffXd ask them."""
 
 CPU_LEVEL = """
 ; Which level may this process use? cpuid and xgetbv: 3 when AVX2, FMA, BMI1/2 are there and the system saves AVX state.
