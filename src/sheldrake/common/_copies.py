@@ -11,24 +11,27 @@ from typing import Any
 
 import numpy as np
 
-_SAME: frozenset[type] = frozenset(
-    {type(None), bool, int, float, complex, str, bytes, type, range, type(...), type(NotImplemented), property}
-    | {types.FunctionType, types.BuiltinFunctionType, weakref.ref}
-)
-"""Types whose objects are their own copies."""
+_SAME: set[type] = {type(None), bool, int, float, complex, str, bytes, type, range, type(...), type(NotImplemented)}
+_SAME |= {property, types.FunctionType, types.BuiltinFunctionType, weakref.ref}
+"""Types whose objects are their own copies; `is_never_changed` adds to them."""
 _BUILT_IN = (list, dict, tuple, set, frozenset, int, float, complex, str, bytes, bytearray, np.ndarray, BaseException)
 _IN_THEIR_OWN_WAY = ("__getstate__", "__setstate__", "__reduce__", "__reduce_ex__", "__getnewargs__")
 
 
+def is_never_changed(cls: type) -> None:
+    """Says that objects of a class are their own copies, as numbers are."""
+    _SAME.add(cls)
+
+
 def deep_copy(value: Any, memo: dict[int, Any]) -> Any:
-    """What `copy.deepcopy(value, memo)` gives.
+    """What `copy.deepcopy(value, memo)` gives; but arrays that are read-only, and no views, are shared.
 
     Args:
         value: Anything. What it is made of stays as it is, and alive, meanwhile.
         memo: Copies by the `id` of what they are copies of; those made are added.
     """
     cls: Any = type(value)
-    if cls in _SAME:
+    if cls in _SAME or (cls is tuple and _SAME.issuperset(map(type, value))):
         return value
     known = memo.get(id(value))
     if known is not None:
@@ -45,6 +48,8 @@ def deep_copy(value: Any, memo: dict[int, Any]) -> Any:
     if cls is tuple or _is_named_tuple(cls):
         return _of_tuple(value, memo)
     if cls is np.ndarray and value.dtype != object:
+        if not value.flags.writeable and value.base is None:
+            return value
         memo[id(value)] = array = value.copy("K")
         return array
     if cls is set or cls is frozenset:

@@ -115,8 +115,9 @@ def any_array(T: type, value: object) -> np.ndarray:
     except (TypeError, ValueError, RuntimeError):
         raise Mismatch from None
     array = np.empty(source.shape, dtype=object)
-    for index in np.ndindex(source.shape):
-        array[index] = as_scalar(T, source[index])
+    flat = array.reshape(-1)
+    for i, number in enumerate(source.ravel().tolist()):
+        flat[i] = as_scalar(T, number)
     return array
 
 

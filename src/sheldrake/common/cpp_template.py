@@ -66,9 +66,17 @@ class TemplateBase:
         self._renamed: dict[Any, Any] = {}
         self._instantiation_func: Callable[[tuple], Any] | None = None
         self._notices: dict[tuple, _Notice] = {}
+        self._of_types: dict[type, Any] = {}
 
     def __getitem__(self, param: object) -> Any:
-        return self.get_instantiation(param)[0]
+        if not isinstance(param, type):
+            return self.get_instantiation(param)[0]
+        known = self._of_types.get(param)
+        if known is None:
+            known, canonical = self.get_instantiation(param)
+            if canonical not in self._notices:  # which are told each time
+                self._of_types[param] = known
+        return known
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """What the first instantiation that accepts the arguments gives."""
@@ -169,6 +177,7 @@ class TemplateBase:
             raise RuntimeError(f"Deprecation already registered: {self._instantiation_name(param)}")
         instantiation, param = self.get_instantiation(param)
         self._notices[param] = _Notice(message, date)
+        self._of_types.clear()
         return instantiation, param
 
     def get_param_set(self, instantiation: object) -> set[tuple]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_param import List
 from sheldrake.common.cpp_template import TemplateClass
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 __all__ = ["AbstractValue", "Value"]
 
@@ -33,11 +36,16 @@ class AbstractValue:
         cls, _ = Value.get_instantiation(kind, throw_error=False)
         return (_ObjectValue if cls is None else cls)(value)
 
+    @classmethod
+    def _holding(cls, held: Any) -> Self:
+        """A value that holds this very object, which is of the right type and nobody else's."""
+        new = object.__new__(cls)
+        new._held = held
+        return new
+
     def Clone(self) -> AbstractValue:
         """An independent copy; a `Value[object]` copies deeply."""
-        new = object.__new__(type(self))
-        new._held = self._copy(self._held)
-        return new
+        return self._holding(self._copy(self._held))
 
     def _like(self, value: object) -> AbstractValue:
         """A new one of this kind that holds `value`; raises as `set_value`."""

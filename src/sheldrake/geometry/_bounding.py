@@ -191,6 +191,12 @@ class Obb(_Bounds):
     def pose(self) -> RigidTransform:
         return copy.copy(self._pose)
 
+    def _moved(self, X_AH: RigidTransform) -> Obb:
+        """The same box in another frame A."""
+        new = object.__new__(Obb)
+        new._pose, new._half_width = X_AH @ self._pose, self._half_width
+        return new
+
     def Equal(self, other: Obb) -> bool:
         """True if both boxes are the same, bit for bit."""
         return bool(self._pose.IsExactlyEqualTo(other._pose) and np.all(self._half_width == other._half_width))
@@ -205,6 +211,13 @@ class Obb(_Bounds):
 def _check_half_width(name: str, half_width: np.ndarray) -> None:
     if not np.all(half_width >= 0.0):
         raise RuntimeError(f"{name}(): half_width must not be negative, got {half_width.tolist()}.")
+
+
+def bounding_box(shape: Shape) -> Obb | None:
+    """`CalcObb` of a shape, which keeps its box as it does not change."""
+    if shape._box is None:
+        shape._box = CalcObb(shape)
+    return shape._box
 
 
 def CalcObb(shape: Shape) -> Obb | None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from sheldrake.common._copies import is_never_changed
 from sheldrake.common._overloads import expect
 
 if TYPE_CHECKING:
@@ -19,6 +20,10 @@ class _Identifier:
 
     __slots__ = ("_value",)
     _value: int
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        is_never_changed(cls)
 
     def __new__(cls, *args: object, **kwargs: object) -> Self:
         raise TypeError(f"{cls.__name__}: No constructor defined! Use {cls.__name__}.get_new_id().")

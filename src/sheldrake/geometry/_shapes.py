@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
+    from sheldrake.geometry._bounding import Obb
     from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
     from sheldrake.math import RigidTransform
 
@@ -65,6 +66,7 @@ class Shape:
     """Base of all shapes. Shapes do not change after construction."""
 
     _names: tuple[str, ...] = ()
+    _box: Obb | None = None  # once it was asked for (`_bounding.bounding_box`)
 
     def Clone(self) -> Shape:
         """A copy."""

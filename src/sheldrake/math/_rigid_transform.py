@@ -38,6 +38,7 @@ from sheldrake.math._rotation_matrix import PLAIN_MATRICES, ROTATION, RotationMa
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
     from sheldrake.common import eigen_geometry
     from sheldrake.common._types import Scalars
@@ -190,6 +191,11 @@ class RigidTransform(ScalarBase):
         from sheldrake.common.calls import object_query
 
         return object_query(cls._plain_class(), _R=object_query(RotationMatrix_[cls._T], _M=rotation), _p=position)
+
+    def __copy__(self) -> Self:
+        new, R = _new(type(self)), _new(type(self._R))
+        R._M, new._R, new._p = self._R._M, R, self._p
+        return new
 
     @classmethod
     def Identity(cls) -> RigidTransform:

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from sheldrake.common._copies import deep_copy
+from sheldrake.geometry import FrameId
 from sheldrake.math import RigidTransform
+from sheldrake.multibody.tree import BodyIndex, JointIndex
 
 
 class Thing:
@@ -78,7 +80,7 @@ def graph():
     shared = Thing(name="shared", numbers=np.arange(6.0).reshape(2, 3).T)
     slotted = Slotted()
     slotted.a = shared
-    frozen = np.zeros(3)
+    frozen = np.arange(6.0)[1:4]  # a view, of what can be written
     frozen.setflags(write=False)
     root = Thing(
         plain=(1, "a", None), pair=(shared, [shared]), table={1: shared, "x": {"y": [1.5]}}, slotted=slotted,
@@ -123,6 +125,15 @@ def test_classes_have_their_own_way():
     before = Counted.made
     deep_copy(Counted(), {})
     assert Counted.made == before + 2
+
+
+def test_what_is_never_changed_is_shared():
+    numbers = np.zeros(3)
+    numbers.setflags(write=False)
+    value = [(numbers, numbers), BodyIndex(3), {("a", JointIndex(1)): FrameId.get_new_id()}]
+    ours = deep_copy(value, {})
+    assert ours[0] is value[0] and ours[1] is value[1]
+    assert ours is not value and ours[2] is not value[2] and ours[2] == value[2]
 
 
 def test_what_refers_weakly_is_kept():

@@ -287,3 +287,61 @@ def test_whole_scenes_have_the_same_bits_in_every_tier(tmp_path):
     assert tiers == {"prebuilt"}
     assert compiled == cached == prebuilt_
     assert len(set(compiled.values())) == 3
+
+
+GRADIENTS = """
+import json, sys
+if "alone" in sys.argv:
+    sys.modules["llvmlite"] = None  # as where it is not installed
+import numpy as np
+import sheldrake.all as lib
+from sheldrake.common._native import store
+plant = lib.MultibodyPlant(0.0)
+inertia = lib.SpatialInertia.SolidBoxWithMass(2.0, 0.1, 0.2, 0.3)
+base, tip = plant.AddRigidBody("base", inertia), plant.AddRigidBody("tip", inertia)
+plant.AddJoint(lib.RevoluteJoint("hinge", base.body_frame(), tip.body_frame(), [0.0, 1.0, 0.0]))
+plant.Finalize()
+plant = plant.ToAutoDiffXd()
+context = plant.CreateDefaultContext()
+x = np.linspace(0.3, 0.9, plant.num_multibody_states())
+plant.SetPositionsAndVelocities(context, lib.InitializeAutoDiff(x).ravel())
+W, V = plant.world_frame(), lib.JacobianWrtVariable.kV
+ask = {
+    "calc_kinetic_energy": lambda: [plant.CalcKineticEnergy(context)],
+    "calc_gravity_energy": lambda: [plant.CalcPotentialEnergy(context)],
+    "calc_momentum": lambda: plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3)).get_coeffs(),
+    "calc_velocity_of_centre": lambda: plant.CalcCenterOfMassTranslationalVelocityInWorld(context),
+    "calc_jacobian_of_centre": lambda: plant.CalcJacobianCenterOfMassTranslationalVelocity(context, V, W, W).ravel(),
+}
+found = {}
+for name, call in ask.items():
+    for _ in range(200):  # after which machine code is made where it can be
+        answer = call()
+    found[name] = lib.ExtractGradient(np.array(answer)).tolist()
+tiers = {name.partition(":")[2]: tier for name, tier in store.TIERS.items()}
+print(json.dumps([found, tiers]))
+"""
+
+
+def test_queries_of_gradients_are_machine_code_without_a_compiler(tmp_path):
+    """Energies, momentum and centres of mass of a plant of AutoDiffXd, where llvmlite is not installed."""
+    package = tmp_path / "src" / "sheldrake"
+    shutil.copytree(source.PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "_prebuilt"))
+
+    def run(*words):
+        command = [sys.executable, "-c", GRADIENTS, *words]
+        environ = environment(tmp_path, SHELDRAKE_QUIET="1")
+        done = subprocess.run(command, env=environ, capture_output=True, text=True, check=True, cwd=tmp_path)
+        return json.loads(done.stdout.splitlines()[-1])
+
+    compiled, tiers = run()
+    names = {name.partition(".")[0] for name in tiers}
+    out = tmp_path / "built"
+    command = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", ",".join(names)]
+    subprocess.run(command, check=True, env=environment(tmp_path), cwd=tmp_path, stdout=subprocess.DEVNULL)
+    (folder,) = out.iterdir()
+    shutil.copytree(folder, package / "_prebuilt")
+    prebuilt_, tiers = run("alone")
+    assert {f"{name}.on_complex" for name in compiled} <= tiers.keys()
+    assert set(tiers.values()) == {"prebuilt"}
+    assert prebuilt_ == compiled

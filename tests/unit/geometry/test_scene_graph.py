@@ -387,3 +387,21 @@ def test_box_overlap_agrees_with_contact(seed):
     for _ in range(60):
         X, Y = random_pose(rng, 1.2), random_pose(rng, 1.2)
         assert g.Obb.HasOverlap(a, b, X.inverse() @ Y) == (len(scene.contacts(X, Y)) > 0)
+
+
+def test_boxes_around_geometry_move_with_it_and_are_the_callers_own():
+    world = World()
+    context = world.context(z=2.0, child=5.0)
+    query = world.scene_graph.get_query_output_port().Eval(context)
+    for z in (2.0, 3.0):
+        world.place(context, z, 5.0)
+        for geometry, half_width in ((world.a, 0.5), (world.b, 0.5)):
+            box = query.ComputeObbInWorld(geometry)
+            assert box.pose().IsExactlyEqualTo(query.GetPoseInWorld(geometry))
+            assert box.half_width().tolist() == [half_width] * 3
+            box.half_width()[:] = 0.0
+            box.pose().SetIdentity()
+            local = world.inspector.GetObbInGeometryFrame(geometry)
+            assert local.Equal(g.CalcObb(world.inspector.GetShape(geometry)))
+            assert local is not world.inspector.GetObbInGeometryFrame(geometry)
+    assert query.ComputeObbInWorld(world.ground) is None and world.inspector.GetObbInGeometryFrame(world.ground) is None

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from sheldrake.common._native import builtin, instances, lower, methods, prebuilt, store, wasm
 from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
-from sheldrake.common.kernel import Kernel, LaneKernel
+from sheldrake.common.kernel import ComplexKernel, Kernel, LaneKernel
 
 
 class Platform(NamedTuple):
@@ -59,6 +59,12 @@ PLATFORMS = {
 
 Objects = dict[str, "Future[bytes]"]
 """Object files by name, in the making."""
+
+ON_COMPLEX = (
+    "sheldrake.multibody.tree._kernels.",
+    "sheldrake.common._kernels.only_stages",
+)
+"""Modules, by how their names begin, whose entries are there on complex numbers too: plants of AutoDiffXd ask them."""
 
 CPU_LEVEL = """
 ; Which level may this process use? cpuid and xgetbv: 3 when AVX2, FMA, BMI1/2 are there and the system saves AVX state.
@@ -107,6 +113,8 @@ def entries() -> dict[str, Kernel]:
                 found[symbol] = value
                 if value.lanes is not None:
                     found[f"{symbol}_on_lanes"] = value.on_lanes
+                if name.startswith(ON_COMPLEX):
+                    found[f"{symbol}_on_complex"] = value.on_complex
     return found
 
 
@@ -154,7 +162,9 @@ def _build(pool: ProcessPoolExecutor, out: pathlib.Path, names: list[str], only:
     for i, (symbol, kernel) in enumerate(kernels.items(), 1):
         code = lower.lower(kernel, symbol)
         for name, found in objects.items():
-            if name != wasm.FILE or not isinstance(kernel, LaneKernel):  # a page has one world
+            if name != wasm.FILE or not isinstance(
+                kernel, (LaneKernel, ComplexKernel)
+            ):  # a page has one world, of numbers
                 found |= _started(pool, code, symbol, name)
         say(f"lowered {i}/{len(kernels)} {kernel.__name__}", flush=True)
     pages = {name: made.result() for name, made in objects.pop(wasm.FILE, {}).items()}

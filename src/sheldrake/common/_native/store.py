@@ -108,6 +108,8 @@ def is_ready(kernel: Kernel) -> bool:
 
     if "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None:
         return True
+    if not can_compile():  # nor link what another process compiled
+        return False
     path = _path(kernel)
     return private_files.is_trusted(path.parent) and path.exists()
 

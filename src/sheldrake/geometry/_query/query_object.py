@@ -285,10 +285,10 @@ class QueryObject(Images):
 
     def ComputeObbInWorld(self, geometry_id: GeometryId) -> Obb | None:
         """The oriented bounding box of a geometry in W; None for a half space."""
-        from sheldrake.geometry._bounding import Obb
+        from sheldrake.geometry._bounding import bounding_box
 
-        local = self.inspector().GetObbInGeometryFrame(geometry_id)
-        return None if local is None else Obb(self.GetPoseInWorld(geometry_id) @ local.pose(), local.half_width())
+        box = bounding_box(self._state.geometry(geometry_id).shape)
+        return None if box is None else box._moved(self.GetPoseInWorld(geometry_id))
 
     def ComputeAabbInWorld(self, geometry_id: GeometryId) -> None:
         """None: only deformable geometry has an axis-aligned box in W."""

@@ -288,9 +288,9 @@ class SceneGraphInspector:
 
     def GetObbInGeometryFrame(self, geometry_id: GeometryId) -> Obb | None:
         """The oriented bounding box in the geometry's frame; None for a half space."""
-        from sheldrake.geometry._bounding import CalcObb
+        from sheldrake.geometry._bounding import bounding_box
 
-        return CalcObb(self.GetShape(geometry_id))
+        return copy.copy(bounding_box(self.GetShape(geometry_id)))
 
     def maybe_get_hydroelastic_mesh(self, geometry_id: GeometryId) -> TriangleSurfaceMesh | VolumeMesh | None:
         """The mesh that stands for a geometry in hydroelastic contact: triangles if rigid, tetrahedra if compliant.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import types
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -285,12 +286,13 @@ class OutputPorts:
 def _list_of(family: Any, count: int) -> Callable[[Any], AbstractValue]:
     """Makes a list of poses or spatial vectors of the plant's scalar."""
 
-    def make(plant: MultibodyPlant) -> AbstractValue:
-        cls = family[plant._scalar]
+    @functools.cache
+    def model(scalar: type) -> AbstractValue:
+        cls = family[scalar]
         one = cls() if family is RigidTransform_ else cls(np.zeros(6))
         return AbstractValue.Make([one] * count)
 
-    return make
+    return lambda plant: model(plant._scalar).Clone()
 
 
 def _new_bus(plant: Any) -> AbstractValue:

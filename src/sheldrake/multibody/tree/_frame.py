@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,8 @@ class Frame(NamedElement):
     """A frame F fixed to a body B."""
 
     _index_type = FrameIndex
+    _fixed: RigidTransform | None = None
+    """X_BF by default on the plant's scalar, once it was asked for: a frame is fixed when it is made."""
 
     def __init__(self, name: str, body: RigidBody, model_instance: ModelInstanceIndex | None = None):
         super().__init__(name, body.model_instance() if model_instance is None else model_instance)
@@ -60,7 +63,10 @@ class Frame(NamedElement):
 
     def GetFixedPoseInBodyFrame(self) -> RigidTransform:
         """X_BF by default; a context may hold another one."""
-        return of_scalar(self._fixed_X_BF(), self._scalar)
+        X_BF = self._fixed
+        if X_BF is None or X_BF._T is not self._scalar:
+            X_BF = self._fixed = of_scalar(self._fixed_X_BF(), self._scalar)
+        return copy.copy(X_BF)
 
     def GetFixedRotationMatrixInBodyFrame(self) -> RotationMatrix:
         """R_BF by default."""

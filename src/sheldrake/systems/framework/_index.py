@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
+from sheldrake.common._copies import is_never_changed
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import _register_value_type
@@ -25,6 +26,7 @@ class _TypedIndex:
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         _register_value_type(cls)
+        is_never_changed(cls)
 
     def __init__(self, value: SupportsIndex = _UNSET, /):
         if isinstance(value, _TypedIndex) and type(value) is not type(self):

@@ -215,7 +215,10 @@ class LeafSystem(LeafEvents):
     def _allocate_output(self, j: int) -> AbstractValue:
         output = self._outputs[j]
         if output.data_type is _VECTOR:
-            return Value[BasicVector](output.model._on_scalar(self._scalar))
+            model = output.model
+            return Value[BasicVector]._holding(
+                model.Clone() if self._scalar is float else model._on_scalar(self._scalar)
+            )
         value = output.model(self)
         if not isinstance(value, AbstractValue):
             raise RuntimeError(

@@ -167,7 +167,7 @@ def _as_abstract(store: Store, slot: Slot) -> AbstractValue:
         if slot.row >= 0:
             store.pull(slot.row)
         return abstract_at(store, slot)
-    return Value[BasicVector](BasicVector(value_at(store, slot)))
+    return Value[BasicVector]._holding(BasicVector._view(value_at(store, slot)))
 
 
 class InputPort(_Port):

@@ -388,6 +388,8 @@ def converted(values: np.ndarray, scalar: type) -> np.ndarray:
     """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
     if scalar is float:
         return values if values.dtype is _FLOAT else np.array([plain(x) for x in values], float)
+    if values.dtype is not _FLOAT and set(map(type, values.tolist())) == {scalar}:
+        return values  # numbers are never changed in place
     return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)
 
 

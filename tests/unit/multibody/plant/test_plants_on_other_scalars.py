@@ -185,3 +185,33 @@ def test_positions_and_velocities_become_numbers_of_the_scalar():
             for found in (apart, copy_.get_state_output_port().Eval(context)):
                 assert [type(x) for x in found] == [scalar, scalar]
                 assert [str(x) for x in found] == [str(x if isinstance(x, scalar) else scalar(x)) for x in values]
+
+
+@pytest.mark.parametrize("T", [float, AutoDiffXd, Expression])
+def test_a_fixed_pose_is_the_callers_own(T):
+    plant = MultibodyPlant(0.0)
+    plant.AddFrame(FixedOffsetFrame("frame", plant.world_frame(), X_FM))
+    plant.GetFrameByName("frame").GetFixedPoseInBodyFrame()  # of floats, before it is converted
+    plant.Finalize()
+    if T is not float:
+        plant = plant.ToAutoDiffXd() if T is AutoDiffXd else plant.ToSymbolic()
+    frame, moved = plant.GetFrameByName("frame"), RigidTransform_[T]([7.0, 8.0, 9.0])
+    X = frame.GetFixedPoseInBodyFrame()
+    assert type(X) is RigidTransform_[T] and type(X.rotation()) is RotationMatrix_[T]
+    X.set_translation(moved.translation())
+    X.set_rotation(RollPitchYaw_[T]([1.0, 0.0, 0.0]))
+    again = frame.GetFixedPoseInBodyFrame().GetAsMatrix34()
+    numbers = (
+        again if T is float else [[float(x.value() if T is AutoDiffXd else x.Evaluate()) for x in r] for r in again]
+    )
+    assert np.array_equal(numbers, X_FM.GetAsMatrix34())
+
+
+@pytest.mark.parametrize("T", [float, AutoDiffXd])
+def test_allocated_outputs_are_the_callers_own(T):
+    plant = built("revolute") if T is float else made("revolute", T, "converted")
+    port = plant.get_body_poses_output_port()
+    first = port.Allocate()
+    first.get_mutable_value()[0] = RigidTransform_[T]([1.0, 0.0, 0.0])
+    (X, *_) = port.Allocate().get_value()
+    assert type(X) is RigidTransform_[T] and X.IsExactlyEqualTo(RigidTransform_[T]())

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sheldrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from sheldrake.common.value import Value
 from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
 from sheldrake.systems.primitives import (
     ConstantVectorSource,
@@ -173,3 +175,62 @@ class TestStates:
         gain.get_input_port().FixValue(gain.GetMyContextFromRoot(context), [5.0])
         own.SetDiscreteState([7.0])
         assert own.get_state().get_discrete_state(0).GetAtIndex(0) == 7.0
+
+
+class TestParameters:
+    class Scale(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorInputPort("u", 1)
+            self.DeclareNumericParameter(BasicVector([1.0, 2.0]))
+            self.DeclareAbstractParameter(Value(3.0))
+
+    def test_they_are_one_object_that_follows_every_change(self):
+        system = self.Scale()
+        context = system.CreateDefaultContext()
+        parameters = context.get_parameters()
+        assert context.get_parameters() is parameters is context.get_mutable_parameters()
+        context.get_mutable_numeric_parameter(0).SetAtIndex(1, 5.0)
+        context.get_mutable_abstract_parameter(0).set_value(6.0)
+        assert parameters.get_numeric_parameter(0).CopyToVector().tolist() == [1.0, 5.0]
+        assert parameters.get_abstract_parameter(0).get_value() == 6.0
+        assert context.Clone().get_parameters() is not parameters
+
+    def test_they_follow_memory_that_moves(self):
+        builder = DiagramBuilder()
+        source = builder.AddSystem(ConstantVectorSource([2.0]))
+        system = builder.AddSystem(self.Scale())
+        builder.Connect(source.get_output_port(), system.get_input_port())
+        root = builder.Build().CreateDefaultContext()
+        context = system.GetMyMutableContextFromRoot(root)
+        context.get_parameters()
+        memory = context._store.S
+        system.get_input_port().FixValue(context, [5.0])
+        assert context._store.S is not memory
+        context.get_mutable_numeric_parameter(0).SetAtIndex(0, 7.0)
+        assert context.get_parameters().get_numeric_parameter(0).GetAtIndex(0) == 7.0
+        context.get_mutable_parameters().get_mutable_numeric_parameter(0).SetAtIndex(0, 8.0)
+        assert context.get_numeric_parameter(0).GetAtIndex(0) == 8.0
+
+
+def test_an_abstract_value_of_a_vector_port_is_the_callers_own():
+    diagram, gain, _ = chain()
+    context = gain.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    for port in (gain.get_input_port(), gain.get_output_port()):
+        before = port.Eval(context).tolist()
+        value = port.EvalAbstract(context)
+        value.get_mutable_value().SetAtIndex(0, -1.0)
+        assert port.Eval(context).tolist() == before
+    gain.get_output_port().Allocate().get_mutable_value().SetAtIndex(0, 9.0)
+    assert gain.AllocateOutput().get_vector_data(0).GetAtIndex(0) != 9.0
+
+
+def test_numbers_of_duals_taken_from_another_context_are_ones_own():
+    system = Integrator(2).ToAutoDiffXd()
+    source, target = system.CreateDefaultContext(), system.CreateDefaultContext()
+    source.SetContinuousState(InitializeAutoDiff([1.0, 2.0]).ravel())
+    target.SetStateAndParametersFrom(source)
+    source.SetContinuousState(InitializeAutoDiff([3.0, 4.0]).ravel())
+    taken = target.get_continuous_state_vector().CopyToVector()
+    assert ExtractValue(taken).ravel().tolist() == [1.0, 2.0]
+    assert ExtractGradient(taken).tolist() == [[1.0, 0.0], [0.0, 1.0]]

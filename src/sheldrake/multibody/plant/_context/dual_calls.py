@@ -99,7 +99,7 @@ class DualCalls:
             return plain
         kernels = [kernel, *(k for k, _ in self._needed(needs))]
         can = kernel_store.can_compile()
-        calls, ready = 0, can and all(kernel_store.is_ready(k.on_complex) for k in kernels)
+        calls, ready = 0, all(kernel_store.is_ready(k.on_complex) for k in kernels)
         quick: Callable[..., Any] | None = None
 
         def ask(*arrays: Any) -> Any:

@@ -34,6 +34,8 @@ class ContextBase:
     """The state as one object, likewise."""
     _numeric: dict[int, BasicVector] | None = None
     """Groups of numeric parameters, likewise."""
+    _parameters: Any = None
+    """The parameters as one object, likewise."""
 
     def __init__(self, *args: object, **kwargs: object):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")

@@ -320,13 +320,16 @@ class Context(ContextBase):
     # Parameters.
 
     def get_parameters(self) -> Parameters:
-        """The parameters."""
-        store = self._store
-        first, last = self._place.parameters
-        numeric = DiscreteValues._view([self._numeric_parameter(k) for k in range(last - first)])
+        """The parameters; the same object until its memory moves."""
+        store, known = self._store, self._parameters
         first, last = self._place.abstract_parameters
-        touch = partial(store.touch, CONSTANT, ("pa", self._node))
-        return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
+        abstract = store.parameters[first:last]
+        if known is None or not _same_objects(known._abstract._data, abstract):
+            touch = partial(store.touch, CONSTANT, ("pa", self._node))
+            first, last = self._place.parameters
+            numeric = DiscreteValues._view([self._numeric_parameter(k) for k in range(last - first)])
+            known = self._parameters = Parameters._view(numeric, AbstractValues._view(abstract, touch))
+        return known
 
     def _numeric_parameter(self, k: int) -> BasicVector:
         known = self._numeric

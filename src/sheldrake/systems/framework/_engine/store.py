@@ -368,7 +368,7 @@ class Store:
         self.contexts = contexts
         for context in self._living_contexts():
             context._place, context._kept = new.places[context._node], None
-            context._discrete = context._continuous = context._state = context._numeric = None
+            context._discrete = context._continuous = context._state = context._numeric = context._parameters = None
         self.forget_readers()
 
     # Computing.
