@@ -352,3 +352,29 @@ def test_numbers_of_directives_that_are_left_out_or_said_to_be_sure(translation,
         pose = plant.GetFrameByName("f").CalcPoseInWorld(plant.CreateDefaultContext())
         poses.append(pose.GetAsMatrix34().round(12).tolist())
     assert poses[0] == poses[1]
+
+
+P = "<pose>1 2 3 0.1 0.2 0.3</pose>"
+IN_OLD_WORLDS = {
+    "one": f'<link name="u::a">{P}</link><link name="u::b"/>',
+    "another outside": f'<link name="a"/><link name="u::b">{P}</link>',
+    "deep": f'<link name="u::w::a">{P}</link><link name="u::b"/>',
+    "joint": f'<link name="u::a"/><link name="u::b">{P}</link><joint name="u::j" type="revolute">{P}'
+    "<parent>u::a</parent><child>u::b</child><axis><xyz>0 0 1</xyz></axis></joint>",
+    "frames": f'<link name="u::a">{P}</link><frame name="u::f" attached_to="u::a">{P}</frame>'
+    f'<frame name="g" attached_to="u::f">{P}</frame>',
+    "relative pose": f'<link name="u::a">{P}</link>'
+    '<link name="u::b"><pose relative_to="u::a">0 0 5 0 0 0</pose></link>',
+    "placed model": f'{P}<link name="u::a">{P}</link><link name="b"/>',
+    "nested model": f'<link name="u::a"/><model name="u::q"><link name="a"/>{P}</model>',
+}
+
+
+@pytest.mark.parametrize("content", IN_OLD_WORLDS.values(), ids=IN_OLD_WORLDS)
+def test_scoped_names_in_old_worlds_are_of_nested_models(content):
+    world = f'<world name="w"><model name="m">{content}</model></world>'
+    (theirs, ours), newer = compare(
+        [{"text": f'<sdf version="{version}">{world}</sdf>', "type": "sdf"} for version in ("1.7", "1.8")]
+    )
+    assert "error" not in theirs and differences(theirs, ours) == []
+    assert all("error" in result for result in newer)
