@@ -243,6 +243,14 @@ EXTENDED = ("sdf", "model", "link", "visual", "collision", "geometry", "material
 DEFINED = (*EXTENDED, "inertial", "inertia", "box", "sphere", "surface", "friction", "axis", "dynamics")
 
 
+LEAVES = ("mass", "ixx", "size", "diffuse", "radius", "parent", "child", "xyz", "lower", "damping")
+
+
+def complete_with_attribute(tag, attribute):
+    """The complete model with another attribute of one of its elements."""
+    return re.sub(rf"<{tag}(?=[ >])", lambda opening: f'{opening[0]} {attribute}="1"', COMPLETE, count=1)
+
+
 def complete_with(tag, child):
     """The complete model with another element as the first in one."""
     return re.sub(rf"<{tag}( [^>]*)?>", lambda opening: opening[0] + child, COMPLETE, count=1)
@@ -252,6 +260,7 @@ OTHERS_REFUSED = {
     "capsule of Drake's without radius": ("sdf", sdf("<geometry><drake:capsule/></geometry>")),
     "ellipsoid of Drake's without axes": ("sdf", sdf("<geometry><drake:ellipsoid/></geometry>")),
     **{f"typo in {tag}": ("sdf", complete_with(tag, "<bogus/>")) for tag in DEFINED},
+    **{f"attribute of {tag}": ("sdf", complete_with_attribute(tag, "bogus")) for tag in (*DEFINED, *LEAVES)},
     **{f"extension in {tag}": ("sdf", complete_with(tag, "<drake:bogus/>")) for tag in EXTENDED},
     "reserved name of a link": ("sdf", COMPLETE.replace('name="b"', 'name="__b__"').replace(">b<", ">__b__<")),
     "reserved name of a joint": ("sdf", COMPLETE.replace('name="j"', 'name="____"')),
@@ -270,6 +279,7 @@ def test_what_drake_refuses_of_other_formats_is_refused():
 def test_elements_of_others_and_undefined_extensions_in_plain_elements_are_no_faults():
     texts = [COMPLETE]
     texts += [complete_with(tag, "<gz:bogus/>") for tag in ("model", "link", "box", "inertial", "axis")]
+    texts += [complete_with_attribute(tag, "gz:bogus") for tag in ("model", "link", "box", "mass", "xyz")]
     texts += [complete_with(tag, "<drake:bogus/>") for tag in ("box", "inertial", "axis", "surface")]
     for text, (theirs, ours) in zip(texts, compare([{"text": text, "type": "sdf"} for text in texts])):
         assert "error" not in theirs and "error" not in ours, text
@@ -342,3 +352,29 @@ def test_numbers_of_directives_that_are_left_out_or_said_to_be_sure(translation,
         pose = plant.GetFrameByName("f").CalcPoseInWorld(plant.CreateDefaultContext())
         poses.append(pose.GetAsMatrix34().round(12).tolist())
     assert poses[0] == poses[1]
+
+
+P = "<pose>1 2 3 0.1 0.2 0.3</pose>"
+IN_OLD_WORLDS = {
+    "one": f'<link name="u::a">{P}</link><link name="u::b"/>',
+    "another outside": f'<link name="a"/><link name="u::b">{P}</link>',
+    "deep": f'<link name="u::w::a">{P}</link><link name="u::b"/>',
+    "joint": f'<link name="u::a"/><link name="u::b">{P}</link><joint name="u::j" type="revolute">{P}'
+    "<parent>u::a</parent><child>u::b</child><axis><xyz>0 0 1</xyz></axis></joint>",
+    "frames": f'<link name="u::a">{P}</link><frame name="u::f" attached_to="u::a">{P}</frame>'
+    f'<frame name="g" attached_to="u::f">{P}</frame>',
+    "relative pose": f'<link name="u::a">{P}</link>'
+    '<link name="u::b"><pose relative_to="u::a">0 0 5 0 0 0</pose></link>',
+    "placed model": f'{P}<link name="u::a">{P}</link><link name="b"/>',
+    "nested model": f'<link name="u::a"/><model name="u::q"><link name="a"/>{P}</model>',
+}
+
+
+@pytest.mark.parametrize("content", IN_OLD_WORLDS.values(), ids=IN_OLD_WORLDS)
+def test_scoped_names_in_old_worlds_are_of_nested_models(content):
+    world = f'<world name="w"><model name="m">{content}</model></world>'
+    (theirs, ours), newer = compare(
+        [{"text": f'<sdf version="{version}">{world}</sdf>', "type": "sdf"} for version in ("1.7", "1.8")]
+    )
+    assert "error" not in theirs and differences(theirs, ours) == []
+    assert all("error" in result for result in newer)

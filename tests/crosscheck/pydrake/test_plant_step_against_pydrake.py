@@ -193,6 +193,33 @@ def test_joint_limits(seed):
     p.check(lambda L, m, c: step(L, m, c, 0.05), 1e-8)
 
 
+def one_hinge(lib, lower, upper):
+    """A pendulum with an actuator."""
+    plant = lib.MultibodyPlant(1e-3)
+    inertia = lib.SpatialInertia.SolidSphereWithMass(1.0, 0.5)
+    body, offset = plant.AddRigidBody("a", inertia), lib.RigidTransform([0.3, 0.0, 0.0])
+    frame = plant.AddFrame(lib.FixedOffsetFrame("f", body, offset))
+    joint = plant.AddJoint(lib.RevoluteJoint("j", plant.world_frame(), frame, [0, 1, 0], lower, upper))
+    plant.AddJointActuator("u", joint)
+    plant.Finalize()
+    return plant
+
+
+@pytest.mark.parametrize("torque", [0.0, 1e5, -1e5])
+@pytest.mark.parametrize("lower, upper", [(-0.101, 0.0505), (-0.3, -0.1), (0.1, 0.3), (-0.2, np.inf), (-np.inf, 0.2)])
+def test_limits_that_are_crossed_within_a_step(lower, upper, torque):
+    """Both limits count, with the velocity v0 or v*; also where the one limit would hold what the torque moves away."""
+    for v in (0.0, 50.0, 200.0, 400.0, -50.0, -200.0, -400.0):
+        results = []
+        for lib in (sheldrake(), pydrake()):
+            plant = one_hinge(lib, lower, upper)
+            context = plant.CreateDefaultContext()
+            plant.SetVelocities(context, [v])
+            plant.get_actuation_input_port().FixValue(context, [torque])
+            results.append(step(lib, plant, context))
+        np.testing.assert_allclose(*results, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize("desired", [True, False])
 @seeds
 def test_position_control(seed, desired):

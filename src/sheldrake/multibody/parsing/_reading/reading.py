@@ -40,6 +40,7 @@ class Reading:
         documents: The roots of all XML read, that of included files too.
         refuse_undefined: Of (element, child, reading), called for children that no one reads; fails where the format
             has no such element.
+        refuse_undefined_attribute: Likewise, of (element, attribute, reading).
         loose_numbers: Whether what follows a number in a word is passed over, with a warning; so it is in SDFormat.
         checked: Places of the elements whose children and attributes were compared with what is read.
         passed_over: Places of the elements that are left out knowingly, with all that is in them.
@@ -57,6 +58,7 @@ class Reading:
     joint_friction: bool = False
     strictly_refused: "tuple[str, ...] | None" = None
     refuse_undefined: "Callable[[Element, Element, Reading], None] | None" = None
+    refuse_undefined_attribute: "Callable[[Element, str, Reading], None] | None" = None
     loose_numbers: bool = False
     documents: "list[Element]" = field(default_factory=list)
     checked: "set[Location]" = field(default_factory=set)
@@ -201,6 +203,8 @@ class Reading:
             self._warn_unread(child, child.tag, message)
         for attribute in element.attributes:
             if attribute not in attributes and attribute not in silent and not attribute.startswith("xmlns"):
+                if self.refuse_undefined_attribute is not None:
+                    self.refuse_undefined_attribute(element, attribute, self)
                 where = element.where_attribute(attribute)
                 message = f"The attribute '{attribute}' of <{element.tag}> is not supported and is ignored."
                 self._warn_unread(where, attribute, message)

@@ -14,7 +14,7 @@ from .geometry import read_collision, read_visual, without_drake_prefix
 from .inertial import read_inertial
 from .joints import drop_impossible_couplers, read_drake_joint, read_joint
 from .prepare import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
-from .specification import refuse_undefined
+from .specification import refuse_undefined, refuse_undefined_attribute
 
 _LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual", "drake:surface_velocity_axis")
 
@@ -34,6 +34,7 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[Mod
 
     reading.loose_numbers = True
     reading.refuse_undefined = refuse_undefined
+    reading.refuse_undefined_attribute = refuse_undefined_attribute
     version = read_version(root, reading)
     reading.warn_unknown(root, ("model", "world"), ("version",))
     worlds, models = root.find_all("world"), root.find_all("model")

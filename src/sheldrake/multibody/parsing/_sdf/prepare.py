@@ -10,6 +10,7 @@ from .._reading.reading import Reading
 from .._urdf.robot import read_urdf
 from .children import child_text
 from .frames import MODEL_FRAME, Place, SdfScope, read_pose, reference_of_pose
+from .scoped_names import NAMES_WITHOUT_SCOPES, with_nested_models
 
 OLDEST, NEWEST = (1, 4), (1, 12)
 SILENT_TAGS = ("allow_auto_disable", "enable_wind", "must_be_base_link", "meta")
@@ -105,6 +106,8 @@ def _gather_nested(element: Element, model: PreparedModel) -> None:
     pose = element.find("pose")
     inner: PreparedModel | ModelDescription
     if element.tag == "model":
+        if model.scope.is_world and model.version < NAMES_WITHOUT_SCOPES:
+            element = with_nested_models(element)
         inner = prepare_model(element, model.reading, model.version)
         placement = element.get("placement_frame", "")
     else:

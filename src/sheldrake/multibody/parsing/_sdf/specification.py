@@ -1,4 +1,4 @@
-"""Which elements SDFormat defines within which, as far as they are read here or stand beside those that are.
+"""Which elements and attributes SDFormat defines within which, of those that are read here or stand beside such.
 
 The specification (sdformat.org/spec, 1.4 to 1.12) is the source. Drake refuses a file with others, and with extensions
 of its own that it does not know where it looks for extensions. Names with other prefixes are anybody's.
@@ -42,6 +42,28 @@ _DEFINED = {
         "frame": "pose",
     }.items()
 }
+_ATTRIBUTES = {
+    "sdf": "version",
+    "world": "name",
+    "model": "name canonical_link placement_frame",
+    "link": "name",
+    "inertial": "auto",
+    "visual": "name",
+    "collision": "name",
+    "joint": "name type",
+    "frame": "name attached_to",
+    "mesh": "optimization",
+    "mimic": "joint",
+    "pose": "relative_to frame degrees rotation_format",
+    "xyz": "expressed_in",
+}
+"""Attributes of those of the elements above and below that have any."""
+_LEAVES = frozenset(
+    "allow_auto_disable ambient child damping diffuse effort emissive enable_wind gravity ixx ixy ixz iyy iyz izz "
+    "length lower mass mu mu2 normal ode parent pose radii radius scale self_collide size specular "
+    "spring_reference spring_stiffness static upper uri velocity xyz".split()
+)
+"""Elements that are read here, and have no others inside that have attributes."""
 _EXTENDED = (
     "sdf",
     "world",
@@ -74,3 +96,16 @@ def refuse_undefined(element: Element, child: Element, reading: Reading) -> None
             reading.fail(child, f"SDFormat has no <{child.tag}> inside <{element.tag}>; it has {known}.")
     elif prefix == "drake" and element.tag in _EXTENDED:
         reading.fail(child, f"The extension <{child.tag}> inside <{element.tag}> is unknown.")
+
+
+def refuse_undefined_attribute(element: Element, attribute: str, reading: Reading) -> None:
+    """Fails where SDFormat does not define an attribute that no one reads; those with prefixes are anybody's.
+
+    Raises:
+        ParseError: Naming the attributes that are defined.
+    """
+    defined = _ATTRIBUTES.get(element.tag, "").split()
+    if (element.tag in _DEFINED or element.tag in _LEAVES) and ":" not in attribute and attribute not in defined:
+        known = ", ".join(f"'{name}'" for name in defined) or "none"
+        where = element.where_attribute(attribute)
+        reading.fail(where, f"SDFormat has no attribute '{attribute}' of <{element.tag}>; it has {known}.")

@@ -31,6 +31,7 @@ INFINITE = np.inf
 LIMIT_STIFFNESS = 1e12  # [N/m or N m/rad]
 STUCK_DAMPING = 1e12  # [N s/m or N m s/rad]: stiffer than any time step resolves
 REACH = 2.0  # a limit counts within so many steps at the present speed
+ANY_DISTANCE = 1e300  # but not infinite, which is where no limit is
 SIX = 6
 SMALL_SINE = 1e-9  # below it an angle is its sine
 
@@ -86,18 +87,21 @@ def put_limit(tree_model, problem, rows, dof, owner, gap, sign, dt):
 def put_limits(tree_model, solver_model, plant_model, problem, rows, q, is_free):
     """Rows of the position limits that the joint may reach within two steps: q0 - q_lower >= 0, q_upper - q0 >= 0.
 
-    With its velocity v0; or, if `is_free`, with v* alone.
+    With its velocity v0; or, if `is_free`, with v* alone. A limit that is ahead in v* holds the joint there: the other
+    one is then seen however far it is, as the motion without either is not known.
     """
     dt = solver_model.dt
     for i in range(len(plant_model.limits)):
         limit, bound = plant_model.limits[i], plant_model.bounds[i]
         dof = limit.dof
+        below = q[limit.q] - bound.lower
+        above = bound.upper - q[limit.q]
         reach = REACH * dt * magnitude(problem.v0[dof])
+        if solver_model.ahead == 1 and (below <= reach or above <= reach):
+            reach = ANY_DISTANCE
         seen = -INFINITE
         if is_free:
             seen, reach = reach, REACH * dt * magnitude(problem.v_star[dof])
-        below = q[limit.q] - bound.lower
-        above = bound.upper - q[limit.q]
         if seen < below and below <= reach:
             put_limit(tree_model, problem, rows, dof, i, below, 1.0, dt)
         if seen < above and above <= reach:
