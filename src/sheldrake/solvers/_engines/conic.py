@@ -32,6 +32,7 @@ from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
 ROOT2 = float(np.sqrt(2.0))
+_SMALL = 4000  # entries up to which a solver is worth keeping after its program
 
 
 class Cone(NamedTuple):
@@ -65,7 +66,17 @@ class ConicForm:
         self._exponential()
         self.b = np.concatenate(self._b)
         del self.prog, self._bindings  # which keeps its form: no need to wait for the collector of cycles
-        self.idle: list[Any] = []  # what a solver keeps for the next program with these matrices
+
+    @functools.cached_property
+    def idle(self) -> list[Any]:
+        """What a solver keeps for the next program with these matrices, of small linear ones whichever program it is.
+
+        So that predictive control has it that writes its program anew for each state.
+        """
+        if not self.is_linear() or sum(map(len, self._values)) > _SMALL:
+            return []
+        arrays = (*self._triplets_P, *self._rows, *self._cols, *self._values)
+        return _idle((self.num_vars, *self.cones), tuple([array.tobytes() for array in arrays]))
 
     @functools.cached_property
     def lists(self) -> tuple[Columns, Columns]:
@@ -239,6 +250,12 @@ class ConicForm:
         prices = self._conic.prices(z)
         linear: list[tuple[BindingBase, np.ndarray]] = [(b, prices[rows]) for b, rows in self._table.places]
         return linear + [(b, dual(z)) for b, dual in self._duals]
+
+
+@functools.lru_cache(maxsize=8)
+def _idle(sizes: tuple[Any, ...], numbers: tuple[bytes, ...]) -> list[Any]:
+    """The list for forms whose matrices have these numbers, bit by bit."""
+    return []
 
 
 def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
