@@ -82,7 +82,7 @@ def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
     for step in range(12):
         again, same = Solve(prog), Solve(prog)
         new, parts = numbers.program()
-        conic._idle.cache_clear()  # else it may be lent what the other was solved by
+        conic._forms_of.cache_clear()  # else it may be lent what the other was solved by
         anew = Solve(new)
         names.add(again.get_solver_id().name())
         assert again.get_solution_result() is anew.get_solution_result()
@@ -97,7 +97,7 @@ def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
 
 
 def _steps(count):
-    """Programs of the same matrices for other states, as predictive control writes them, with some of others between."""
+    """Programs of the same matrices for other states, as predictive control writes them, and some of others."""
     rng, numbers = np.random.default_rng(5), Numbers("quadratic", 5)
     for step in range(count):
         numbers.e, numbers.box = rng.normal(size=2) * 0.1, rng.random(4) + 0.5
@@ -111,7 +111,7 @@ def _steps(count):
 def test_programs_written_anew_have_the_bits_of_the_first_of_their_kind():
     warm = [(Solve(prog), prog, found) for prog, found in _steps(12)]
     for (again, _, found), (prog, parts) in zip(warm, _steps(12)):
-        conic._idle.cache_clear()
+        conic._forms_of.cache_clear()
         first = Solve(prog)
         assert again.is_success() and again.get_optimal_cost() == first.get_optimal_cost()
         np.testing.assert_array_equal(again.get_x_val(), first.get_x_val())

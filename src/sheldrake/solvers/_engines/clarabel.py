@@ -70,7 +70,7 @@ class ClarabelSolver(SolverInterface):
     ) -> None:
         import clarabel
 
-        form = parts_of(prog).form(ConicForm, prog)
+        form = parts_of(prog).form(ConicForm.of, prog)
         found = _Prepared.of(clarabel, form, self._settings(clarabel, options)).solve(form)
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
