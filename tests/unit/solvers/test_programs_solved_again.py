@@ -1,7 +1,9 @@
 """A program keeps the form its solver needs; whatever changes in between, it is solved as a new one would be."""
 
 import copy
+import gc
 import pickle
+import weakref
 
 import numpy as np
 import pytest
@@ -117,6 +119,15 @@ def test_programs_written_anew_have_the_bits_of_the_first_of_their_kind():
         np.testing.assert_array_equal(again.get_x_val(), first.get_x_val())
         for name in ("equal", "rows", "box"):
             np.testing.assert_array_equal(again.GetDualSolution(found[name]), first.GetDualSolution(parts[name]))
+
+
+def test_nothing_of_a_program_is_kept_for_the_next():
+    ((prog, found),) = _steps(1)
+    assert Solve(prog).is_success()
+    gone = [weakref.ref(binding.evaluator()) for binding in found.values()]
+    del prog, found
+    gc.collect()
+    assert [ref() for ref in gone] == [None] * 4
 
 
 def test_an_option_counts_in_a_program_written_anew():

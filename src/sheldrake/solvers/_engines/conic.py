@@ -12,7 +12,7 @@ import numpy as np
 from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.linear_rows import LinearRows, another, blocks_of, entries
+from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import (
     ExponentialConeConstraint,
@@ -94,7 +94,7 @@ class ConicForm:
         return out
 
     def _for_another(self, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]) -> ConicForm | None:
-        """The form of a program with the same matrices, and these costs and constraints; None where it has other rows."""
+        """The form of a program of the same matrices, these costs and constraints; None where it has other rows."""
         out = another(self)
         out._table, out._linear_objective = self._table.of_others(linear), objective
         return out._now()

@@ -99,16 +99,6 @@ def another(form: Form) -> Form:
     return out
 
 
-def blocks_of(bindings: Sequence[BindingBase[LinearConstraint]]) -> list[Block]:
-    """The matrices of linear constraints."""
-    out: list[Block] = []
-    for b in bindings:
-        e = b._evaluator
-        row = e._row
-        out.append(row[0] if row is not None else None if isinstance(e, BoundingBoxConstraint) else e._A)
-    return out
-
-
 class LinearRows:
     """lower <= A x <= upper, x being all decision variables.
 
@@ -123,8 +113,13 @@ class LinearRows:
 
     def __init__(self, prog: MathematicalProgram, bindings: Sequence[BindingBase[LinearConstraint]]):
         self._bindings = bindings
+        blocks: list[Block] = []
+        for b in bindings:
+            e = b._evaluator
+            row = e._row
+            blocks.append(row[0] if row is not None else None if isinstance(e, BoundingBoxConstraint) else e._A)
         self._sizes = [b._evaluator._num_outputs for b in bindings]
-        self.rows, columns, self.values = entries(blocks_of(bindings), self._sizes)
+        self.rows, columns, self.values = entries(blocks, self._sizes)
         self.cols = parts_of(prog).bindings.places(*bindings)[columns]
         self._take_bounds()
         self.num_rows = len(self.lower)
