@@ -80,11 +80,17 @@ class ConicForm:
         if matrices is None:
             return cls(prog)
         known = _forms_of(*matrices)
-        found = known[0]._for_another(objective, linear) if known else None
+        found = known[0]._with(objective, linear).moved(prog) if known else None
         if found is None:
             found = cls(prog)
             known[:] = [found._without_program()]
         return found
+
+    def _with(self, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]) -> ConicForm:
+        """The same for costs and constraints of the same matrices; their other numbers are found by `moved`."""
+        out = another(self)
+        out._table, out._linear_objective = self._table.of_others(linear), objective
+        return out
 
     def _without_program(self) -> ConicForm:
         """The same with nothing of the program but numbers."""
@@ -92,12 +98,6 @@ class ConicForm:
         out._table = self._table.of_others([])
         del out._linear_objective
         return out
-
-    def _for_another(self, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]) -> ConicForm | None:
-        """The form of a program of the same matrices, these costs and constraints; None where it has other rows."""
-        out = another(self)
-        out._table, out._linear_objective = self._table.of_others(linear), objective
-        return out._now()
 
     @functools.cached_property
     def lists(self) -> tuple[Columns, Columns]:
@@ -185,9 +185,6 @@ class ConicForm:
 
         None where the form has other rows then.
         """
-        return self._now()
-
-    def _now(self) -> ConicForm | None:
         table = self._table.again()
         out = another(self)
         q, out.constant = self._linear_now()
