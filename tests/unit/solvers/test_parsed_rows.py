@@ -129,3 +129,21 @@ def test_bounds_that_are_no_numbers_are_refused():
     with pytest.raises(RuntimeError, match="nan"):
         prog.AddLinearConstraint(np.ones(3), -1.0, np.nan, x)
     assert not prog.GetAllConstraints()
+
+
+@pytest.mark.parametrize("scale", [1.0, -1.0, 0.25])
+def test_squares_alone_are_a_diagonal_in_the_order_of_variables(scale):
+    prog, x = variables()
+    cost = prog.AddQuadraticCost(3.0 * x[2] ** 2 + scale * x[0] ** 2 + 4.0)
+    assert [v.get_name() for v in cost.variables()] == ["x(0)", "x(2)"]
+    np.testing.assert_array_equal(cost.evaluator().Q(), np.diag([2.0 * scale, 6.0]))
+    np.testing.assert_array_equal(cost.evaluator().b(), np.zeros(2))
+    assert cost.evaluator().c() == 4.0 and cost.evaluator().is_convex() == (scale > 0.0)
+
+
+def test_names_of_many_variables_and_of_few_are_alike():
+    prog = MathematicalProgram()
+    few, many = prog.NewContinuousVariables(3, 2, "x"), prog.NewContinuousVariables(3, 500, "x")
+    assert [v.get_name() for v in few.ravel()] == [v.get_name() for v in many[:, :2].ravel()]
+    again = prog.NewContinuousVariables(3, 2, "x")
+    assert again[2, 1].get_name() == "x(2,1)" and again[2, 1].get_id() != few[2, 1].get_id()

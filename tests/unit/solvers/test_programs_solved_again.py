@@ -1,7 +1,9 @@
 """A program keeps the form its solver needs; whatever changes in between, it is solved as a new one would be."""
 
 import copy
+import gc
 import pickle
+import weakref
 
 import numpy as np
 import pytest
@@ -14,8 +16,10 @@ from sheldrake.solvers import (
     ScsSolver,
     SnoptSolver,
     Solve,
+    SolveInParallel,
     SolverOptions,
 )
+from sheldrake.solvers._engines import conic
 from sheldrake.symbolic import cosh
 
 
@@ -80,6 +84,7 @@ def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
     for step in range(12):
         again, same = Solve(prog), Solve(prog)
         new, parts = numbers.program()
+        conic._forms_of.cache_clear()  # else it may be lent what the other was solved by
         anew = Solve(new)
         names.add(again.get_solver_id().name())
         assert again.get_solution_result() is anew.get_solution_result()
@@ -91,6 +96,54 @@ def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
                 dual = again.GetDualSolution(found[name])
                 np.testing.assert_array_equal(dual, anew.GetDualSolution(parts[name]))
     assert solved in names
+
+
+def _steps(count):
+    """Programs of the same matrices for other states, as predictive control writes them, and some of others."""
+    rng, numbers = np.random.default_rng(5), Numbers("quadratic", 5)
+    for step in range(count):
+        numbers.e, numbers.box = rng.normal(size=2) * 0.1, rng.random(4) + 0.5
+        numbers.high[1] = np.inf if step == 4 else 0.3
+        numbers.a[0] = 0.5 if step < 6 else -0.5
+        numbers.Q[0, 0] = 1.5 if step % 4 else 1.25
+        numbers.A[1, 2] = 0.75 if step % 3 else 0.5
+        yield numbers.program()
+
+
+def test_programs_written_anew_have_the_bits_of_the_first_of_their_kind():
+    warm = [(Solve(prog), prog, found) for prog, found in _steps(12)]
+    for (again, _, found), (prog, parts) in zip(warm, _steps(12)):
+        conic._forms_of.cache_clear()
+        first = Solve(prog)
+        assert again.is_success() and again.get_optimal_cost() == first.get_optimal_cost()
+        np.testing.assert_array_equal(again.get_x_val(), first.get_x_val())
+        for name in ("equal", "rows", "box"):
+            np.testing.assert_array_equal(again.GetDualSolution(found[name]), first.GetDualSolution(parts[name]))
+
+
+def test_nothing_of_a_program_is_kept_for_the_next():
+    ((prog, found),) = _steps(1)
+    assert Solve(prog).is_success()
+    gone = [weakref.ref(binding.evaluator()) for binding in found.values()]
+    del prog, found
+    gc.collect()
+    assert [ref() for ref in gone] == [None] * 4
+
+
+def test_an_option_counts_in_a_program_written_anew():
+    (one, _), (other, _) = list(_steps(3))[1:]
+    options = SolverOptions()
+    options.SetOption(ClarabelSolver.id(), "max_iter", 1)
+    assert Solve(one).is_success()
+    assert not Solve(other, None, options).is_success()
+    assert Solve(other).is_success()
+
+
+def test_threads_lend_each_other_what_they_solved_with():
+    progs = [prog for prog, _ in _steps(40)]
+    several = SolveInParallel(progs, parallelism=4)
+    for found, (prog, _) in zip(several, _steps(40)):
+        np.testing.assert_array_equal(found.get_x_val(), Solve(prog).get_x_val())
 
 
 _CHANGES = {

@@ -70,7 +70,7 @@ class ClarabelSolver(SolverInterface):
     ) -> None:
         import clarabel
 
-        form = parts_of(prog).form(ConicForm, prog)
+        form = parts_of(prog).form(ConicForm.of, prog)
         found = _Prepared.of(clarabel, form, self._settings(clarabel, options)).solve(form)
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
@@ -93,7 +93,7 @@ class ClarabelSolver(SolverInterface):
 
 
 class _Prepared:
-    """Clarabel with the matrices of a form, lent by the form while a program is solved.
+    """Clarabel with the matrices of a form, lent by the form while a program is solved, or by one of the same numbers.
 
     What it makes of matrices and linear costs before it begins does not depend on bounds. These it is told once more,
     as scaling them in both ways rounds them in two: so a solution has the bits of a form that nobody has asked before.
@@ -117,7 +117,8 @@ class _Prepared:
             found = form.idle.pop()  # another thread may be solving the same program
         except IndexError:
             return cls(clarabel, form, settings)
-        fits = found.settings == settings and found._q is form.q and (found._b is form.b or form.is_linear())
+        has_costs = found._q is form.q or found._q.tobytes() == form.q.tobytes()
+        fits = found.settings == settings and has_costs and (found._b is form.b or form.is_linear())
         return found if fits else cls(clarabel, form, settings)
 
     def solve(self, form: ConicForm) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -32,6 +33,7 @@ from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
 ROOT2 = float(np.sqrt(2.0))
+_SMALL = 4000  # entries up to which a form is worth keeping after its program
 
 
 class Cone(NamedTuple):
@@ -67,6 +69,36 @@ class ConicForm:
         del self.prog, self._bindings  # which keeps its form: no need to wait for the collector of cycles
         self.idle: list[Any] = []  # what a solver keeps for the next program with these matrices
 
+    @classmethod
+    def of(cls, prog: MathematicalProgram) -> ConicForm:
+        """The form of a program, made of that of one before it which had the same matrices, where both are small.
+
+        So it is in predictive control that writes its program anew for each state.
+        """
+        objective, linear = LinearObjective(prog), _linear_constraints(prog)
+        matrices = _matrices(prog, objective, linear)
+        if matrices is None:
+            return cls(prog)
+        known = _forms_of(*matrices)
+        found = known[0]._with(objective, linear).moved(prog) if known else None
+        if found is None:
+            found = cls(prog)
+            known[:] = [found._without_program()]
+        return found
+
+    def _with(self, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]) -> ConicForm:
+        """The same for costs and constraints of the same matrices; their other numbers are found by `moved`."""
+        out = another(self)
+        out._table, out._linear_objective = self._table.of_others(linear), objective
+        return out
+
+    def _without_program(self) -> ConicForm:
+        """The same with nothing of the program but numbers."""
+        out = another(self)
+        out._table = self._table.of_others([])
+        del out._linear_objective
+        return out
+
     @functools.cached_property
     def lists(self) -> tuple[Columns, Columns]:
         """`upper_P` and `A` with lists, which solvers outside of Python read in less time than arrays."""
@@ -94,11 +126,11 @@ class ConicForm:
     def _objective(self) -> None:
         quadratic = self._bindings.of(QuadraticCost)
         rows, cols, values = entries(*QuadraticCost.matrices([b._evaluator for b in quadratic]))
-        at = self._bindings.places(*quadratic)
+        self._linear_objective = LinearObjective(self.prog)
+        at = self._linear_objective.at  # where quadratic costs are the first
         self._triplets_P = at[rows], at[cols], values
         self._first_slack = self.num_vars
         self.num_vars += len(self._bindings.of(L2NormCost))
-        self._linear_objective = LinearObjective(self.prog)
         self.q, self.constant = self._linear_now()
 
     def _linear_now(self) -> tuple[np.ndarray, float]:
@@ -136,8 +168,7 @@ class ConicForm:
 
     def _linear(self) -> None:
         """Linear constraints: first equations, then upper bounds, then lower bounds."""
-        of, linear = self._bindings.of, (LinearConstraint, LinearEqualityConstraint, BoundingBoxConstraint)
-        table = self._table = LinearRows(self.prog, [b for kind in linear for b in of(kind)])
+        table = self._table = LinearRows(self.prog, _linear_constraints(self.prog))
         found = self._conic = ConicRows.of(table)
         self._rows.append(found.rows)
         self._cols.append(found.cols)
@@ -160,12 +191,12 @@ class ConicForm:
         out.q = self.q if (q == self.q).all() else q
         if table is self._table:
             return out
-        found = ConicRows.of(table)
-        if not np.array_equal(found.says, self._conic.says):
+        b = self._conic.right_sides(table)
+        if b is None:
             return None
         out._table = table
-        others = self.b[len(found.b) :]  # of rows that no number satisfies, and of cones: they stay
-        out.b = np.concatenate((found.b, others))
+        others = self.b[len(b) :]  # of rows that no number satisfies, and of cones: they stay
+        out.b = np.concatenate((b, others)) if len(others) else b
         return out
 
     def _norms_and_lorentz(self) -> None:
@@ -241,6 +272,61 @@ class ConicForm:
         return linear + [(b, dual(z)) for b, dual in self._duals]
 
 
+def _linear_constraints(prog: MathematicalProgram) -> list[BindingBase[LinearConstraint]]:
+    of = parts_of(prog).bindings.of
+    return [*of(LinearConstraint), *of(LinearEqualityConstraint), *of(BoundingBoxConstraint)]
+
+
+def _matrices(
+    prog: MathematicalProgram, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]
+) -> tuple[tuple[int, ...], bytes, bytes, bytes] | None:
+    """Sizes, entries and columns of the matrices of linear constraints and quadratic costs, bit by bit.
+
+    None where there is anything else, they are large, or sparse.
+    """
+    bindings = parts_of(prog).bindings
+    if not bindings.are_at_most_quadratic():
+        return None
+    matrices, heights = QuadraticCost.matrices(objective.quadratic)
+    sizes: list[Any] = [parts_of(prog).variables.num_vars(), len(heights), *heights]
+    numbers: list[float] = []
+    for Q in matrices:
+        if not _added(numbers, Q):
+            return None
+    for b in linear:
+        e = b._evaluator
+        row = e._row
+        if row is not None:
+            sizes.append(len(row[0]))
+            numbers += row[0]
+        elif isinstance(e, BoundingBoxConstraint):
+            sizes.append(-e._num_vars)
+        elif _added(numbers, e._A):
+            sizes.append(e._A.shape)
+        else:
+            return None
+    if len(numbers) > _SMALL or len(sizes) > _SMALL:
+        return None
+    return tuple(sizes), array.array("d", numbers).tobytes(), objective.at.tobytes(), bindings.places(*linear).tobytes()
+
+
+def _added(numbers: list[float], A: Any) -> bool:
+    """Whether a matrix is a small dense one, or its numbers, which are added then."""
+    if A.__class__ is list:
+        numbers += A
+        return True
+    if not isinstance(A, np.ndarray) or A.size > _SMALL:
+        return False
+    numbers += A.ravel().tolist()
+    return True
+
+
+@functools.lru_cache(maxsize=8)
+def _forms_of(sizes: tuple[int, ...], numbers: bytes, of_costs: bytes, of_constraints: bytes) -> list[ConicForm]:
+    """At most one form that has these `_matrices`."""
+    return []
+
+
 def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
     """The dual that some rows are, T times them."""
 
@@ -309,6 +395,16 @@ class ConicRows(NamedTuple):
             new_values,
         )
 
+    def right_sides(self, table: LinearRows) -> np.ndarray | None:
+        """b for the bounds of a table of the same rows; None where these say something else."""
+        m = table.num_rows
+        call, lower, upper, _, _, _, says, _, _, b, *_ = _calls.of(room(m), room(len(table.values)))
+        lower[:m], upper[:m] = table.lower, table.upper
+        call.set("count", m)
+        call.set("entries", 0)
+        call()
+        return b[: len(self.b)].copy() if says[:m].tobytes() == self.says.tobytes() else None
+
     def prices(self, z: np.ndarray) -> np.ndarray:
         """Duals of the given rows from those of the new ones, which come first."""
         k = self.first_lower  # raising an upper bound by one changes the cost by -z, a lower by +z
@@ -337,16 +433,20 @@ class LinearObjective:
 
     Args:
         prog: The program.
+
+    Attributes:
+        quadratic: Its quadratic costs.
+        at: Places of the variables of its quadratic costs, then of its linear ones.
     """
 
     def __init__(self, prog: MathematicalProgram) -> None:
         parts = parts_of(prog)
         quadratic, linear = parts.bindings.of(QuadraticCost), parts.bindings.of(LinearCost)
-        self._quadratic, self._linear = [b._evaluator for b in quadratic], [b._evaluator for b in linear]
-        self._at, self._n = parts.bindings.places(*quadratic, *linear), parts.variables.num_vars()
+        self.quadratic, self._linear = [b._evaluator for b in quadratic], [b._evaluator for b in linear]
+        self.at, self._n = parts.bindings.places(*quadratic, *linear), parts.variables.num_vars()
 
     def now(self) -> tuple[np.ndarray, float]:
         """c and constant as the costs have them now."""
-        slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self._quadratic), *[e._a for e in self._linear]])
-        constant = sum([e._c for e in self._quadratic]) + sum([e._b for e in self._linear])
-        return np.bincount(self._at, slopes, self._n).astype(float, copy=False), float(constant)
+        slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self.quadratic), *[e._a for e in self._linear]])
+        constant = sum([e._c for e in self.quadratic]) + sum([e._b for e in self._linear])
+        return np.bincount(self.at, slopes, self._n).astype(float, copy=False), float(constant)

@@ -32,9 +32,21 @@ def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
     """
     if not blocks:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    widths = [len(A) // size if A.__class__ is list else _width(A) for A, size in zip(blocks, sizes)]  # type: ignore[arg-type]
-    dense: list[Any] = [A for A, width in zip(blocks, widths) if width >= 0]
-    numbers = _arrays.joined_numbers(dense)
+    widths: list[int] = []
+    runs: list[Any] = []  # arrays, and lists each of which has the numbers of all lists between two of them
+    run: list[float] | None = None
+    for A, size in zip(blocks, sizes):
+        if A.__class__ is list:
+            widths.append(len(A) // size)  # type: ignore[arg-type]
+            if run is None:
+                runs.append(run := [])
+            run += A  # type: ignore[arg-type]
+            continue
+        widths.append(_width(A))
+        if widths[-1] >= 0:
+            runs.append(A)
+            run = None
+    numbers = _arrays.joined_numbers(runs)
     n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
     is_large = max(n, most) > LARGEST
     bound = _bound(n, most, numbers) if is_large else _calls.of(room(n), room(most))
@@ -105,8 +117,7 @@ class LinearRows:
         for b in bindings:
             e = b._evaluator
             row = e._row
-            is_box = e.__class__ is BoundingBoxConstraint or isinstance(e, BoundingBoxConstraint)
-            blocks.append(None if is_box else e._A if row is None else row[0])
+            blocks.append(row[0] if row is not None else None if isinstance(e, BoundingBoxConstraint) else e._A)
         self._sizes = [b._evaluator._num_outputs for b in bindings]
         self.rows, columns, self.values = entries(blocks, self._sizes)
         self.cols = parts_of(prog).bindings.places(*bindings)[columns]
@@ -134,9 +145,16 @@ class LinearRows:
         ends = list(itertools.accumulate(self._sizes, initial=0))
         return [(b, slice(first, end)) for b, first, end in zip(self._bindings, ends, ends[1:])]
 
+    def of_others(self, bindings: Sequence[BindingBase[LinearConstraint]]) -> LinearRows:
+        """The same of other constraints with the same matrices, whose bounds `again` finds."""
+        out = another(self)
+        out._bindings = bindings
+        out.__dict__.pop("places", None)
+        return out
+
     def again(self) -> LinearRows:
         """The same with the bounds that the constraints have now; itself if these are the same."""
         out = another(self)
         out._take_bounds()
-        is_same = np.array_equal(out.lower, self.lower) and np.array_equal(out.upper, self.upper)
+        is_same = out.lower.tobytes() == self.lower.tobytes() and out.upper.tobytes() == self.upper.tobytes()
         return self if is_same else out

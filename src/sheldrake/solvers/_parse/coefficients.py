@@ -111,9 +111,13 @@ class Quadratic(NamedTuple):
     def of(cls, e: Expression) -> Quadratic | None:
         """A sum of numbers, variables, and products of two, each once, times numbers; None of others."""
         terms = decompose.quadratic_terms(e)
-        if terms is None:
-            return None
-        linear, products, c = terms
+        return None if terms is None else cls.of_terms(*terms)
+
+    @classmethod
+    def of_terms(
+        cls, linear: dict[Variable, float], products: list[tuple[Variable, Variable, float]], c: float
+    ) -> Quadratic:
+        """That of coefficients of variables, of products of two, and a constant."""
         found = dict.fromkeys(linear)
         for v, w, _ in products:
             found[v] = found[w] = None

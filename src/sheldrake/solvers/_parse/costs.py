@@ -11,9 +11,11 @@ from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._parse.coefficients import Quadratic, coefficients, quadratic
 from sheldrake.symbolic import DecomposeL2NormExpression, Expression
 from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic._decompose import quadratic_terms
 
 if TYPE_CHECKING:
     from sheldrake.solvers._functions.bindings import BindingBase
+    from sheldrake.symbolic import Variable
 
 
 def cost(e: Expression) -> BindingBase[Cost]:
@@ -62,8 +64,14 @@ def quadratic_cost(e: Expression, is_convex: bool | None) -> BindingBase[Quadrat
 
 def _small_quadratic(e: Expression, is_convex: bool | None) -> BindingBase[QuadraticCost] | None:
     """The cost of few variables that is expanded as it is; None of others."""
-    found = Quadratic.of(e)
-    if found is None or not found.at or len(found.vars) > _SMALL:
+    terms = quadratic_terms(e)
+    if terms is None or not terms[1]:
+        return None
+    squares = None if terms[0] else _squares(terms[1], terms[2], is_convex)
+    if squares is not None:
+        return squares
+    found = Quadratic.of_terms(*terms)
+    if len(found.vars) > _SMALL:
         return None
     if is_convex is None and found.adds_squares:
         is_convex = True
@@ -71,6 +79,26 @@ def _small_quadratic(e: Expression, is_convex: bool | None) -> BindingBase[Quadr
     for place, value in zip(found.at, found.values):
         Q[place] = value
     return bind_list(QuadraticCost, QuadraticCost._of_numbers(Q, found.b, found.c, is_convex), found.vars)
+
+
+def _squares(
+    products: list[tuple[Variable, Variable, float]], c: float, is_convex: bool | None
+) -> BindingBase[QuadraticCost] | None:
+    """The cost of squares of few variables times numbers; None of other products, and of many."""
+    n = len(products)
+    if n > _SMALL or not all([v is w for v, w, _ in products]):
+        return None
+    products.sort(key=_age_of_square)
+    Q = [0.0] * (n * n)
+    Q[:: n + 1] = diagonal = [2.0 * value for *_, value in products]
+    if is_convex is None and all([value >= 0.0 for value in diagonal]):
+        is_convex = True
+    vars = [v for v, *_ in products]
+    return bind_list(QuadraticCost, QuadraticCost._of_numbers(Q, [0.0] * n, c, is_convex), vars)
+
+
+def _age_of_square(product: tuple[Variable, Variable, float]) -> int:
+    return product[0]._id
 
 
 _SMALL = 8  # variables up to which lists of numbers take less time than arrays

@@ -132,6 +132,10 @@ class ProgramBindings:
         """Whether there are linear and quadratic costs, lengths, linear constraints and cones alone."""
         return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _CONVEX])
 
+    def are_at_most_quadratic(self) -> bool:
+        """Whether there are linear and quadratic costs and linear constraints alone."""
+        return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT])
+
     def contents(self) -> tuple[list[object], list[object]]:
         """What costs and constraints are made of, where `have_contents()`.
 

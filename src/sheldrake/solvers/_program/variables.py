@@ -5,6 +5,7 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import operator
@@ -387,10 +388,18 @@ def _objects(items: list[Variable], shape: tuple[int, ...] = ()) -> np.ndarray:
 
 
 def _names(shape: tuple[int, ...], name: str) -> list[str]:
-    """Names of elements, column after column."""
+    """Names of elements, column after column; not to be changed."""
+    return _few_names(shape, name) if math.prod(shape) <= _FEW else _written_names(shape, name)
+
+
+def _written_names(shape: tuple[int, ...], name: str) -> list[str]:
     if len(shape) == 1:
         return [f"{name}({i})" for i in range(shape[0])]
     return [f"{name}({i},{j})" for j in range(shape[1]) for i in range(shape[0])]
+
+
+_FEW = 1000  # names that are kept for the next program
+_few_names = functools.lru_cache(maxsize=32)(_written_names)
 
 
 def _ways(vector: str, matrix: str) -> Ways:
