@@ -192,9 +192,7 @@ class TestMessages:
 
         text = struct.pack(">i", size) + b"\0"
         tail = b"" if size > 0 else bytes(32)
-        with pytest.raises(
-            ValueError, match=rf"a text.* length (is|has a length)?.*{size}|a text has a length of {size}"
-        ):
+        with pytest.raises(ValueError, match=rf"a text.* {size}\b"):
             Named.decode(Named(n=1, names=[""]).encode()[:8] + struct.pack(">i", 1) + text + tail)
 
     def test_damaged_messages_are_refused_or_read(self):

@@ -67,8 +67,8 @@ class Failures:
             )
         if status == MOTION_NOT_FINITE and not self._settings.sampled:  # of a stage, whose state is gone again
             return RuntimeError(f"{now}: positions become infinite or NaN within a step of the integrator.")
-        if status == MASS_NOT_POSITIVE and (lost := self._without_rotation(context)):
-            return RuntimeError(f"{now}: {lost}.")
+        if status == MASS_NOT_POSITIVE and (fault := self._without_rotation(context)):
+            return RuntimeError(f"{now}: {fault}.")
         text = f"{now}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._settings.sampled:
             text += f" It happened among: {self._bodies_at_hand(context)}."
