@@ -28,10 +28,11 @@ class Calls:
     Args:
         counter: One integer, shape (1,), that changes whenever what the stages read was written.
         native: False runs kernels as Python, on arrays of any scalar.
+        refuse: Raises the error of a stage that gives a status; without it, queries give that status.
     """
 
-    def __init__(self, counter: np.ndarray, native: bool = True):
-        self.native = native and jit_enabled()
+    def __init__(self, counter: np.ndarray, native: bool = True, refuse: Callable[[], Any] | None = None):
+        self.native, self._refuse = native and jit_enabled(), refuse
         self._counter, self._kept = counter, np.array([-1, 0], np.int64)
         self._table: np.ndarray = np.zeros(0, np.int64)
         self._stages: list[tuple[Kernel, tuple]] = []
@@ -120,7 +121,7 @@ class Calls:
             if needs & bit & ~int(kept[1]):
                 self._bind_stages(bit)
                 if status := self._runs[bit]():
-                    return status
+                    return self._refuse() if self._refuse else status
                 kept[1] |= bit
         return 0
 
@@ -141,6 +142,7 @@ class Calls:
         head.append(builtin.HEAD + builtin.PER_ARGUMENT * len(given))
         head += [0 if answer is None else id(answer), builtin.new_copy()]
         head.append(builtin.READ_ONLY if frozen else builtin.ALL_FLAGS)
+        head += [0 if self._refuse is None else id(self._refuse), builtin.caller()]
         for slot, shape in self._given(kernel, args, given):
             head.append(slot)
             head += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]

@@ -105,7 +105,7 @@ class Message:
         """The message that these bytes are.
 
         Raises:
-            ValueError: they are another type's, or not complete.
+            ValueError: they are another type's, not complete, or say lengths that cannot be.
         """
         if len(data) < 8 or struct.unpack_from(">Q", data)[0] != fingerprint(cls._fields):
             raise ValueError(f"{cls.__name__}.decode(): these {len(data)} bytes are no {cls.__name__}.")
@@ -113,6 +113,8 @@ class Message:
             return cls._decoded(data, 8)[0]
         except struct.error as e:
             raise ValueError(f"{cls.__name__}.decode(): the message ends early: {e}.") from None
+        except UnicodeDecodeError as e:
+            raise ValueError(f"{cls.__name__}.decode(): a text is no UTF-8: {e}.") from None
 
     @classmethod
     def _decoded(cls, data: bytes, at: int) -> tuple[Any, int]:
@@ -122,7 +124,7 @@ class Message:
             if not dimensions:
                 value, at = _decode_one(kind, data, at)
             elif kind == "byte" or kind in _CODES:
-                n = _length(message, dimensions[0])
+                n = _length_found(message, name, dimensions[0], data, at)
                 n *= dimensions[1] if len(dimensions) > 1 else 1
                 form = struct.Struct(f">{n}s" if kind == "byte" else f">{n}{_CODES[kind]}")
                 found = form.unpack_from(data, at)
@@ -131,7 +133,7 @@ class Message:
                     value = [value[k : k + dimensions[1]] for k in range(0, n, dimensions[1])]
             else:
                 value = []
-                for _ in range(_length(message, dimensions[0])):
+                for _ in range(_length_found(message, name, dimensions[0], data, at)):
                     one, at = _decode_one(kind, data, at)
                     value.append(one)
             setattr(message, name, value)
@@ -143,6 +145,20 @@ class Message:
 
 def _length(message: Message, dimension: Any) -> int:
     return dimension if isinstance(dimension, int) else getattr(message, dimension)
+
+
+def _length_found(message: Message, name: str, dimension: Any, data: bytes, at: int) -> int:
+    """`_length` of a message that is being read, of whose elements each takes a byte at least."""
+    n = _length(message, dimension)
+    return _checked_length(f"{type(message).__name__}.{name}", n, 0, len(data) - at)
+
+
+def _checked_length(what: str, n: int, least: int, left: int) -> int:
+    if n < least:
+        raise ValueError(f"{what}: a message says that its length is {n}; expected at least {least}.")
+    if n > left:
+        raise struct.error(f"{what} has a length of {n}, and {left} bytes are left")
+    return n
 
 
 def _zero(kind: Any, dimension: Any = None, *_: Any) -> Any:
@@ -164,7 +180,7 @@ def _encode_one(kind: Any, value: Any) -> bytes:
 
 def _decode_one(kind: Any, data: bytes, at: int) -> tuple[Any, int]:
     if kind == "string":
-        (n,) = struct.unpack_from(">i", data, at)
+        n = _checked_length("a text", struct.unpack_from(">i", data, at)[0], 1, len(data) - at - 4)
         return data[at + 4 : at + 3 + n].decode(), at + 4 + n
     if not isinstance(kind, str):
         return kind._decoded(data, at)

@@ -86,11 +86,12 @@ class Multicast:
             return None
         magic, number = _SHORT_HEAD.unpack_from(datagram)
         if magic == SHORT:
-            name, zero, message = datagram[_SHORT_HEAD.size :].partition(b"\0")
-            return (name.decode(), message) if zero else None
+            return _on_channel(datagram[_SHORT_HEAD.size :])
         if magic != LONG or len(datagram) < _LONG_HEAD.size:
             return None
         _, _, size, _, place, count = _LONG_HEAD.unpack_from(datagram)
+        if place >= count:
+            return None
         parts = self._pending.setdefault((sender, number, size), {})
         parts[place] = datagram[_LONG_HEAD.size :]
         if len(parts) < count:
@@ -98,8 +99,19 @@ class Multicast:
                 self._pending.pop(next(iter(self._pending)))  # its fragments were lost
             return None
         del self._pending[sender, number, size]
-        name, _, message = b"".join(parts[k] for k in range(count)).partition(b"\0")
-        return (name.decode(), message) if len(message) == size else None
+        if len(parts) != count or max(parts) >= count:
+            return None  # its fragments do not agree on how many they are
+        found = _on_channel(b"".join(parts[k] for k in range(count)))
+        return found if found is not None and len(found[1]) == size else None
+
+
+def _on_channel(content: bytes) -> tuple[str, bytes] | None:
+    """A channel and a message; None of what has no channel that can be read: anybody may send to the group."""
+    name, zero, message = content.partition(b"\0")
+    try:
+        return (name.decode(), message) if zero else None
+    except UnicodeDecodeError:
+        return None
 
 
 def datagrams(number: int, name: bytes, message: bytes) -> list[bytes]:

@@ -608,12 +608,23 @@ def maker(e: Expression) -> Callable[..., Expression]:
 
 _Value = TypeVar("_Value")
 
+if TYPE_CHECKING:
+    _Rule = Callable[[Expression, Callable[[Expression], _Value]], _Value]
 
-def fold(
-    expressions: Iterable[Expression], rule: Callable[[Expression, Callable[[Expression], _Value]], _Value]
-) -> list[_Value]:
+
+def fold(expressions: Iterable[Expression], rule: _Rule[_Value]) -> list[_Value]:
     """What a rule makes of expressions: `rule(e, of)` asks `of` for parts; of each part it is asked once."""
-    expressions = list(expressions)
+    expressions, of = list(expressions), _asked_once(rule)
+    try:
+        return [of(e) for e in expressions]
+    except RecursionError:
+        for part in nodes(*expressions):  # Too deep: from the parts up, then.
+            with contextlib.suppress(RuntimeError, ValueError):  # It may not be wanted, as the other branch is taken.
+                of(part)
+        return [of(e) for e in expressions]
+
+
+def _asked_once(rule: _Rule[_Value]) -> Callable[[Expression], _Value]:
     done: dict[int, _Value] = {}
 
     def of(e: Expression) -> _Value:
@@ -625,13 +636,52 @@ def fold(
                 done[n] = found
         return found
 
+    return of
+
+
+def written(e: Expression, rule: _Rule[str]) -> str:
+    """What a rule makes of an expression, in words: as `fold`, which would keep the words of each part of a deep one.
+
+    Raises:
+        MemoryError: a deep one has more characters than anybody reads.
+    """
     try:
-        return [of(e) for e in expressions]
+        return _asked_once(rule)(e)
     except RecursionError:
-        for part in nodes(*expressions):  # Too deep: from the parts up, then.
-            with contextlib.suppress(RuntimeError, ValueError):  # It may not be wanted, as the other branch is taken.
-                of(part)
-        return [of(e) for e in expressions]
+        return _written_from_the_top(e, rule)
+
+
+_MOST_CHARACTERS = 10**9
+_A_PART = "\0"  # stands around the number of a part where its words belong
+
+
+def _written_from_the_top(e: Expression, rule: _Rule[str]) -> str:
+    def pieces(part: Expression) -> list[str | Expression]:
+        inner: list[Expression] = []
+
+        def place(child: Expression) -> str:
+            inner.append(child)
+            return f"{_A_PART}{len(inner) - 1}{_A_PART}"
+
+        words = rule(part, place).split(_A_PART)
+        return [inner[int(word)] if i % 2 else word for i, word in enumerate(words)]
+
+    def count(part: Expression, of: Callable[[Expression], int]) -> int:
+        return sum(len(piece) if isinstance(piece, str) else of(piece) for piece in pieces(part))
+
+    if fold([e], count)[0] > _MOST_CHARACTERS:
+        raise MemoryError(
+            f"An expression would be written with more than {_MOST_CHARACTERS:,} characters, as it repeats its parts."
+        )
+    out: list[str] = []
+    stack: list[str | Expression] = [e]
+    while stack:
+        top = stack.pop()
+        if isinstance(top, str):
+            out.append(top)
+        else:
+            stack.extend(reversed(pieces(top)))
+    return "".join(out)
 
 
 def nodes(*roots: Expression) -> list[Expression]:

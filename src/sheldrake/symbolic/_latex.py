@@ -65,7 +65,7 @@ def _variable(v: Variable) -> str:
 
 
 def _expression(e: Expression, precision: int) -> str:
-    return _build.fold([e], lambda part, of: _node(part, of, precision))[0]
+    return _build.written(e, lambda part, of: _node(part, of, precision))
 
 
 def _node(e: Expression, of: Callable[[Expression], str], precision: int) -> str:

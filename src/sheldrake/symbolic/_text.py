@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sheldrake.symbolic import _kinds as k
-from sheldrake.symbolic._build import ONE, fold
+from sheldrake.symbolic._build import ONE, written
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._numbers import text_of as number
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def text_of(e: Expression) -> str:
     """The text of an expression."""
-    return fold([e], _text)[0]
+    return written(e, _text)
 
 
 def _text(e: Expression, of: Callable[[Expression], str]) -> str:

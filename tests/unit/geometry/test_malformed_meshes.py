@@ -1,7 +1,9 @@
 """What is wrong with a mesh file is said with place, what was found and what was expected: to collide and to look."""
 
+import base64
 import copy
 import functools
+import io
 import json
 import operator
 import re
@@ -309,3 +311,44 @@ def test_text(folder, name, text, old, new, expected):
 def test_stl(folder, data, expected):
     (folder / "a.stl").write_bytes(data)
     says(folder / "a.stl", expected)
+
+
+@pytest.mark.parametrize("place", ["in a data URI", "in a buffer", "no base64"])
+def test_a_picture_within_a_gltf_file_that_is_none_is_said(folder, caplog, place):
+    document = copy.deepcopy(GLTF)
+    image = {"uri": "data:image/png;base64," + base64.b64encode(b"hello").decode()}
+    if place == "in a buffer":
+        image = {"bufferView": 0, "mimeType": "image/png"}
+    if place == "no base64":
+        image = {"uri": "data:image/png;base64,@@@"}
+    document |= {"images": [image], "textures": [{"source": 0}]}
+    document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    document["meshes"][0]["primitives"][0]["material"] = 0
+    (folder / "a.gltf").write_text(json.dumps(document))
+    with caplog.at_level("WARNING", logger="drake"):
+        assert load_mesh(Mesh(str(folder / "a.gltf"))).parts[0].image is None
+    assert "images[0]" in caplog.text and "drawn without" in caplog.text
+
+
+def test_a_picture_within_a_gltf_file_is_drawn_and_nothing_said(folder, caplog):
+    from PIL import Image
+
+    document, png = copy.deepcopy(GLTF), io.BytesIO()
+    Image.new("RGB", (2, 2)).save(png, "PNG")
+    document["images"] = [{"uri": "data:image/png;base64," + base64.b64encode(png.getvalue()).decode()}]
+    document["textures"] = [{"source": 0}]
+    document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    document["meshes"][0]["primitives"][0]["material"] = 0
+    (folder / "a.gltf").write_text(json.dumps(document))
+    with caplog.at_level("WARNING", logger="drake"):
+        load_mesh(Mesh(str(folder / "a.gltf")))
+    assert not caplog.text
+
+
+def test_a_chain_of_nodes_that_takes_minutes_to_follow_is_refused(folder):
+    document, count = copy.deepcopy(GLTF), 20_000
+    chain = [{"children": [i + 1]} for i in range(count)]
+    document["nodes"], document["scenes"] = [*chain, {"mesh": 0}], [{"nodes": [0]}]
+    (folder / "a.gltf").write_text(json.dumps(document))
+    with pytest.raises(RuntimeError, match=r"nodes\[10000\] is below 10000 others; expected a flatter tree"):
+        load_mesh(Mesh(str(folder / "a.gltf")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import struct
 import threading
 
 import numpy as np
@@ -124,6 +125,18 @@ class TestDatagrams:
             assert receiver._assembled(datagrams(number, b"N\0", bytes(2000))[0], ("a", 1)) is None
         assert len(receiver._pending) <= 64
 
+    def test_datagrams_of_an_attacker_are_left_out(self):
+        receiver = self.receiver()
+        unreadable, none = b"\xff\xfe\0" + bytes(5), b"no zero"
+        long = struct.Struct(">IIIIHH")
+        for content in (unreadable, none):
+            assert receiver._assembled(struct.pack(">II", 0x4C433032, 1) + content, ("a", 1)) is None
+            assert receiver._assembled(long.pack(0x4C433033, 1, 5, 0, 0, 1) + content, ("a", 1)) is None
+        assert receiver._assembled(long.pack(0x4C433033, 2, 0, 0, 0, 0), ("a", 1)) is None  # the first of none
+        for place, count in ((7, 2), (8, 2), (5, 9), (0, 9), (0, 2)):  # fragments that do not agree
+            assert receiver._assembled(long.pack(0x4C433033, 3, 2, 0, place, count) + b"N\0x", ("a", 1)) is None
+        assert receiver._assembled(datagrams(4, b"N\0", b"good")[0], ("a", 1)) == ("N", b"good")
+
 
 class TestMessages:
     def test_bytes_of_a_scope_message(self):
@@ -150,6 +163,58 @@ class TestMessages:
             lcmt_scope.decode(lcmt_scope(size=2, value=[1.0, 2.0]).encode()[:-1])
         with pytest.raises(TypeError, match="it has utime, size, value"):
             lcmt_scope(time=1)
+
+    @pytest.mark.parametrize("size", [-1, -(2**31), 3, 2**31 - 1])
+    def test_lengths_that_cannot_be(self, size):
+        class Named(Message):
+            layout = "int32_t n; string names[n]"
+
+        class Lines(Message):
+            layout = "int32_t n; byte raw[n]"
+
+        for kind, message in (
+            (lcmt_scope, lcmt_scope(size=2, value=[1.0, 2.0])),
+            (Named, Named(n=1, names=[""])),
+            (Lines, Lines(n=2, raw=b"ab")),
+        ):
+            good = message.encode()
+            at = 16 if kind is lcmt_scope else 8
+            bad = good[:at] + struct.pack(">i", size) + good[at + 4 :]
+            with pytest.raises(ValueError, match=rf"length (is|of) {size}\b|ends early"):
+                kind.decode(bad)
+
+    @pytest.mark.parametrize("size", [-4, 0, 2, 2**31 - 1])
+    def test_a_text_whose_length_cannot_be(self, size):
+        """-4 is where the text itself began: a list of a billion such took hours."""
+
+        class Named(Message):
+            layout = "int32_t n; string names[n]; int64_t more[4]"
+
+        text = struct.pack(">i", size) + b"\0"
+        tail = b"" if size > 0 else bytes(32)
+        with pytest.raises(ValueError, match=rf"a text.* {size}\b"):
+            Named.decode(Named(n=1, names=[""]).encode()[:8] + struct.pack(">i", 1) + text + tail)
+
+    def test_damaged_messages_are_refused_or_read(self):
+        class Part(Message):
+            layout = "int16_t k; string text"
+
+        class Whole(Message):
+            layout = "int32_t n; double x[n]; string names[n]; byte raw[n]; int32_t m; Part parts[m]"
+
+        parts = [Part(k=1, text="one"), Part(k=2, text="Ω")]
+        good = Whole(n=2, x=[1.0, 2.0], names=["a", ""], raw=b"xy", m=2, parts=parts).encode()
+        rng, refused = np.random.default_rng(5), 0
+        for _ in range(3000):
+            bad = bytearray(good[: rng.integers(8, len(good) + 1)])
+            for at in rng.integers(8, max(len(bad), 9), 2):
+                if at < len(bad):
+                    bad[at] = rng.choice([0, 1, 127, 128, 255])
+            try:
+                assert isinstance(Whole.decode(bytes(bad)), Whole)
+            except ValueError:
+                refused += 1
+        assert refused > 1000
 
 
 @pytest.mark.parametrize("buffer", [5, None, "text", [1, 2]])

@@ -1,6 +1,7 @@
 import copy
 import gc
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -180,6 +181,29 @@ def test_a_deep_expression_has_a_number_an_order_and_a_text():
         e = sym.cos(y + e * 0.5) + i
     assert e.EqualTo(e + 0.0) and len(str(e)) > 3000
     assert (e - e).EqualTo(0) and not (e * 2).EqualTo(e)
+
+
+@pytest.mark.parametrize("write", [str, sym.ToLatex])
+def test_a_deep_expression_is_written_in_little_memory(write):
+    e, depth = x * 1, 5000
+    for _ in range(depth):
+        e = sym.sin(e + y)
+    inner = write(sym.sin(x + y))
+    start, after = write(sym.sin(y + sym.sin(x + y))).split(inner)
+    tracemalloc.start()
+    text = write(e)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert text == start * (depth - 1) + inner + after * (depth - 1)
+    assert most < 1000 * depth  # the texts of all parts take fifty times as much
+
+
+def test_a_deep_expression_that_repeats_its_parts_is_not_written():
+    e = x * 1
+    for _ in range(3000):
+        e = sym.sin(e) * sym.cos(e)
+    with pytest.raises(MemoryError, match="more than 1,000,000,000 characters"):
+        str(e)
 
 
 def test_infinities_cancel_only_against_themselves():

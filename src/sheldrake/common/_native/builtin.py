@@ -18,7 +18,9 @@ Layout of a block, in words:
     12  address of the array object of which a copy is the answer when the status is 0, or 0
     13  address of PyArray_NewCopy
     14  which flags of that copy stay as they are: all, or all but the one that lets it be written
-    15 ... for each given argument: which of the kernel's words, number of axes, lengths of the two first axes;
+    15  the function of Python that raises an error when a stage fails, or 0: then the answer is the status
+    16  address of PyObject_CallNoArgs
+    17 ... for each given argument: which of the kernel's words, number of axes, lengths of the two first axes;
            for a float -1 axes, and two types that such a number may have
 """
 
@@ -38,7 +40,7 @@ from sheldrake.common.kernel import MISFIT
 if TYPE_CHECKING:
     from llvmlite.binding import TargetMachine
 
-HEAD, PER_ARGUMENT, PER_STAGE = 15, 4, 3
+HEAD, PER_ARGUMENT, PER_STAGE = 17, 4, 3
 SYMBOL = "sheldrake_call"
 METH_FASTCALL = 0x0080
 _NEW_COPY = 85  # in NumPy's table of functions
@@ -213,6 +215,16 @@ onward:
   %j_next = add i64 %j, 1
   br label %each
 failed:
+  %refuse_at = getelementptr i64, ptr %block, i64 15
+  %refuse = load ptr, ptr %refuse_at
+  %no_refuse = icmp eq ptr %refuse, null
+  br i1 %no_refuse, label %tell, label %raise
+raise:
+  %caller_at = getelementptr i64, ptr %block, i64 16
+  %caller = load ptr, ptr %caller_at
+  %raised = tail call ptr %caller(ptr %refuse)
+  ret ptr %raised
+tell:
   %failure = tail call ptr %make(i64 %stage_status)
   ret ptr %failure
 
@@ -283,6 +295,12 @@ def constants() -> tuple[int, int, int]:
     """Words 2 to 4 of every block."""
     address = ctypes.cast(ctypes.pythonapi.PyLong_FromLongLong, ctypes.c_void_p).value
     return int(address or 0), id(np.ndarray), id(np.dtype(np.float64))
+
+
+@functools.cache
+def caller() -> int:
+    """Word 16 of every block."""
+    return int(ctypes.cast(ctypes.pythonapi.PyObject_CallNoArgs, ctypes.c_void_p).value or 0)
 
 
 NUMBER = -1, id(float), id(np.float64)

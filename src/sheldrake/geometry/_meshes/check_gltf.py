@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import json
 import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from .check_picture import check_picture
 
 if TYPE_CHECKING:
     from typing import TypeGuard
@@ -15,11 +16,12 @@ if TYPE_CHECKING:
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of a number, by its component type
 _NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _MOST = 100_000_000  # numbers in one place: trimesh makes room for as many zeros as a file says it has
+_DEEPEST = 10_000  # nodes below each other: trimesh follows each from the root
 _LONGEST_STRIDE = 252  # [bytes]
 _PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")  # what hides the numbers themselves
 
 
-def check_gltf(data: bytes, extension: str, name: str, read_file: Callable[[str], bytes]) -> None:
+def check_gltf(data: bytes, extension: str, name: str, read_file: Callable[[str], bytes]) -> list[str]:
     """Checks that a glTF file is whole, and that what it names is there.
 
     Args:
@@ -27,6 +29,9 @@ def check_gltf(data: bytes, extension: str, name: str, read_file: Callable[[str]
         extension: ".gltf" or ".glb".
         name: Its name, for messages.
         read_file: Gives the content of a file that is named in it, relative to it.
+
+    Returns:
+        Which pictures within the file cannot be read, and why; a mesh is still one without them.
 
     Raises:
         RuntimeError: with the place in the file, what was found and what was expected.
@@ -42,7 +47,9 @@ def check_gltf(data: bytes, extension: str, name: str, read_file: Callable[[str]
         raise RuntimeError(f"{name}: the glTF file is no JSON text.") from None
     if not isinstance(document, dict):
         raise RuntimeError(f"{name}: the glTF file has {type(document).__name__} at its top; expected an object.")
-    _GltfCheck(document, name).run(chunk, read_file)
+    check = _GltfCheck(document, name)
+    check.run(chunk, read_file)
+    return check.problems
 
 
 def _chunks(data: bytes, name: str) -> tuple[bytes, bytes]:
@@ -73,6 +80,8 @@ class _GltfCheck:
 
     def __init__(self, document: dict[str, Any], name: str):
         self._document, self._name = document, name
+        self._held: list[bytes] = []  # what the buffers hold
+        self.problems: list[str] = []
 
     def run(self, chunk: bytes | None, read_file: Callable[[str], bytes]) -> None:
         asset = self._object("asset", self._document.get("asset", {}))
@@ -93,20 +102,21 @@ class _GltfCheck:
         for where, buffer in self._rows("buffers"):
             size, uri = self._whole(where, buffer, "byteLength", 0), buffer.get("uri")
             if uri is None:
-                held = 0 if chunk is None else len(chunk)
+                held = chunk or b""
             elif not isinstance(uri, str):
                 self._fail(f"{where}.uri", uri, "text")
             elif uri.startswith("data:"):
-                held = self._size_of_base64(where, uri)
+                held = self._of_base64(where, uri)
             else:
-                held = len(read_file(uri))
-            if held < size:
-                self._fail(f"{where}.byteLength", size, f"at most the {held} bytes that are there")
+                held = read_file(uri)
+            if len(held) < size:
+                self._fail(f"{where}.byteLength", size, f"at most the {len(held)} bytes that are there")
+            self._held.append(held)
 
-    def _size_of_base64(self, where: str, uri: str) -> int:
+    def _of_base64(self, where: str, uri: str) -> bytes:
         try:
-            return len(base64.b64decode(uri.partition(",")[2], validate=True))
-        except binascii.Error:
+            return base64.b64decode(uri.partition(",")[2], validate=True)
+        except ValueError:  # of which binascii.Error is one
             return self._say(f"{where}.uri", "data that is no base64", "data:...;base64, and the numbers in base64")
 
     def _views(self) -> None:
@@ -140,8 +150,11 @@ class _GltfCheck:
 
     def _looks(self) -> None:
         for where, image in self._rows("images"):
-            if "bufferView" in image:
-                self._index(where, image, "bufferView", "bufferViews")
+            view = self._index(where, image, "bufferView", "bufferViews") if "bufferView" in image else None
+            try:
+                self._picture(where, image.get("uri"), view)
+            except (OSError, ValueError) as error:  # the latter from base64
+                self.problems.append(f"{where}: {str(error).rstrip('.')}.")
         for where, texture in self._rows("textures"):
             if "source" in texture:
                 self._index(where, texture, "source", "images")
@@ -152,6 +165,14 @@ class _GltfCheck:
             if "baseColorTexture" in looks:
                 place = f"{place}.baseColorTexture"
                 self._index(place, self._object(place, looks["baseColorTexture"]), "index", "textures")
+
+    def _picture(self, where: str, uri: Any, view: dict[str, Any] | None) -> None:
+        """Checks a picture within the file; those in other files are looked at when they are read."""
+        if view is not None:
+            begin = view.get("byteOffset", 0)
+            check_picture(self._held[view["buffer"]][begin : begin + view["byteLength"]])
+        elif isinstance(uri, str) and uri.startswith("data:"):
+            check_picture(base64.b64decode(uri.partition(",")[2], validate=True))
 
     def _meshes(self) -> None:
         for where, mesh in self._rows("meshes"):
@@ -204,10 +225,13 @@ class _GltfCheck:
         for below in children:
             for child in below:
                 parents[child] += 1
-        free = [n for n, count in enumerate(parents) if not count]
+        free, depths = [n for n, count in enumerate(parents) if not count], [1] * len(children)
         for n in free:
+            if depths[n] > _DEEPEST:
+                self._say(f"nodes[{n}]", f"below {_DEEPEST} others", "a flatter tree")
             for child in children[n]:
                 parents[child] -= 1
+                depths[child] = max(depths[child], depths[n] + 1)
                 if not parents[child]:
                     free.append(child)
         if len(free) < len(children):

@@ -18,6 +18,7 @@ import numpy as np
 from sheldrake.common._files import regular_bytes
 
 from .check_gltf import check_gltf
+from .check_picture import check_picture
 from .mesh_source import MeshSource
 from .read_dae import read_dae
 from .read_obj import read_obj
@@ -257,29 +258,13 @@ class DiskFiles:
         try:
             data = regular_bytes(path)
             if path.suffix.lower() in _PICTURES:
-                _check_picture(data)
+                check_picture(data)
         except OSError as error:
             self.problems.append(f"the mesh names the file {name!r}: {(error.strerror or str(error)).rstrip('.')}.")
             raise
         return data
 
     __getitem__ = get  # trimesh asks in either way
-
-
-def _check_picture(data: bytes) -> None:
-    """Checks that a file is a picture of a sensible size: trimesh drops without a word what is none.
-
-    Raises:
-        OSError: it is none.
-    """
-    from PIL import Image
-
-    try:
-        Image.open(io.BytesIO(data)).close()
-    except Image.UnidentifiedImageError:
-        raise OSError("it is no picture that can be read") from None
-    except (Image.DecompressionBombError, ValueError, SyntaxError) as error:
-        raise OSError(str(error)) from None
 
 
 class _MemoryFiles:

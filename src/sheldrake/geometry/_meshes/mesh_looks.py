@@ -191,7 +191,8 @@ def _load(
             scene = dae_scene(data, Path(name).name, files.get)
         else:
             if kind in (".gltf", ".glb"):
-                check_gltf(data, kind, Path(name).name, files.get)
+                for problem in check_gltf(data, kind, Path(name).name, files.get):
+                    log.warning("%s: %s It is drawn without.", name, problem)
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=files)
         mesh = LoadedMesh(_scaled(scene, source, scale))
         if mesh.vertices.shape[1:] != (3,) or not np.isfinite(mesh.vertices).all():

@@ -17,6 +17,7 @@ from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, Rotat
 from sheldrake.multibody.tree._element import default_values, distributions, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
+from sheldrake.symbolic import Expression
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -120,6 +121,11 @@ class QuaternionFloatingJoint(_FloatingJoint):
         wxyz = q[:4]
         squared = wxyz @ wxyz
         if q.dtype == object or not 0.0 < squared < math.inf:
+            if scalar_of(q) is not Expression and all(x == 0.0 for x in wxyz):
+                raise RuntimeError(
+                    "GetPose(): all elements of a quaternion are zero, which is no rotation, at the joint "
+                    f"{self.name()!r}; without rotation it is (1, 0, 0, 0)."
+                )
             return RigidTransform_[scalar_of(q)](_unit_quaternion(wxyz), q[4:])
         length = math.sqrt(squared)  # of unit length: nothing is left to check
         w, x, y, z = wxyz.tolist()

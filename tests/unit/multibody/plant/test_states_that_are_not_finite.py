@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, DiscreteContactApproximation
-from sheldrake.multibody.tree import RevoluteJoint, SpatialInertia
+from sheldrake.autodiffutils import InitializeAutoDiff
+from sheldrake.geometry import Sphere
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, DiscreteContactApproximation
+from sheldrake.multibody.tree import JacobianWrtVariable, MultibodyForces, RevoluteJoint, SpatialInertia
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 
@@ -61,3 +64,70 @@ def test_a_quaternion_of_zeros(approximation):
     with pytest.raises(RuntimeError, match=r"all elements of a quaternion are zero.*'ball', 'stone'; .*\(1, 0, 0, 0\)"):
         simulator.AdvanceTo(0.1)
     np.testing.assert_array_equal(plant.GetPositionsAndVelocities(context), before)
+
+
+def queries(plant, context):
+    """What needs poses."""
+    ball, world = plant.GetBodyByName("ball"), plant.world_frame()
+    frame = ball.body_frame()
+    return {
+        "pose of a body": lambda: plant.EvalBodyPoseInWorld(context, ball),
+        "pose of a frame": lambda: plant.CalcRelativeTransform(context, frame, world),
+        "pose of the joint": lambda: plant.GetJointByName("ball").GetPose(context),
+        "points": lambda: plant.CalcPointsPositions(context, frame, np.zeros(3), world),
+        "velocity": lambda: plant.EvalBodySpatialVelocityInWorld(context, ball),
+        "jacobian": lambda: plant.CalcJacobianSpatialVelocity(
+            context, JacobianWrtVariable.kV, frame, np.zeros(3), world, world
+        ),
+        "mass matrix": lambda: plant.CalcMassMatrix(context),
+        "gravity": lambda: plant.CalcGravityGeneralizedForces(context),
+        "energy": lambda: plant.CalcPotentialEnergy(context),
+        "centre of mass": lambda: plant.CalcCenterOfMassPositionInWorld(context),
+        "forces": lambda: plant.CalcForceElementsContribution(context, MultibodyForces(plant)),
+        "port": lambda: plant.get_body_poses_output_port().Eval(context),
+    }
+
+
+@pytest.mark.parametrize("jit", ["1", "0"], ids=["compiled", "interpreted"])
+def test_queries_of_a_quaternion_of_zeros(monkeypatch, jit):
+    monkeypatch.setenv("SHELDRAKE_JIT", jit)
+    _, plant, context = scene(None)
+    asked = queries(plant, context)
+    for ask in asked.values():
+        ask()
+    at_place = plant.GetPositions(context)
+    plant.SetPositions(context, np.zeros(plant.num_positions()))
+    for name, ask in asked.items():
+        with pytest.raises(RuntimeError, match="all elements of a quaternion are zero"):
+            pytest.fail(f"{name}: {ask()}")
+    with pytest.raises(RuntimeError, match=r"joints 'ball', 'stone'; .*\(1, 0, 0, 0\)"):
+        plant.CalcMassMatrix(context)
+    plant.SetPositions(context, at_place)
+    for ask in asked.values():
+        ask()
+
+
+def test_geometry_of_a_quaternion_of_zeros():
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    for name in ("ball", "stone"):
+        body = plant.AddRigidBody(name, SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        plant.RegisterCollisionGeometry(body, RigidTransform(), Sphere(0.1), name, CoulombFriction(0.5, 0.5))
+    plant.Finalize()
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    plant.SetPositions(plant.GetMyMutableContextFromRoot(context), np.zeros(14))
+    query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context))
+    with pytest.raises(RuntimeError, match="all elements of a quaternion are zero"):
+        query.ComputeSignedDistancePairwiseClosestPoints()
+
+
+def test_duals_of_a_quaternion_of_zeros():
+    _, plant, _ = scene(None)
+    plant = plant.ToAutoDiffXd()
+    context = plant.CreateDefaultContext()
+    zeros = InitializeAutoDiff(np.zeros(plant.num_positions())).ravel()
+    for _ in range(60):  # as Python first, then as machine code
+        plant.SetPositions(context, zeros)
+        with pytest.raises(RuntimeError, match="all elements of a quaternion are zero"):
+            plant.CalcMassMatrix(context)

@@ -36,12 +36,19 @@ class DualCalls:
         x: Positions and velocities.
         p: Parameters.
         views: Parts of x, which kernels take.
+        refuse: As `Calls` takes it.
     """
 
     def __init__(
-        self, counter: np.ndarray, constants: np.ndarray, x: np.ndarray, p: np.ndarray, views: tuple[np.ndarray, ...]
+        self,
+        counter: np.ndarray,
+        constants: np.ndarray,
+        x: np.ndarray,
+        p: np.ndarray,
+        views: tuple[np.ndarray, ...],
+        refuse: Callable[[], Any],
     ):
-        self._plain = Calls(counter, native=False)
+        self._plain = Calls(counter, native=False, refuse=refuse)
         self._patience = _NUMBERS // max(len(x), 1)  # calls as Python before machine code is made
         x_complex, p_complex = np.zeros(x.shape, complex), np.zeros(p.shape, complex)
         self._complex: dict[int, Any] = {id(x): x_complex, id(p): p_complex}
@@ -139,9 +146,9 @@ class DualCalls:
                     return MISFIT
                 source.duals = array
             slopes = sweep_sources(sweep, sources)
-            if slopes is None:
+            if slopes is None or isinstance(slopes, int):
                 return plain(*arrays)  # which says what is wrong
-            return slopes if isinstance(slopes, int) else filled(out.real, slopes)
+            return filled(out.real, slopes)
 
         return ask
 

@@ -6,8 +6,8 @@ are up to date.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,9 +24,10 @@ from sheldrake.multibody.math._spatial_inertia import SPATIAL_INERTIA
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.ports import write_finite, write_number, write_pose
-from sheldrake.multibody.tree import Frame, RigidBody
+from sheldrake.multibody.tree import Frame, Joint, QuaternionFloatingJoint, RigidBody
 from sheldrake.multibody.tree._kernels import dynamics, integrate, jacobians, kinematics, queries
 from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
+from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
@@ -40,6 +41,23 @@ _MOST_PLACES = 256
 
 def _refuse(*_: object) -> int:
     return MISFIT
+
+
+def _refuse_poses(joints: Sequence[Joint], q: np.ndarray, plant: str) -> None:
+    raise RuntimeError(f"{plant}: {no_rotation(joints, q)}.")
+
+
+def no_rotation(joints: Sequence[Joint], q: np.ndarray) -> str:
+    """What is wrong with positions in which quaternions of joints are zero; empty where none is."""
+    floating = [joint for joint in joints if isinstance(joint, QuaternionFloatingJoint)]
+    lost = [repr(j.name()) for j in floating if all(x == 0.0 for x in q[j.position_start() :][:4])]
+    if not lost:
+        return ""
+    names = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
+    return (
+        f"all elements of a quaternion are zero, which is no rotation. It happened at the joints {names}; without "
+        "rotation a quaternion is (1, 0, 0, 0), which comes first in q"
+    )
 
 
 class View:
@@ -98,12 +116,14 @@ class View:
         self.V_WB = self.zeros(self.nb, 6)
 
         counter = store.I[self.level : self.level + 1]
+        refuse = partial(_refuse_poses, frozen.joints, self.q, context._system._describe())
         if self.T is AutoDiffXd:
-            self.calls: Any = DualCalls(counter, store.I[:1], self.x, self.p, (self.q, self.v))
+            self.calls: Any = DualCalls(counter, store.I[:1], self.x, self.p, (self.q, self.v), refuse)
         else:
-            self.calls = Calls(counter, self.native)
+            self.calls = Calls(counter, self.native, refuse)
         calls = self.calls
-        self.POSES = calls.stage(kinematics.position_kinematics, self.model, self.p, self.work, self.q)
+        poses = kinematics.position_kinematics if self.T is Expression else kinematics.poses_of_rotations
+        self.POSES = calls.stage(poses, self.model, self.p, self.work, self.q)
         self.INERTIAS = calls.stage(dynamics.body_inertias, self.model, self.p, self.work)
         self.VELOCITIES = calls.stage(kinematics.velocity_kinematics, self.model, self.p, self.work, self.q, self.v)
         self.ORIGINS = calls.stage(kinematics.body_velocities, self.model, self.work, self.V_WB)

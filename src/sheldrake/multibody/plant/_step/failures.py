@@ -13,11 +13,11 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.view import no_rotation
 from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.results import bodies_at_hand
-from sheldrake.multibody.tree import QuaternionFloatingJoint
 from sheldrake.systems.framework import Context
 
 
@@ -67,11 +67,8 @@ class Failures:
             )
         if status == MOTION_NOT_FINITE and not self._settings.sampled:  # of a stage, whose state is gone again
             return RuntimeError(f"{now}: positions become infinite or NaN within a step of the integrator.")
-        if status == MASS_NOT_POSITIVE and (lost := self._without_rotation(context)):
-            return RuntimeError(
-                f"{now}: all elements of a quaternion are zero, which is no rotation. It happened at the joints "
-                f"{', '.join(lost[:10])}; without rotation a quaternion is (1, 0, 0, 0), which comes first in q."
-            )
+        if status == MASS_NOT_POSITIVE and (fault := self._without_rotation(context)):
+            return RuntimeError(f"{now}: {fault}.")
         text = f"{now}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._settings.sampled:
             text += f" It happened among: {self._bodies_at_hand(context)}."
@@ -89,11 +86,9 @@ class Failures:
             if not np.all(np.isfinite(q[joint.position_start() : joint.position_start() + joint.num_positions()]))
         ]
 
-    def _without_rotation(self, context: Context) -> list[str]:
-        """Joints whose quaternion is zero."""
+    def _without_rotation(self, context: Context) -> str:
         view = self._contexts.view(context)
-        q, joints = view.q.astype(float), [j for j in view.frozen.joints if isinstance(j, QuaternionFloatingJoint)]
-        return [repr(joint.name()) for joint in joints if not q[joint.position_start() :][:4].any()]
+        return no_rotation(view.frozen.joints, view.q)
 
     def _bodies_at_hand(self, context: Context) -> str:
         model = self._elements.model("MultibodyPlant")

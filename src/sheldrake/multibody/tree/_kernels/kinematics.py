@@ -136,6 +136,23 @@ def position_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector) 
             position_of_any_joint(model, p, work, q, b)
 
 
+NO_ROTATION = 124
+"""The status for a quaternion of zeros."""
+
+
+@kernel(top=True)
+def poses_of_rotations(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> int:
+    """`position_kinematics`, unless a quaternion is zero: then a status."""
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        if body.kind == FREE or body.kind == QUATERNION:
+            w, x, y, z = read4(q, body.first_q)
+            if w == 0.0 and x == 0.0 and y == 0.0 and z == 0.0:
+                return NO_ROTATION
+    position_kinematics(model, p, work, q)
+    return 0
+
+
 @kernel
 def turn_joints(model, work, q):
     """Fills `angle`, `sine` and `cosine`."""
