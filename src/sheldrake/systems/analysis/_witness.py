@@ -23,6 +23,7 @@ from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import witness as _kernels
 from sheldrake.systems.framework._kernels.witness import Watch, WatchNumbers
+from sheldrake.systems.framework._vector import plain
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
@@ -99,7 +100,7 @@ class WitnessWatch:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
 
     def _values(self) -> list[float]:
-        return [float(witness._calc(context)) for witness, context in self._active]
+        return [float(plain(witness._calc(context))) for witness, context in self._active]
 
     def before(self) -> None:
         """Remembers the beginning of a step."""

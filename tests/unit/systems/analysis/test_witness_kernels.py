@@ -17,6 +17,7 @@ from sheldrake.systems.framework import (
     UnrestrictedUpdateEvent,
     WitnessFunctionDirection,
 )
+from sheldrake.systems.framework._vector import plain
 
 BEGINNINGS = {RimlessWheel: [0.0, 1.0], CompassGait: [0.0, 0.0, 0.4, -2.0]}
 DIRECTIONS = [d for d in WitnessFunctionDirection.__members__.values() if d is not WitnessFunctionDirection.kNone]
@@ -179,6 +180,21 @@ def test_values_of_kernels_are_those_of_functions():
     assert forward._calc(context) == pytest.approx(0.08 + math.pi / 8 - 0.1, rel=1e-15)
     assert backward._calc(context) == pytest.approx(0.1 - 0.08 + math.pi / 8, rel=1e-15)
     assert [w.description() for w in (backward, forward)] == ["step backward", "step forward"]
+
+
+def test_copies_watch_for_themselves():
+    wheel = RimlessWheel()
+    for copy in (wheel.Clone(), wheel.ToAutoDiffXd()):
+        context = copy.CreateDefaultContext()
+        found = copy.GetWitnessFunctions(context)
+        assert [w._system for w in found] == [copy, copy]
+        assert plain(found[1]._calc(context)) == pytest.approx(0.08 + math.pi / 8, rel=1e-15)
+    simulator = Simulator(wheel.ToAutoDiffXd())
+    ApplySimulatorConfig(SimulatorConfig(use_error_control=False, max_step_size=0.01), simulator)
+    simulator.get_mutable_context().SetContinuousState([0.0, 1.0])
+    simulator.get_mutable_context().SetAccuracy(1e-4)
+    simulator.AdvanceTo(1.0)
+    assert simulator.get_context().get_discrete_state(0)[0] != 0.0
 
 
 def test_a_kernel_that_reads_inputs_is_no_witness_function():
