@@ -71,16 +71,12 @@ class CompassGait(LeafSystem):
         self.DeclareVectorOutputPort("floating_base_state", 14, self._calc_floating_base, {state, parameters})
         self.DeclareNumericParameter(CompassGaitParams())
         self.DeclareTimeDerivatives(plants.compass_gait)
-        self._collision = self.MakeWitnessFunction(
+        self._declare_witness(
             "foot collision",
             WitnessFunctionDirection.kPositiveThenNonPositive,
-            self._height_of_swing_foot,
+            plants.height_of_swing_foot,
             UnrestrictedUpdateEvent(self._collide),
         )
-
-    def DoGetWitnessFunctions(self, context: Context) -> list:
-        """The collision of the swing foot with the slope."""
-        return [self._collision]
 
     def get_minimal_state_output_port(self) -> OutputPort:
         """The port of the legs' angles and rates."""
@@ -122,13 +118,6 @@ class CompassGait(LeafSystem):
         velocity = [v * l * cos(stance), 0.0, -v * l * sin(stance)]
         q, qdot = [*position, 0.0, left, 0.0, right - left], [*velocity, 0.0, vl, 0.0, vr - vl]
         output.SetFromVector([*q, *qdot])
-
-    @staticmethod
-    def _height_of_swing_foot(context: Context) -> Scalar:
-        """Positive above the slope, and while the swing leg is behind: legs of one length scuff in passing."""
-        stance, swing, *_ = context.get_continuous_state_vector()._v.tolist()
-        slope = context.get_numeric_parameter(0)[5]
-        return max(2.0 * slope - stance - swing, swing - stance)
 
     @staticmethod
     def _collide(context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:

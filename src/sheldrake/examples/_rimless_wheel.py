@@ -31,7 +31,6 @@ from ._kernels import plants
 from ._named_vector import NamedVector
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Scalar
     from sheldrake.systems.framework._engine.memory import RootView
 
 
@@ -72,17 +71,11 @@ class RimlessWheel(LeafSystem):
         self.DeclareTimeDerivatives(Stages(_derivatives))
         self._declare_scratch(_Scratch(plants.Stance(np.zeros(1))))
         falling = WitnessFunctionDirection.kPositiveThenNonPositive
-        self._witnesses = [
-            self.MakeWitnessFunction(name, falling, guard, UnrestrictedUpdateEvent(reset))
-            for name, guard, reset in (
-                ("step backward", self._backward_guard, self._step_backward),
-                ("step forward", self._forward_guard, self._step_forward),
-            )
-        ]
-
-    def DoGetWitnessFunctions(self, context: Context) -> list:
-        """The steps in both directions."""
-        return self._witnesses
+        for name, guard, step in (
+            ("step backward", plants.wheel_until_step_backward, self._step_backward),
+            ("step forward", plants.wheel_until_step_forward, self._step_forward),
+        ):
+            self._declare_witness(name, falling, guard, UnrestrictedUpdateEvent(step))
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """theta'' = g / l sin(theta); nothing moves on two spokes. On doubles a kernel does this."""
@@ -129,16 +122,6 @@ class RimlessWheel(LeafSystem):
         alpha = RimlessWheel.calc_alpha(p)
         pitch = theta + toe * alpha / (l * sin(alpha))
         output.SetFromVector([*position, 0.0, pitch, 0.0, *velocity, 0.0, rate, 0.0])
-
-    @staticmethod
-    def _forward_guard(context: Context) -> Scalar:
-        _, _, _, spokes, slope = context.get_numeric_parameter(0)._v.tolist()
-        return slope + math.pi / spokes - context.get_continuous_state_vector()[0]
-
-    @staticmethod
-    def _backward_guard(context: Context) -> Scalar:
-        _, _, _, spokes, slope = context.get_numeric_parameter(0)._v.tolist()
-        return context.get_continuous_state_vector()[0] - slope + math.pi / spokes
 
     def _step_forward(self, context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:
         self._step(context, state, 1.0)

@@ -92,6 +92,18 @@ def rimless_wheel(p: RimlessWheel, xc: PendulumState, stance: Stance, xdot: Pend
         xdot.thetadot = sin(xc.theta) * p.g / p.l
 
 
+@kernel(top=True)
+def wheel_until_step_forward(p: RimlessWheel, xc: PendulumState, w: Vector) -> None:
+    """The angle that is left until the next spoke ahead touches the ground [rad]."""
+    w[0] = p.slope + math.pi / p.spokes - xc.theta
+
+
+@kernel(top=True)
+def wheel_until_step_backward(p: RimlessWheel, xc: PendulumState, w: Vector) -> None:
+    """The angle that is left until the spoke behind touches the ground [rad]."""
+    w[0] = xc.theta - p.slope + math.pi / p.spokes
+
+
 # ---- acrobot
 
 
@@ -227,6 +239,12 @@ def compass_gait(p: Compass, xc: TwoLinkState, u: Vectors, xdot: TwoLinkState) -
     f2 = tau - m * l * b * xc.w1 * xc.w1 * s - m * b * g * sin(xc.theta2)
     xdot.theta1, xdot.theta2 = xc.w1, xc.w2
     xdot.w1, xdot.w2 = accelerations(m11, m12, m22, f1, f2)
+
+
+@kernel(top=True)
+def height_of_swing_foot(p: Compass, xc: TwoLinkState, w: Vector) -> None:
+    """Positive above the slope, and while the swing leg is behind: legs of one length scuff in passing."""
+    w[0] = max(2.0 * p.slope - xc.theta1 - xc.theta2, xc.theta2 - xc.theta1)
 
 
 # ---- quadrotor

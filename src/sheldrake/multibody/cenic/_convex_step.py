@@ -96,7 +96,8 @@ class ConvexStep:
         memory = {name: getattr(self._convex, name) for name in ("xd", "out", "p")}
         spatial, running = self._parts.applied_forces.are_used(plant), self._parts.surface_speeds.any()
         functions = [self._find_applied_force] * spatial + [self._find_surface_speeds] * running
-        called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), functions)
+        arguments = Arguments(span, {**values, **memory}, {"u": u})
+        called = callees(span, [(stage, arguments) for stage in stages], functions)
         rows = layout.stages(place.derivatives)
         starts = [j._q_start for j in self._parts.elements.joints if j.type_name() == "quaternion_floating"]
         self._calls = Calls(*called, np.zeros(PlantPlace.SIZE, np.int64), np.array(starts, np.int64))

@@ -104,7 +104,7 @@ class ImplicitIntegrator(IntegratorBase):
 
         newton.mapped = not rates.is_identity
         prepare([implicit_step])
-        own_table, *_ = callees(span, [], Arguments(span, {}, {}), [find_rates, find_change, self._refuse])
+        own_table, *_ = callees(span, [], [find_rates, find_change, self._refuse])
         set_step(span, implicit_step, Arguments(span, {"run": span.run, "newton": newton, "own_table": own_table}, {}))
 
     def _refuse(self) -> None:

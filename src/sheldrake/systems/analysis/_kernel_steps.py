@@ -1,4 +1,4 @@
-"""Steps of the continuous state that a kernel makes: how integrators of floors above join the event loop."""
+"""What of the simulator itself kernels do: how steps of the continuous state, and watches, join the event loop."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._native.binding import HERE, Words, arguments_in_slab, join
 from sheldrake.common._native.parallel import prepare
 from sheldrake.common.kernel import Kernel
+from sheldrake.systems.framework._kernels.program import PYTHON_STEP
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis._span import Span
@@ -57,32 +58,38 @@ class Arguments:
 
 
 def callees(
-    span: Span, kernels: Sequence[Kernel], arguments: Arguments, functions: Sequence[Callable]
+    span: Span, calls: Sequence[tuple[Kernel, Arguments]], functions: Sequence[Callable]
 ) -> tuple[Any, np.ndarray, np.ndarray]:
     """(table, words, at) with which a kernel of the span calls other kernels, and behind them Python functions.
 
-    Kernel k is `call_row(table, k, t, slab, words, at[k])`; `at` has one element more than there are kernels.
+    Call k is `call_row(table, k, t, slab, words, at[k])`; `at` has one element more than there are calls.
     """
     guarded = [span.guard(f) for f in functions]
     if not span.native:
-        return [*(arguments.call(k) for k in kernels), *guarded], np.zeros(1, np.int64), np.zeros(len(kernels) + 1, int)
-    words, at = join(arguments.words(k) for k in kernels)
-    table = np.array([*map(HERE.address, kernels), *(span.address_of(f) for f in guarded)], np.int64)
-    return table, arguments.placed(words), np.array(at)
+        table = [*(arguments.call(kernel) for kernel, arguments in calls), *guarded]
+        return table, np.zeros(1, np.int64), np.zeros(len(calls) + 1, int)
+    words, at = join(arguments.words(kernel) for kernel, arguments in calls)
+    addresses = [*(HERE.address(kernel) for kernel, _ in calls), *(span.address_of(f) for f in guarded)]
+    return np.array(addresses, np.int64), words.placed(HERE, HERE.place(span.store.S)), np.array(at)
 
 
 def set_step(span: Span, kernel: Kernel, arguments: Arguments) -> None:
     """Has a kernel make the steps of a span; it leaves a bad status in the side by itself."""
+    set_special(span, PYTHON_STEP, kernel, arguments)
+
+
+def set_special(span: Span, k: int, kernel: Kernel, arguments: Arguments) -> None:
+    """Has a kernel do what is special row `k` of a span; it leaves a bad status in the side by itself."""
     if not span.native:
-        span.set_step(arguments.call(kernel), None)
+        span.set_special(k, arguments.call(kernel), None)
         return
     words, call = arguments.placed(arguments.words(kernel)), kernel.function
 
-    def step() -> int:  # which keeps the arrays of the arguments while the span is there
+    def run() -> int:  # which keeps the arrays of the arguments while the span is there
         slab = arguments.S
         return call(slab[0], HERE.place(slab), HERE.place(words))
 
-    span.set_step(step, (HERE.address(kernel), words))
+    span.set_special(k, run, (HERE.address(kernel), words))
 
 
-__all__ = ["Arguments", "callees", "prepare", "set_step"]
+__all__ = ["Arguments", "callees", "prepare", "set_special", "set_step"]

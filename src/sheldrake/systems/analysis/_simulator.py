@@ -201,6 +201,8 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         self._reset_counts()
         if self._span_serves():
             logs.grow(store)
+            if self._watch is not None:
+                self._watch.forget()
         else:
             self._make_span()
         store.i[_TERMINATE] = 0
@@ -255,7 +257,7 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         if span is None or span.store is not self._context._store or not span.is_current():
             return False
         joins = type(integrator)._join is not IntegratorBase._join
-        return span.numbers is integrator._numbers and self._watch is None and not joins
+        return span.numbers is integrator._numbers and not joins
 
     def _make_span(self) -> None:
         store = self._context._store
@@ -277,6 +279,8 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         if type(self._integrator)._make_step is not IntegratorBase._make_step:
             self._span.enable(_program.PYTHON_STEP)
         self._integrator._join(self._span)
+        if self._watch is not None:
+            self._watch.join()
 
     def _witness_before(self) -> None:
         self._watch.before()

@@ -150,14 +150,15 @@ class Span:
         if self.native:
             self._bind()
 
-    def set_step(self, function: Callable[..., Any] | None, native: tuple[int, np.ndarray] | None) -> None:
-        """Has a kernel make the steps of the continuous state.
+    def set_special(self, k: int, function: Callable[..., Any] | None, native: tuple[int, np.ndarray] | None) -> None:
+        """Has a kernel do what is special row `k`.
 
         Args:
+            k: Its number behind the program's rows.
             function: Calls it from Python.
             native: Its address and its words.
         """
-        r = len(self.layout.rows) + _program.PYTHON_STEP
+        r = len(self.layout.rows) + k
         self.python[r] = function
         if native is not None:
             self.table[r], words = native

@@ -5,20 +5,35 @@ from __future__ import annotations
 import functools
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sheldrake.systems.analysis._integrator import IntegratorBase
+from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_special
 from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework._declarations import PUBLISH
 from sheldrake.systems.framework._engine import python_rows
-from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
+from sheldrake.systems.framework._event import (
+    WITNESS_READS,
+    EventStatus,
+    WitnessFunction,
+    WitnessFunctionDirection,
+    checked_status,
+)
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels import witness as _kernels
+from sheldrake.systems.framework._kernels.witness import Watch, WatchNumbers
+from sheldrake.systems.framework._vector import plain
 
 if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
     from sheldrake.systems.framework import Context, System
 
 
 class WitnessWatch:
     """Looks at the active witness functions before and after every step of the continuous state.
+
+    Where all are kernels, a kernel does that, and shortens the steps.
 
     Args:
         system: The simulated system.
@@ -34,14 +49,58 @@ class WitnessWatch:
         self._seen: tuple[int, ...] | None = None  # when the last values were computed, and these
         self._w1: list[float] = []
         self.triggered: list[WitnessFunction] = []
+        self._watch: Watch | None = None  # of kernels
         rows = self._store.layout.witness_rows
         span.set_rows({row: functools.partial(self._fire, n, kind) for (n, kind), row in rows.items()})
+
+    def forget(self) -> None:
+        """A simulation begins anew: which functions are active is asked again."""
+        self._seen_updates, self._seen, self.triggered = -1, None, []
+
+    def join(self) -> None:
+        """Has kernels watch, if all witness functions are kernels; when the integrator has joined the span."""
+        store, span = self._store, self._span
+        if store.S.dtype != float or any(store.systems[n]._chooses_witnesses() for n in store.layout.witness_nodes):
+            return
+        found = self._system.GetWitnessFunctions(store.context(0))
+        self._active = [(witness, self._context(witness)) for witness in found]
+        watch = Watch(
+            words=np.zeros(1, np.int64),
+            at=np.zeros(1, np.int64),
+            direction=np.array([_DIRECTIONS[witness.direction_type()] for witness in found]),
+            triggered=np.zeros(len(found), np.int64),
+            before=np.zeros(len(found)),
+            now=np.zeros(len(found)),
+            x0=np.zeros(store.layout.program.num_xc),
+            number=np.zeros(WatchNumbers.SIZE),
+        )
+
+        def find_window() -> None:
+            window = self._window()
+            watch.window = -1.0 if window is None else window
+
+        calls = [self._call(watch, k) for k in range(len(found))]
+        table, words, at = callees(span, calls, [find_window])
+        watch = self._watch = watch._replace(words=words, at=at)
+        self._kept = calls, table  # whose addresses kernels know
+        values = {"run": span.run, "watch": watch, "own_table": table}
+        prepare([_kernels.look_before_step, _kernels.look_after_step])
+        set_special(span, _program.WITNESS_BEFORE, _kernels.look_before_step, Arguments(span, values, {}))
+        set_special(span, _program.WITNESS_AFTER, _kernels.look_after_step, Arguments(span, values, {}))
+
+    def _call(self, watch: Watch, k: int) -> tuple[Kernel, Arguments]:
+        """What computes the value of active witness function `k`."""
+        witness, context = self._active[k]
+        kernel, place = witness._kernel, self._store.layout.places[context._node]
+        assert kernel is not None
+        slab = {name: getattr(place, name) for name in WITNESS_READS}
+        return kernel, Arguments(self._span, {kernel.names[-1]: watch.now[k : k + 1]}, slab)
 
     def _context(self, witness: WitnessFunction) -> Context:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
 
     def _values(self) -> list[float]:
-        return [float(witness._calc(context)) for witness, context in self._active]
+        return [float(plain(witness._calc(context))) for witness, context in self._active]
 
     def before(self) -> None:
         """Remembers the beginning of a step."""
@@ -111,6 +170,8 @@ class WitnessWatch:
     def _fire(self, n: int, kind: int) -> EventStatus:
         """Runs the events of one kind of what triggered in a system."""
         store, status, context = self._store, EventStatus.DidNothing(), self._store.context(n)
+        if self._watch is not None:
+            self.triggered = [w for (w, _), hit in zip(self._active, self._watch.triggered.tolist()) if hit]
         for witness in self.triggered:
             event = witness._event
             if event is None or event._kind != _KINDS[kind] or self._context(witness) is not context:
@@ -123,4 +184,10 @@ class WitnessWatch:
         return status
 
 
+_DIRECTIONS = {
+    WitnessFunctionDirection.kNone: _kernels.NEVER,
+    WitnessFunctionDirection.kPositiveThenNonPositive: _kernels.FALLS,
+    WitnessFunctionDirection.kNegativeThenNonNegative: _kernels.RISES,
+    WitnessFunctionDirection.kCrossesZero: _kernels.CROSSES,
+}
 _KINDS = ("unrestricted", "discrete", "publish")

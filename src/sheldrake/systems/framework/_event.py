@@ -5,11 +5,15 @@ Systems declare them; the simulator's loop triggers them by kind: unrestricted, 
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._overloads import Mismatch, expect
+from sheldrake.common.kernel import Kernel
 
 if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
@@ -212,6 +216,7 @@ class WitnessFunction:
     _description: str
     _direction: WitnessFunctionDirection
     _calc: Callable
+    _kernel: Kernel | None
     _event: Event | None
 
     def __init__(self, *args: object, **kwargs: object):
@@ -219,11 +224,23 @@ class WitnessFunction:
 
     @classmethod
     def _make(
-        cls, system: System, description: str, direction: WitnessFunctionDirection, calc: Callable, event: Event | None
+        cls,
+        system: System,
+        description: str,
+        direction: WitnessFunctionDirection,
+        calc: Callable | Kernel,
+        event: Event | None,
     ) -> WitnessFunction:
+        if isinstance(calc, Kernel) and not set(calc.names[:-1]) <= set(WITNESS_READS):
+            raise Mismatch(
+                f"MakeWitnessFunction(): incompatible function arguments: {calc!r} has the parameters "
+                f"{', '.join(calc.names)}; a witness function reads some of {', '.join(WITNESS_READS)} and "
+                "fills the last, a vector of one number."
+            )
         witness = object.__new__(cls)
         witness._system, witness._description, witness._direction = system, description, direction
-        witness._calc = calc
+        witness._kernel = calc if isinstance(calc, Kernel) else None
+        witness._calc = functools.partial(_value_by, calc) if isinstance(calc, Kernel) else calc
         witness._event = (
             None if event is None else expect("MakeWitnessFunction", event, Event)._with_trigger(TriggerType.kWitness)
         )
@@ -244,6 +261,18 @@ class WitnessFunction:
         return before < 0 <= after and (direction is _RISES or direction is _CROSSES)
 
 
+def _value_by(kernel: Kernel, context: Context) -> Any:
+    """The value of a witness function that is a kernel, by its Python source."""
+    store = context._store
+    place = store.layout.places[context._node]
+    values = {name: store.S[slice(*getattr(place, name))] for name in WITNESS_READS}
+    out = np.zeros(1, store.S.dtype)
+    kernel(*(values.get(name, out) for name in kernel.names))
+    return out[0]
+
+
+WITNESS_READS = "xc", "xd", "p"
+"""What witness functions that are kernels may read; the last parameter is the vector of one number that they fill."""
 _FALLS = WitnessFunctionDirection.kPositiveThenNonPositive
 _RISES = WitnessFunctionDirection.kNegativeThenNonNegative
 _CROSSES = WitnessFunctionDirection.kCrossesZero

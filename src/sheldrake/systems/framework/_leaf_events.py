@@ -44,6 +44,8 @@ class LeafEvents(System):
     """The part of LeafSystem that is about events."""
 
     _events: list[EventDeclaration]
+    _witness_kernels: list[WitnessFunction]
+    """Witness functions that are kernels and always active."""
 
     def _declare_event(
         self,
@@ -188,7 +190,16 @@ class LeafEvents(System):
 
     def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:
         """Witness functions that are active now; to be overridden."""
-        return []
+        return list(self._witness_kernels)
+
+    def _declare_witness(
+        self, description: str, direction: WitnessFunctionDirection, calc: Kernel, event: Event
+    ) -> None:
+        """A witness function that is always active: a kernel of `WITNESS_READS` that fills a vector of one number.
+
+        As long as nobody overrides `DoGetWitnessFunctions`, simulators look at it without Python.
+        """
+        self._witness_kernels.append(self.MakeWitnessFunction(description, direction, calc, event))
 
     def _declare_request(self, update: Callable[..., Any]) -> None:
         """`update(context, state)` in a step of no length, where the system has asked for it; see `_asks`."""
@@ -206,6 +217,10 @@ class LeafEvents(System):
         return type(self)._asks is not LeafEvents._asks
 
     def _has_witnesses(self) -> bool:
+        return self._chooses_witnesses() or bool(self._witness_kernels)
+
+    def _chooses_witnesses(self) -> bool:
+        """Whether Python says which witness functions are active."""
         return type(self).DoGetWitnessFunctions is not LeafEvents.DoGetWitnessFunctions
 
 

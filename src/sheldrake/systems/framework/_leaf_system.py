@@ -97,6 +97,7 @@ class LeafSystem(LeafEvents):
         self._pn_models: list[BasicVector] = []
         self._pa_models: list[AbstractValue] = []
         self._events: list[EventDeclaration] = []
+        self._witness_kernels = []
         self._declared_derivatives: Callback | Kernel | Stages | None = None
         self._scratch_prototype: Any = 0
         self._output_models: dict[int, dict] = {}

@@ -36,6 +36,8 @@ class _Sampler:
         seed: Of the generator.
     """
 
+    __slots__ = ("_ahead", "_before", "_count", "_generator", "_position", "_spare", "distribution")
+
     def __init__(self, distribution: RandomDistribution, seed: int):
         self._begin(distribution, RandomGenerator(seed), None)
 
@@ -47,16 +49,19 @@ class _Sampler:
 
     def __deepcopy__(self, memo: dict) -> _Sampler:
         new = object.__new__(_Sampler)
-        new.__dict__.update(self.__dict__)
-        if self._before is None:  # else generators stay as they are
-            new._generator = copy.copy(self._generator)
+        new.distribution, new._spare, new._count = self.distribution, self._spare, self._count
+        new._ahead, new._position, new._before = self._ahead, self._position, self._before
+        # Where numbers have been drawn ahead, generators stay as they are.
+        new._generator = copy.copy(self._generator) if self._before is None else self._generator
         return new
 
     def draw(self, count: int) -> list[float]:
         """The next numbers."""
-        end = self._position + count
-        found = self._ahead[self._position : end]
-        self._position = min(end, len(self._ahead))
+        begin, end, most = self._position, self._position + count, len(self._ahead)
+        if end <= most:
+            self._position = end
+            return self._ahead[begin:end]
+        found, self._position = self._ahead[begin:], most
         while len(found) < count:
             if self._count < _FEW or self._spare is not None:
                 self._count += 1
@@ -147,9 +152,8 @@ class RandomSource(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(float(sampling_interval_sec), 0.0, self._draw)
 
     def _draw(self, context: Context, state: State) -> None:
-        sampler = state.get_mutable_abstract_state(0).get_mutable_value()
-        x = state.get_mutable_discrete_state(0)
-        x.SetFromVector(sampler.draw(x.size()))
+        x = state.get_mutable_discrete_state(0)._v
+        x[:] = state.get_mutable_abstract_state(0).get_mutable_value().draw(x.size)
 
     def _set_default_context(self, context: Context) -> None:
         self._start(context, self._seed)

@@ -109,14 +109,14 @@ def event_argument(store: Store, kind: int, context: Context) -> State | Discret
     if kind == DISCRETE:
         return context._discrete_view(store.layout.plus)
     n, (first, last) = context._node, context._place.abstract
-    if last > first and n not in store.pending:
-        store.pending[n] = [v.Clone() for v in store.abstract[first:last]]
-    views: Any = store.targets.get(("x+", n))
-    if views is None:
+    state: Any = store.targets.get(("x+", n))
+    if state is None:
         plus = store.layout.plus
-        views = store.targets["x+", n] = (
-            context._continuous_view(context._place.xc[0] + plus),
-            context._discrete_view(plus),
-        )
-    continuous, discrete = views
-    return State._view(continuous, discrete, AbstractValues._view(store.pending.get(n, []), None))
+        continuous, discrete = context._continuous_view(context._place.xc[0] + plus), context._discrete_view(plus)
+        state = store.targets["x+", n] = State._view(continuous, discrete, AbstractValues())
+    if last > first:
+        values = store.pending.get(n)
+        if values is None:
+            values = store.pending[n] = [v.Clone() for v in store.abstract[first:last]]
+        state._abstract._data = values
+    return state

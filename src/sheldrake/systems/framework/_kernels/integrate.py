@@ -347,3 +347,10 @@ def integrate(
     if full or S[0] >= t_target:
         S[0] = t_target
         changed(side, CONTINUOUS)
+
+
+@inner
+def integrate_until(program, run, integrator, S, side, L, rows, T):
+    """Steps of the continuous state alone until time T [s], whatever happens meanwhile, or a bad status."""
+    while S[0] < T and side.status == 0:
+        integrate(program, run, integrator, S, side, L, rows, np.inf, T)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sheldrake.common.kernel import IntVector, Vector, kernel
-from sheldrake.systems.framework._kernels.integrate import Integrator, derivatives, integrate
+from sheldrake.systems.framework._kernels.integrate import Integrator, derivatives, integrate, integrate_until
 from sheldrake.systems.framework._kernels.program import (
     AT_REQUEST,
     AT_START,
@@ -344,8 +344,7 @@ def integrate_to(
     T: float,
 ) -> int:
     """Steps of the continuous state alone until time T [s], whatever happens meanwhile; a status."""
-    while S[0] < T and side.status == 0:
-        integrate(program_model, run, integrator, S, side, L, rows, np.inf, T)
+    integrate_until(program_model, run, integrator, S, side, L, rows, T)
     return int(side.status)
 
 
