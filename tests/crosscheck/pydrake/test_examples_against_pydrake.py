@@ -183,3 +183,24 @@ def test_accelerometer_and_gyroscope():
             np.concatenate([s.get_measurement_output_port().Eval(s.GetMyContextFromRoot(context)) for s in (one, two)])
         )
     assert found[0] == pytest.approx(found[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("start", ([1.0, 0.5], [-2.0, 0.3]))
+def test_derivatives_of_a_run_with_error_control(start):
+    """As many steps to the same state; the lengths of Drake's have derivatives too, so those of the state differ a little."""
+    found = []
+    for library in LIBRARIES:
+        autodiff = importlib.import_module(f"{library}.autodiffutils")
+        analysis = importlib.import_module(f"{library}.systems.analysis")
+        system = examples(library).VanDerPolOscillator().ToAutoDiffXd()
+        simulator = analysis.Simulator_[autodiff.AutoDiffXd](system)
+        state = simulator.get_mutable_context().get_mutable_continuous_state_vector()
+        state.SetFromVector(autodiff.InitializeAutoDiff(np.array(start)).ravel())
+        simulator.AdvanceTo(1.0)
+        end = state.CopyToVector()
+        steps = simulator.get_integrator().get_num_steps_taken()
+        found.append((autodiff.ExtractValue(end), autodiff.ExtractGradient(end), steps))
+    (value, gradient, steps), (peer_value, peer_gradient, peer_steps) = found
+    assert steps == peer_steps
+    np.testing.assert_allclose(value, peer_value, rtol=1e-12)
+    np.testing.assert_allclose(gradient, peer_gradient, atol=3e-4)

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._kernels.generic import value_of
 from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.common.record import Record, array, number, table
 from sheldrake.systems.framework._kernels.program import (
@@ -235,7 +236,7 @@ def explicit_step(
     else:
         S[0] = t + h
         changed(side, CONTINUOUS)
-    return error
+    return value_of(error)  # steps have no derivatives where states have
 
 
 @inner
