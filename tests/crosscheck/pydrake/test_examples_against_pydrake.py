@@ -187,7 +187,7 @@ def test_accelerometer_and_gyroscope():
 
 @pytest.mark.parametrize("start", ([1.0, 0.5], [-2.0, 0.3]))
 def test_derivatives_of_a_run_with_error_control(start):
-    """As many steps to the same state; in Drake their lengths have derivatives too, which changes those of the state."""
+    """As many steps to the same state; where lengths of steps have derivatives, as in Drake, these differ a little."""
     found = []
     for library in LIBRARIES:
         autodiff = importlib.import_module(f"{library}.autodiffutils")
