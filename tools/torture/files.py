@@ -30,6 +30,7 @@ from sheldrake.common.yaml import yaml_dump
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import LoadContext, SaveContext
 from sheldrake.systems.primitives import LogSet, ReadLogs, StreamLogs
+from sheldrake.systems.primitives._log_files import MAGIC
 
 STRANGE_WORDS = (-1, 0, 1, 2, 7, 2**31, 2**40, 2**62, -(2**63), 2**63 - 1)
 STRANGE_NUMBERS = (np.nan, np.inf, -np.inf, 1e300, -1e300, 5e-324, -0.0, 1e17)
@@ -146,8 +147,8 @@ def damaged_logs(chance: random.Random, number: int) -> None:
             del arrays[chance.choice(list(arrays))]
         data = _archive(arrays)
     elif name == "a.log" and chance.random() < 0.5:
-        begin = data.index(b"{")
-        end = begin + struct.unpack_from("<I", data, begin - 8)[0]
+        begin = len(MAGIC) + 8
+        end = begin + struct.unpack_from("<I", data, len(MAGIC))[0]
         text = json.dumps(_changed(chance, json.loads(data[begin:end]))).encode()
         data = data[: begin - 8] + struct.pack("<II", len(text), zlib.crc32(text)) + text + data[end:]
     else:

@@ -14,7 +14,7 @@ import pytest
 from tests.unit.export.exported_pages import arm, falling_block, native_state
 
 from sheldrake.cli import _fmu
-from sheldrake.cli._first_simulation import take_options_behind
+from sheldrake.cli._output import take_options_behind
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.export import PageSlider, SavePage
 

@@ -34,7 +34,7 @@ from .table import absolute, column
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
 NARROW = 3e-4  # the same where many edges are
-FINE = 1e-5  # the same where two sides are nearly parallel, and only one of them is square to it
+FINE = 1e-5  # the same where sides of two cylinders are nearly parallel, and only one of them is square to it
 _EXACT = 1e-10  # the same where a point of the edge stands for its end
 _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the cap, not its rim, is meant
 _STEPS = 8
@@ -431,7 +431,8 @@ def nearby(model, table, i, j, size, out, depth):
     if found and least <= limit:
         return True, scale3(d, -1.0), least, a, b
     for square in (SQUARE, NARROW, FINE):
-        found, d, least, a, b = polish(model, table, i, j, size, out, square)
-        if found and least <= limit:
-            return True, d, least, a, b
+        if square > FINE or (model[i].kind == CYLINDER and model[j].kind == CYLINDER):
+            found, d, least, a, b = polish(model, table, i, j, size, out, square)
+            if found and least <= limit:
+                return True, d, least, a, b
     return False, out, depth, out, out

@@ -157,7 +157,7 @@ class Layout(Memory):
             if key not in chosen:
                 chosen[key] = event.handler.choose(self.systems[n], RootView(self, n))
             first = self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in chosen[key]])
-            if event.handler.repeat(chosen[key]):
+            if self.systems[n]._scalar is float and event.handler.repeat(chosen[key]):  # others have no bits to compare
                 self._repeating.update(self._stages[first])
             return first
         return self._add(Row(n, event.kind, event.handler, out, event=event))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from sheldrake.common._kernels.vec import copy_numbers
 from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.systems.framework._kernels.integrate import Integrator, derivatives, integrate, integrate_until
 from sheldrake.systems.framework._kernels.program import (
@@ -35,7 +36,6 @@ from sheldrake.systems.framework._kernels.program import (
     Side,
     act,
     changed,
-    copy,
     fire,
     inner,
     refresh,
@@ -50,7 +50,7 @@ def copy_state(program, S, g, source, target):
     """Copies the state that group `g` may change; `source` and `target` are shifts: 0 for x, `plus` for x+."""
     for j in range(program.segments_begin[g], program.segments_begin[g + 1]):
         segment = program.segments[j]
-        copy(S, target + segment.start, S, source + segment.start, segment.length)
+        copy_numbers(S, target + segment.start, S, source + segment.start, segment.length)
 
 
 @inner

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from sheldrake.common._kernels.vec import copy_numbers
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, kernel
 from sheldrake.common.record import Items, Record, integer, number, table
 from sheldrake.common.rows import call_row
@@ -192,19 +193,6 @@ def refresh(program, S, side, rows, g):
 
 
 @inner
-def copy(a, at, b, begin, n):
-    """Copies n numbers of `b`, from `begin` on, into `a`, four at once."""
-    i = 0
-    while i + 4 <= n:
-        k, j = at + i, begin + i
-        a[k], a[k + 1], a[k + 2], a[k + 3] = b[j], b[j + 1], b[j + 2], b[j + 3]
-        i += 4
-    while i < n:
-        a[at + i] = b[begin + i]
-        i += 1
-
-
-@inner
 def same(S, at, begin, n):
     """Whether n numbers, from `at` on and from `begin` on, have the same bits; those that are none have not."""
     for i in range(n):
@@ -226,7 +214,7 @@ def act(program, S, side, L, rows, r):
         b = program.samples + 3 * s  # start, capacity, count
         o = side.word[b] + side.word[b + 2] * (log.length + 1)
         L[o] = S[0]
-        copy(L, o + 1, S, log.start, log.length)
+        copy_numbers(L, o + 1, S, log.start, log.length)
         side.word[b + 2] += 1
 
 
