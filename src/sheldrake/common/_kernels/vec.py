@@ -388,7 +388,7 @@ def add_three_sixes(to, s, x, y, z):
     return add_scaled_six(add_scaled_six(add_scaled_six(to, s[0], x), s[1], y), s[2], z)
 
 
-@kernel
+@kernel(strict=True)  # as the event loop, which calls it, is
 def copy_numbers(to, at, source, begin, n):
     """Copies n numbers, four at a time."""
     a = 0
