@@ -18,7 +18,6 @@ import pathlib
 import re
 import statistics
 import sys
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -29,7 +28,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 
 from benchmarks.robots import arm_urdf, humanoid_urdf  # noqa: E402
-from benchmarks.turns import machine, take_turns  # noqa: E402
+from benchmarks.turns import machine, repeated_time, take_turns  # noqa: E402
 
 SECONDS_A_TURN = 0.006
 BUILDING = re.compile(
@@ -350,26 +349,18 @@ def numbers_of(a: Any, b: Any) -> tuple[Any, Any]:
     return rows[0], rows[1]
 
 
-def cpu_time(call: Callable[[], Any], count: int) -> float:
-    """CPU time of one of so many calls [us]."""
-    start = time.process_time()
-    for _ in range(count):
-        call()
-    return (time.process_time() - start) / count * 1e6
-
-
 def enough(call: Callable[[], Any]) -> int:
     """So many calls that a turn takes long enough to be measured."""
-    if cpu_time(call, 1) > 2e5:
+    if repeated_time(call, 1) > 2e5:
         return 1
-    return max(1, int(SECONDS_A_TURN * 1e6 / max(cpu_time(call, 3), 0.05)))
+    return max(1, int(SECONDS_A_TURN * 1e6 / max(repeated_time(call, 3), 0.05)))
 
 
 def measured(title: str, calls: dict[str, Callable[[], Any]], rounds: int) -> Loss:
     """One call of both libraries, in turns."""
     turns: dict[str, Callable[[], float]] = {}
     for name, call in calls.items():
-        turns[name] = functools.partial(cpu_time, call, enough(call))
+        turns[name] = functools.partial(repeated_time, call, enough(call))
     times = take_turns(turns, rounds)
     ours, drakes = times["sheldrake"], times["pydrake"]
     return Loss(title, min(ours), min(drakes), statistics.median(a / b for a, b in zip(ours, drakes)))

@@ -19,7 +19,6 @@ import itertools
 import pathlib
 import statistics
 import sys
-import time
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -30,7 +29,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 
 from benchmarks.robots import arm_urdf  # noqa: E402
-from benchmarks.turns import machine, take_turns  # noqa: E402
+from benchmarks.turns import machine, repeated_time, take_turns  # noqa: E402
 
 Calls = dict[str, Callable[[], Any]]
 FAMILIES: dict[str, Callable[[Any], Calls]] = {}
@@ -1068,19 +1067,11 @@ def setting_up(lib: Any) -> Calls:
     }
 
 
-def cpu_time(call: Callable[[], Any], count: int) -> float:
-    """CPU time of one of so many calls [us]."""
-    start = time.process_time()
-    for _ in range(count):
-        call()
-    return (time.process_time() - start) / count * 1e6
-
-
 def enough(call: Callable[[], Any]) -> int:
     """So many calls that a turn takes long enough to be measured; some that make ready come before."""
     for _ in range(10):
         call()
-    once = max(cpu_time(call, 3), 0.05)
+    once = max(repeated_time(call, 3), 0.05)
     return max(3, int(SECONDS_A_TURN * 1e6 / once))
 
 
@@ -1106,7 +1097,7 @@ def report(line: str, calls: Calls, rounds: int, slower: bool) -> None:
     """Prints a line: medians, and the median of the ratios turn by turn."""
     turns: dict[str, Callable[[], float]] = {}
     for name, call in calls.items():
-        turns[name] = functools.partial(cpu_time, call, enough(call))
+        turns[name] = functools.partial(repeated_time, call, enough(call))
     times = take_turns(turns, rounds)
     ours, drakes = times["sheldrake"], times["pydrake"]
     ratio = statistics.median(a / b for a, b in zip(ours, drakes))

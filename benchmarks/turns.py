@@ -22,6 +22,14 @@ def cpu_time(call: Callable[[Any], Any], arguments: Sequence[Any]) -> float:
     return (time.process_time() - start) / len(arguments) * 1e6
 
 
+def repeated_time(call: Callable[[], Any], count: int) -> float:
+    """CPU time [us] of one of so many calls."""
+    start = time.process_time()
+    for _ in range(count):
+        call()
+    return (time.process_time() - start) / count * 1e6
+
+
 def take_turns(contenders: dict[str, Callable[[], float]], rounds: int) -> dict[str, list[float]]:
     """What each contender's turns took; the first, which loads and compiles, does not count."""
     for turn in contenders.values():
