@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from sheldrake.common._kernels.vec import copy_numbers
 from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.common.record import Record, number, table
 from sheldrake.common.rows import call_row
@@ -86,11 +87,9 @@ def look_before_step(S: Vector, side: Side, program_model: Program, watch: Watch
     """Remembers the beginning of a step."""
     program = program_model
     watch.t0 = S[0]
-    for i in range(program.num_xc):
-        watch.x0[i] = S[program.xc + i]
+    copy_numbers(watch.x0, 0, S, program.xc, program.num_xc)
     compute(S, side, watch, own_table)
-    for k in range(len(watch.direction)):
-        watch.before[k] = watch.now[k]
+    copy_numbers(watch.before, 0, watch.now, 0, len(watch.direction))
 
 
 @kernel(top=True, strict=True)
@@ -124,8 +123,7 @@ def look_after_step(
     while True:
         c = (a + b) / 2.0
         S[0] = watch.t0
-        for i in range(program.num_xc):
-            S[program.xc + i] = watch.x0[i]
+        copy_numbers(S, program.xc, watch.x0, 0, program.num_xc)
         changed(side, CONTINUOUS)
         integrate_until(program, run, integrator, S, side, S, row_table, c)
         if side.status != 0 or not find_triggered(S, side, watch, own_table):
