@@ -121,7 +121,11 @@ class WitnessWatch:
     def _which(self) -> list[WitnessFunction]:
         values = self._w1 = self._values()
         self._seen = self._counters()
-        return [w for (w, _), a, b in zip(self._active, self._w0, values) if w._should_trigger(a, b)]
+        return [
+            witness
+            for (witness, _), before, after in zip(self._active, self._w0, values)
+            if _kernels.triggers(_DIRECTIONS[witness.direction_type()], before, after)
+        ]
 
     def after(self) -> None:
         """Sees what triggered in the step, and goes back to where the first did."""

@@ -254,12 +254,6 @@ class WitnessFunction:
         """Which changes of sign trigger it."""
         return self._direction
 
-    def _should_trigger(self, before: float, after: float) -> bool:
-        direction = self._direction
-        if before > 0 >= after:
-            return direction is _FALLS or direction is _CROSSES
-        return before < 0 <= after and (direction is _RISES or direction is _CROSSES)
-
 
 def _value_by(kernel: Kernel, context: Context) -> Any:
     """The value of a witness function that is a kernel, by its Python source."""
@@ -273,9 +267,6 @@ def _value_by(kernel: Kernel, context: Context) -> Any:
 
 WITNESS_READS = "xc", "xd", "p"
 """What witness functions that are kernels may read; the last parameter is the vector of one number that they fill."""
-_FALLS = WitnessFunctionDirection.kPositiveThenNonPositive
-_RISES = WitnessFunctionDirection.kNegativeThenNonNegative
-_CROSSES = WitnessFunctionDirection.kCrossesZero
 
 
 def checked_status(result: MathematicalProgramResult) -> EventStatus:
