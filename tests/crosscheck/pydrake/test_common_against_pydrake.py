@@ -1,6 +1,7 @@
 """Samples, YAML and public names of `common` are pydrake's."""
 
 import dataclasses as dc
+import os
 
 import numpy as np
 import pytest
@@ -186,5 +187,5 @@ def test_the_comparison_notices_a_planted_fault():
 def test_resources_of_the_wheel_are_found(monkeypatch):
     monkeypatch.delenv("DRAKE_RESOURCE_ROOT", raising=False)
     name = "drake/examples/multibody/cart_pole/cart_pole.sdf"
-    assert common.FindResourceOrThrow(name) == pc.FindResourceOrThrow(name)
-    assert common.GetDrakePath() == pc.GetDrakePath()
+    assert os.path.samefile(common.FindResourceOrThrow(name), pc.FindResourceOrThrow(name))
+    assert os.path.samefile(common.GetDrakePath(), pc.GetDrakePath())
