@@ -14,6 +14,8 @@ import sys
 import traceback
 from types import CodeType, ModuleType, TracebackType
 
+from sheldrake.cli import _spelling
+
 
 def run(args: argparse.Namespace) -> int:
     """Runs the script under the pydrake alias and returns its exit status."""
@@ -101,8 +103,9 @@ def _say(error: BaseException) -> None:
     if isinstance(error, FileNotFoundError) and trace is None:
         print(error, file=sys.stderr)
         return
-    traceback.print_exception(type(error), error, trace)
-    hint = _hint(error)
+    text = "".join(traceback.format_exception(type(error), error, trace))
+    print(text, end="", file=sys.stderr)
+    hint = _hint(error) or (None if "Did you mean" in text else _spelling.did_you_mean(error))
     if hint:
         print(f"Hint: {hint}", file=sys.stderr)
 

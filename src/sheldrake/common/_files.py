@@ -6,10 +6,12 @@ import contextlib
 import copy
 import errno
 import functools
+import glob
 import hashlib
 import os
 import secrets
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from functools import total_ordering
@@ -199,19 +201,37 @@ def whole_file(path: str | os.PathLike, **options: Any) -> Iterator[Any]:
         raise
 
 
-@functools.lru_cache(maxsize=1)
-def _own_share() -> Path:
-    return Path(__file__).resolve().parent.parent / "share"
-
-
 def _resource_roots() -> list[Path]:
-    own = _own_share()
-    named = os.environ.get("DRAKE_RESOURCE_ROOT")
-    return [Path(named), own] if named else [own]
+    """The folders that hold `drake/`: the one that is named, and that of the `drake` wheel."""
+    named, wheel = os.environ.get("DRAKE_RESOURCE_ROOT"), _share_of_wheel(_installed())
+    return [Path(root) for root in (named, wheel) if root]
+
+
+def _installed() -> tuple[tuple[str, int], ...]:
+    """The folders that Python imports from, and when something was last installed in each."""
+    found = []
+    for folder in sys.path:
+        with contextlib.suppress(OSError):
+            found.append((folder, os.stat(folder or os.curdir).st_mtime_ns))
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=4)
+def _share_of_wheel(installed: tuple[tuple[str, int], ...]) -> str | None:
+    """The folder of resources of the `drake` wheel among these folders: to look costs as much as a small model.
+
+    Its own metadata tell that it is there; `importlib.metadata` would load the package for mails.
+    """
+    for folder, _ in installed:
+        share = os.path.join(folder, "pydrake", "share")
+        has_drake = os.path.isdir(os.path.join(share, "drake"))
+        if has_drake and glob.glob(os.path.join(glob.escape(folder), "drake-*.dist-info")):
+            return share
+    return None
 
 
 def GetDrakePath() -> str | None:
-    """The folder of Drake's resources: `$DRAKE_RESOURCE_ROOT/drake` or the one that comes along; None without one."""
+    """The folder of Drake's resources: `$DRAKE_RESOURCE_ROOT/drake`, or the `drake` wheel's; None without both."""
     return next((str(root / "drake") for root in _resource_roots() if (root / "drake").is_dir()), None)
 
 
@@ -219,7 +239,8 @@ def FindResourceOrThrow(resource_path: str) -> str:
     """The absolute path of a resource.
 
     Args:
-        resource_path: Relative, beginning with "drake/"; looked for in `$DRAKE_RESOURCE_ROOT`.
+        resource_path: Relative, beginning with "drake/"; looked for in `$DRAKE_RESOURCE_ROOT`, then in the `drake`
+            wheel, if that is installed.
 
     Raises:
         RuntimeError: there is no such file, or the path is not so.
@@ -232,8 +253,9 @@ def FindResourceOrThrow(resource_path: str) -> str:
     for root in roots:
         if (root / resource_path).is_file():
             return str(root / resource_path)
+    looked = ", ".join(map(str, roots)) or "no folder"
     raise RuntimeError(
-        f"Could not find Drake resource_path '{resource_path}'. Looked in {', '.join(map(str, roots))}. Set "
+        f"Could not find Drake resource_path '{resource_path}'. Looked in {looked}. Set "
         "DRAKE_RESOURCE_ROOT to the folder that holds `drake/`, such as `share` of a Drake installation."
     )
 

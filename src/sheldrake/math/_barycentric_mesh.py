@@ -111,6 +111,24 @@ class BarycentricMesh:
         missing = self._num_interpolants - len(indices)
         return indices + indices[-1:] * missing, weights + [0.0] * missing
 
+    def _interpolants_of_all(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`_interpolants` of many points, shape (inputs, points): indices and weights, (points, interpolants) each."""
+        top = np.zeros(points.shape[1], int)
+        fractions, strides = np.full(points.shape, np.inf), np.zeros(points.shape, int)
+        for i, (coordinates, stride) in enumerate(zip(map(np.array, self._grid), self._strides)):
+            upper = np.searchsorted(coordinates, points[i])
+            top += stride * np.minimum(upper, len(coordinates) - 1)
+            within = np.flatnonzero((0 < upper) & (upper < len(coordinates)))
+            below, above = coordinates[upper[within] - 1], coordinates[upper[within]]
+            fractions[i, within] = (points[i, within] - below) / (above - below)
+            strides[i, within] = stride
+        order = np.argsort(fractions, axis=0, kind="stable")
+        reached = np.minimum(np.take_along_axis(fractions, order, 0), 1.0)
+        weights = np.diff(reached, axis=0, prepend=0.0, append=1.0)
+        indices = top - np.cumsum(np.take_along_axis(strides, order, 0), axis=0)
+        count = self._num_interpolants
+        return np.vstack((top, indices))[:count].T, weights[:count].T
+
     def Eval(self, mesh_values: Scalars, input: Scalars) -> np.ndarray:
         """The function at an input, shape (outputs,).
 

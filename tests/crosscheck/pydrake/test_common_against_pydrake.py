@@ -1,6 +1,7 @@
 """Samples, YAML and public names of `common` are pydrake's."""
 
 import dataclasses as dc
+import os
 
 import numpy as np
 import pytest
@@ -181,3 +182,10 @@ def test_the_comparison_notices_a_planted_fault():
     g()
     assert schema.Uniform(0.0, 1.0).Sample(g) != ps.Uniform(0.0, 1.0).Sample(h)
     assert yaml.yaml_dump({"a": {"x": 1}}) != yaml.yaml_dump_typed({"a": Inner()}, schema=dict[str, Inner])
+
+
+def test_resources_of_the_wheel_are_found(monkeypatch):
+    monkeypatch.delenv("DRAKE_RESOURCE_ROOT", raising=False)
+    name = "drake/examples/multibody/cart_pole/cart_pole.sdf"
+    assert os.path.samefile(common.FindResourceOrThrow(name), pc.FindResourceOrThrow(name))
+    assert os.path.samefile(common.GetDrakePath(), pc.GetDrakePath())

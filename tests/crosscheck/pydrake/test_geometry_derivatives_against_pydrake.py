@@ -102,6 +102,35 @@ def test_a_pair_has_the_smaller_id_first(other, swapped):
     np.testing.assert_allclose(*rows, rtol=0, atol=1e-9)
 
 
+def test_one_pair_of_several_geometries_is_as_among_all_pairs():
+    """Ours alone: that all pairs are as Drake's, others test."""
+    lib = LIBRARIES[0]
+    A = lib.a.AutoDiffXd
+    scene_graph, poses = lib.g.SceneGraph_[A](), lib.g.FramePoseVector_[A]()
+    source = scene_graph.RegisterSource("source")
+    places = lib.a.InitializeAutoDiff(np.random.default_rng(3).uniform(-2.0, 2.0, (len(SHAPES), 3)))
+    for (kind, arguments), place in zip(reversed(SHAPES.values()), places):
+        frame = scene_graph.RegisterFrame(source, lib.g.GeometryFrame(kind))
+        X = lib.m.RigidTransform([0.1, 0.2, 0.3])
+        instance = lib.g.GeometryInstance(X, getattr(lib.g, kind)(*arguments), kind)
+        instance.set_proximity_properties(lib.g.ProximityProperties())
+        scene_graph.RegisterGeometry(source, frame, instance)
+        poses.set_value(frame, lib.m.RigidTransform_[A](lib.m.RotationMatrix_[A](), place))
+    context = scene_graph.CreateDefaultContext()
+    scene_graph.get_source_pose_port(source).FixValue(context, poses)
+    q = scene_graph.get_query_output_port().Eval(context)
+    found = q.ComputeSignedDistancePairwiseClosestPoints()
+    assert len(found) == 10
+    for pair in found:
+        alone = q.ComputeSignedDistancePairClosestPoints(pair.id_B, pair.id_A)
+        assert (alone.id_A, alone.id_B) == (pair.id_A, pair.id_B)
+        for name in ("distance", "p_ACa", "p_BCb", "nhat_BA_W"):
+            one, other = (np.atleast_1d(getattr(p, name)).astype(object) for p in (alone, pair))
+            for x, y in zip(one, other):
+                assert x.value() == y.value()
+                np.testing.assert_array_equal(x.derivatives(), y.derivatives())
+
+
 def hydro(rigid_second):
     def properties(lib, k):
         p = lib.g.ProximityProperties()

@@ -226,3 +226,24 @@ def test_polynomials_of_even_degree_order_their_variables_the_same(kind):
         _, odd, even = new(symbols.Variables(x), 4)
         orders.append([[program.FindDecisionVariableIndex(v) for v in Q.ravel()] for Q in (odd, even)])
     assert orders[0] == orders[1]
+
+
+@pytest.mark.parametrize("solvers", [theirs, ours], ids=["pydrake", "sheldrake"])
+@pytest.mark.parametrize("kind", ["few variables", "functions of Python", "quadratic"])
+def test_visualization_callbacks_see_the_iterates(solvers, kind):
+    """Of which the last is the solution, whichever method runs; the first need not be the guess."""
+    program, seen = solvers.MathematicalProgram(), []
+    x = program.NewContinuousVariables(2, "x")
+    if kind == "functions of Python":
+        program.AddConstraint(lambda x: np.array([x[0] ** 2 + x[1] ** 2, x[0] * x[1]]), [1.0, -9.0], [1.0, 0.2], vars=x)
+        program.AddCost(lambda x: x[0] + 2.0 * x[1], vars=x)
+    elif kind == "few variables":
+        program.AddConstraint(x[0] ** 2 + x[1] ** 2 <= 1.0)
+        program.AddCost((x[0] - 1.0) ** 4 + (x[1] + 2.0) ** 2)
+    else:
+        program.AddLinearConstraint(x[0] + x[1] == 1.0)
+        program.AddCost(x.dot(x))
+    program.AddVisualizationCallback(lambda at: seen.append(np.array(at)), x)
+    result = solvers.Solve(program, [0.5, -0.5])
+    assert result.is_success() and len(seen) > 0
+    np.testing.assert_allclose(seen[-1], result.GetSolution(x), atol=1e-6)

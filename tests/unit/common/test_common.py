@@ -75,6 +75,20 @@ def test_resources(tmp_path, monkeypatch):
     assert os.path.isdir(common.temp_directory()) and common.temp_directory() != common.temp_directory()
 
 
+def test_resources_of_an_installed_wheel(tmp_path, monkeypatch):
+    monkeypatch.delenv("DRAKE_RESOURCE_ROOT", raising=False)
+    monkeypatch.setattr("sys.path", [str(tmp_path)])
+    with pytest.raises(RuntimeError, match=r"Looked in no folder\. Set DRAKE_RESOURCE_ROOT"):
+        common.FindResourceOrThrow("drake/a.txt")
+    share = tmp_path / "pydrake" / "share" / "drake"
+    share.mkdir(parents=True)
+    (share / "a.txt").write_text("a")
+    assert common.GetDrakePath() is None  # a folder of that name, and no wheel
+    (tmp_path / "drake-1.51.1.dist-info").mkdir()
+    assert common.FindResourceOrThrow("drake/a.txt") == str(share / "a.txt")
+    assert common.GetDrakePath() == str(share)
+
+
 def test_logging():
     logger = logging.getLogger("drake")
     old = logger.level

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from sheldrake.geometry._meshcat import nodes
 from sheldrake.geometry.optimization import HPolyhedron, VPolytope
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 
@@ -43,12 +42,3 @@ def test_corners_of_boxes_thick_and_flat(thickness):
     wanted = {(x, y, z) for x in (-1.0, 1.0) for y in (2.0, 3.0) for z in (0.5, 0.5 + thickness)}
     assert len({tuple(np.round(c, 6)) for c in corners.T}) == len({tuple(np.round(c, 6)) for c in wanted})
     assert all(np.abs(corners.T - c).max(axis=1).min() < 1e-7 for c in wanted)
-
-
-def test_a_mesh_that_was_split_before_is_remembered():
-    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    first, again = (nodes.split_at_edges(vertices.copy(), faces.copy()) for _ in range(2))
-    assert first[0] is again[0] and not first[0].flags.writeable
-    other, _ = nodes.split_at_edges(2.0 * vertices, faces)
-    np.testing.assert_allclose(np.sort(other, axis=0), np.sort(2.0 * first[0], axis=0))

@@ -75,7 +75,7 @@ def _plant_and_scene_graph(function: Callable) -> Callable:
     """AddMultibodyPlantSceneGraph() without a plant and a time step: those of a continuous plant."""
 
     def add(builder: Any, *args: Any, **kwargs: Any) -> Any:
-        if not args and not {"plant", "time_step"} & set(kwargs):
+        if not args and kwargs.keys() <= {"scene_graph"}:
             hint("AddMultibodyPlantSceneGraph(): give time_step; left out, it is 0.0.")
             kwargs["time_step"] = 0.0
         return function(builder, *args, **kwargs)

@@ -5,7 +5,6 @@ The only file of Meshcat that knows what viser calls things in a scene.
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from sheldrake.geometry._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Sphere
 
 from .drawables import PLATE_SIZE, Asset, Lines, Points, Primitive, Triangles, triangles_of
+from .sharp_edges import split_at_edges
 from .tree import OBJECT
 
 if TYPE_CHECKING:
@@ -179,38 +179,6 @@ def _textured(triangles: Triangles, rgb: tuple[int, int, int], opacity: float) -
         process=False,
     )
     return bytes(trimesh.exchange.gltf.export_glb(mesh, include_normals=True))
-
-
-def split_at_edges(vertices: np.ndarray, faces: np.ndarray, angle: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
-    """Returns a mesh whose sharp edges have a vertex of their own on either side, so that they look sharp.
-
-    Args:
-        vertices: Shape (n, 3).
-        faces: Shape (m, 3).
-        angle: Edges bent by more than this are sharp [rad].
-    """
-    if not len(faces) or len(faces) > 200_000:
-        return vertices, faces
-    vertices, faces = np.ascontiguousarray(vertices, float), np.ascontiguousarray(faces, np.int64)
-    split = _split if len(faces) <= _KEPT_FACES else _split.__wrapped__
-    return split(vertices.tobytes(), faces.tobytes(), angle)
-
-
-_KEPT_FACES = 20_000  # Meshes of up to so many are remembered: visualizers draw the same ones for each simulation.
-
-
-@functools.lru_cache(64)
-def _split(vertices: bytes, faces: bytes, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    import trimesh
-
-    places, corners = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3)
-    mesh = trimesh.Trimesh(places, corners, process=False)
-    mesh.merge_vertices(merge_norm=True, merge_tex=True)
-    smooth = trimesh.graph.smooth_shade(mesh, angle=angle)
-    found = np.array(smooth.vertices), np.array(smooth.faces)
-    for array in found:
-        array.flags.writeable = False
-    return found
 
 
 def base_scale(drawable: Drawable) -> np.ndarray:

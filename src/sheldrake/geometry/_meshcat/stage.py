@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import struct
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -247,8 +249,26 @@ class Stage:
         top = np.array(self._background["top_color"] if shown else (255, 255, 255), dtype=float)
         bottom = np.array(self._background["bottom_color"] if shown else (255, 255, 255), dtype=float)
         ramp = np.linspace(0.0, 1.0, 256)[:, None]
-        image = np.repeat(np.round(top + ramp * (bottom - top)).astype(np.uint8)[:, None], 4, axis=1)
-        self._server.scene.set_background_image(image, format="png")
+        rows = np.round(top + ramp * (bottom - top)).astype(np.uint8)
+        from viser import _messages
+
+        self._server._websock_server.queue_message(  # viser's own call loads all that knows a format of pictures
+            _messages.BackgroundImageMessage("png", _png(np.repeat(rows[:, None], 4, axis=1)), None)
+        )
+
+
+def _png(image: np.ndarray) -> bytes:
+    """A picture as a PNG file (W3C, Portable Network Graphics). `image`: shape (height, width, 3), of bytes."""
+    height, width, _ = image.shape
+    lines = np.zeros((height, 1 + 3 * width), np.uint8)  # the first byte of a line says how it is filtered: not at all
+    lines[:, 1:] = image.reshape(height, -1)
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # eight bits each of red, green, blue
+    chunks = (b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes())), (b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*each) for each in chunks)
 
 
 def _as_jpeg(path: str) -> bytes:

@@ -199,10 +199,17 @@ class QueryObject(Images):
         if all(model.geometry.item(row, _KIND) == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
         if poses.are_duals:
-            found = self._distances(model._replace(pair=np.array([rows], np.int64)), poses.X_WB(), math.inf)
-        else:
-            found = scene.find_distance(rows[0], rows[1], poses)
-        (result,) = SignedDistancePair._each(scene.ids, *found)
+            return self._distance_of_duals(scene, sorted(rows), poses.X_WB())
+        (result,) = SignedDistancePair._each(scene.ids, *scene.find_distance(rows[0], rows[1], poses))
+        return result
+
+    @classmethod
+    def _distance_of_duals(cls, scene: QueryScene, rows: list[int], X_WB: np.ndarray) -> SignedDistancePair:
+        """The distance of two geometries at poses of duals; no others are placed, which would be done in Python."""
+        model = scene.model
+        two = {name: getattr(model, name)[rows] for name in ("geometry", "size", "material", "X_BG")}
+        found = cls._distances(model._replace(**two, pair=np.array([[0, 1]], np.int64)), X_WB, math.inf)
+        (result,) = SignedDistancePair._each([scene.ids[row] for row in rows], *found)
         return result
 
     @checked

@@ -205,9 +205,8 @@ class NonlinearForm:
 
     def show(self, y: np.ndarray) -> None:
         """Calls the visualization callbacks."""
-        x = y * self.scale
         for evaluator, at in self._callbacks:
-            evaluator._eval(x[at])
+            evaluator._eval((y * self.scale)[at])
 
     def slopes(self, y: np.ndarray) -> Slopes:
         """Derivatives at y."""

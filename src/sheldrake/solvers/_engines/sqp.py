@@ -118,6 +118,7 @@ class Sqp:
         work.B[:], work.trial[:] = self._first_hessian(), self._start
         self._evaluate(memory)
         do(sequential.GO)
+        self._form.show(work.y)
         now.penalty, now.held, gain, stalls = 1.0, 0.0, np.inf, 0
         for _ in range(self._settings.iterations):
             status = do(sequential.STEP)
@@ -132,6 +133,7 @@ class Sqp:
                 if self._search(memory):
                     stalls = 0
                     do(sequential.LEARN_AND_GO)
+                    self._form.show(work.y)
                     continue
             is_done = is_feasible and (gain <= _ROUNDING * size or (status != 0 and self._is_stationary(work)))
             if stalls or (is_done and status) or (not status and now.left > _LEFT and now.longest <= _LEFT):

@@ -163,10 +163,10 @@ def _transitions(
     """For each input and state: cost of the step, and the grid points about where it leads, with their weights."""
     costs, indices, weights = [], [], []
     for cost, reached in steps_of(simulator, cost_function, port, x, u, h, options):
-        found = [states._interpolants(point) for point in reached.T.tolist()]
+        nearby, shares = states._interpolants_of_all(reached)
         costs.append(cost)
-        indices.append(np.array([i for i, _ in found]).T)
-        weights.append(np.array([w for _, w in found]).T)
+        indices.append(nearby.T)
+        weights.append(shares.T)
     return np.array(costs), np.array(indices), np.array(weights)
 
 

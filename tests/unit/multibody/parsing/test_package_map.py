@@ -10,7 +10,7 @@ import pytest
 
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.multibody.parsing import PackageMap
-from sheldrake.multibody.parsing._files import package_map, remote_package
+from sheldrake.multibody.parsing._files import remote_package
 from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy, Location, ParseError
 from sheldrake.multibody.parsing._files.package_map import resolve_uri
 
@@ -225,7 +225,7 @@ def test_models_that_drake_has_fetched_are_not_fetched_again(monkeypatch, tmp_pa
     (root / "multibody" / "parsing").mkdir(parents=True)
     said = {"urls": ["https://example.invalid/models-1.tar.gz"], "sha256": sha256, "strip_prefix": prefix, "name": "x"}
     (root / "multibody" / "parsing" / "drake_models.json").write_text(json.dumps(said))
-    monkeypatch.setattr(package_map, "_find_drake_root", lambda: str(root))
+    monkeypatch.setenv("DRAKE_RESOURCE_ROOT", str(root.parent))
     with pytest.raises(RuntimeError, match=r"example\.invalid.*switched off by DRAKE_ALLOW_NETWORK"):
         PackageMap().GetPath("drake_models")
     folder = tmp_path / "drake" / "package_map" / f"{sha256}-{hashlib.sha256(prefix.encode()).hexdigest()}"

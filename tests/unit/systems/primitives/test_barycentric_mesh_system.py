@@ -32,3 +32,14 @@ def test_it_has_no_other_scalars():
     system = BarycentricMeshSystem(BarycentricMesh([{0.0, 1.0}]), [[1.0, 2.0]])
     with pytest.raises(RuntimeError):
         system.ToAutoDiffXd()
+
+
+@pytest.mark.parametrize("sizes", [(4,), (3, 1, 5), (2, 4, 3)])
+def test_interpolants_of_many_points_have_the_bits_of_each(sizes):
+    rng = np.random.default_rng(len(sizes))
+    mesh = BarycentricMesh([set(rng.uniform(-1, 1, size)) for size in sizes])
+    on_grid = mesh.get_all_mesh_points()
+    points = np.hstack((rng.uniform(-1.3, 1.3, (len(sizes), 200)), on_grid, on_grid[:, :1] + 1e-17))
+    indices, weights = mesh._interpolants_of_all(points)
+    for point, found in zip(points.T, zip(indices.tolist(), weights.tolist())):
+        assert found == mesh._interpolants(point.tolist())

@@ -1,17 +1,15 @@
 """Where packages named by `package://` and `model://` addresses live on this machine."""
 
-import contextlib
 import copy
 import functools
-import glob
 import json
 import logging
 import os
 import pathlib
-import sys
 import urllib.parse
 
 from sheldrake.common._checked import checked
+from sheldrake.common._files import GetDrakePath
 
 from . import remote_package
 from .diagnostics import DiagnosticPolicy, Location, ParseError
@@ -69,7 +67,7 @@ class PackageMap:
 
     @functools.cached_property
     def _drake_root(self) -> "str | None":
-        return _find_drake_root()
+        return GetDrakePath()
 
     @staticmethod
     def MakeEmpty() -> "PackageMap":
@@ -410,35 +408,3 @@ def _same_folder(one: str, other: str) -> bool:
 
 def _split_paths(variable: str) -> "list[str]":
     return [path for path in os.environ.get(variable, "").split(os.pathsep) if path]
-
-
-def _find_drake_root() -> "str | None":
-    """The folder of Drake's own resource files, when this machine has them."""
-    from sheldrake.common._files import GetDrakePath
-
-    root = GetDrakePath()
-    if root is None:
-        root = _share_of_wheel(_installed())
-    return root if root is not None and os.path.isdir(root) else None
-
-
-def _installed() -> "tuple[tuple[str, int], ...]":
-    """The folders that Python imports from, and when something was last installed in each."""
-    found = []
-    for folder in sys.path:
-        with contextlib.suppress(OSError):
-            found.append((folder, os.stat(folder or os.curdir).st_mtime_ns))
-    return tuple(found)
-
-
-@functools.lru_cache(maxsize=4)
-def _share_of_wheel(installed: "tuple[tuple[str, int], ...]") -> "str | None":
-    """The folder of resource files of the `drake` wheel among these folders: to look costs as much as a small model.
-
-    Its own metadata tell that it is there; `importlib.metadata` would load the package for mails.
-    """
-    for folder, _ in installed:
-        share = os.path.join(folder, "pydrake", "share", "drake")
-        if os.path.isdir(share) and glob.glob(os.path.join(glob.escape(folder), "drake-*.dist-info")):
-            return share
-    return None
