@@ -266,6 +266,32 @@ class BoundingBoxConstraint(LinearConstraint):
         self._dense = np.eye(self._num_vars)
         return self._dense.copy()
 
+    def UpdateCoefficients(
+        self, new_A: ArrayLike | scipy.sparse.spmatrix, new_lb: ArrayLike, new_ub: ArrayLike
+    ) -> None:
+        """Sets the bounds; the matrix is the identity and stays so.
+
+        Raises:
+            RuntimeError: the matrix is another.
+        """
+        A = _arrays.float_matrix(new_A)
+        A = A.toarray() if _arrays.is_sparse(A) else A
+        if not np.array_equal(A, np.eye(self._num_vars)):
+            raise RuntimeError(
+                f"BoundingBoxConstraint.UpdateCoefficients(): the matrix of bounds of {self._num_vars} variables is "
+                "the identity; use a LinearConstraint for another."
+            )
+        self.set_bounds(new_lb, new_ub)
+
+    def RemoveTinyCoefficient(self, tol: float) -> None:
+        """Does nothing: the coefficients are ones.
+
+        Raises:
+            RuntimeError: the tolerance is negative, or not less than one.
+        """
+        if not 0.0 <= tol < 1.0:
+            raise RuntimeError(f"BoundingBoxConstraint.RemoveTinyCoefficient(): tol is {tol}, not from 0 to below 1.")
+
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return x.copy()
 
