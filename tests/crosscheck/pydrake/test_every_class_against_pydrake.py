@@ -102,3 +102,48 @@ def test_sampled_volumes(accuracy, most):
     if accuracy in (1e-9, 1.0):  # sets whose boxes differ by rounding may differ in a sample close to the boundary
         assert [each[2] for each in found[0]] == [each[2] for each in found[1]]
     np.testing.assert_allclose([each[:2] for each in found[0]], [each[:2] for each in found[1]], rtol=0.03)
+
+
+def test_parts_of_poses_and_stacks_that_change_between_calls():
+    """What is kept for calls in a loop is made anew when a stack grows; what poses give away are copies."""
+    found = []
+    for lib in LIBRARIES:
+        poses = [lib.RigidTransform(lib.RollPitchYaw(0.1 * k, 0.2, 0.3), [1.0 * k, 2.0, 3.0]) for k in range(3)]
+        motion = lib.PiecewisePose.MakeLinear([0.0, 1.0, 2.0], poses)
+        stack = lib.StackedTrajectory()
+        stack.Append(lib.PiecewisePolynomial.FirstOrderHold([0.0, 2.0], [[0.0, 1.0], [2.0, 5.0]]))
+        answers = []
+        for turn in range(3):
+            if turn == 1:
+                copied = motion.Clone()
+                motion.get_position_trajectory().ReverseTime()
+                motion.get_position_trajectory().shiftRight(2.0)
+                stack.Append(lib.BezierCurve(0.0, 2.0, [[0.0, 1.0, 3.0]]))
+            for t in (-1.0, 0.0, 0.3, 1.0, 2.0, 2.5):
+                for _ in range(5):  # the fourth call makes what is kept
+                    now = [motion.value(t), motion.EvalDerivative(t), motion.GetPose(t).GetAsMatrix4()]
+                    now += [motion.GetVelocity(t), stack.value(t), stack.EvalDerivative(t, 1)]
+                answers += [*now, stack.vector_values([0.0, t]), stack.vector_values(np.array([t]))]
+        answers.append(copied.value(0.3))
+        found.append(answers)
+    for ours, drakes in zip(*found):
+        np.testing.assert_allclose(ours, drakes, atol=1e-14)
+    assert (len(found[0][20]), len(found[0][20 + 48])) == (2, 3)  # the stack has a row more
+
+
+def test_colours():
+    for lib in LIBRARIES:
+        colour = lib.Rgba(0.1, 0.2, 0.6, 0.5)
+        np.testing.assert_allclose((colour * colour).rgba, [0.01, 0.04, 0.36, 0.25])
+        np.testing.assert_allclose(colour.scale_rgb(2.0).rgba, [0.2, 0.4, 1.0, 0.5])
+        colour.update(b=1)
+        assert colour == lib.Rgba(0.1, 0.2, 1, np.float64(0.5)) and colour != lib.Rgba(0.1, 0.2, 1.0)
+        assert (colour.r(), colour.a()) == (0.1, 0.5) and type(colour.b()) is float
+        for wrong in (1.5, np.nan):
+            with pytest.raises(RuntimeError, match="within the range"):
+                colour.update(g=wrong)
+        with pytest.raises(TypeError):
+            lib.Rgba("0.1", 0.2, 0.3)
+        with pytest.raises(TypeError):
+            colour.update(r="0.5")
+        np.testing.assert_array_equal(colour.rgba, [0.1, 0.2, 1.0, 0.5])
