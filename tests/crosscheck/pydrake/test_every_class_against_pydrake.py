@@ -147,3 +147,37 @@ def test_colours():
         with pytest.raises(TypeError):
             colour.update(r="0.5")
         np.testing.assert_array_equal(colour.rgba, [0.1, 0.2, 1.0, 0.5])
+
+
+def test_points_in_sets_and_constraints_asked_often():
+    """The long way and, after some hundred calls, the short one; what is odd keeps to the long way."""
+    rng = np.random.default_rng(0)
+    A, b, points = rng.normal(size=(7, 3)), np.abs(rng.normal(size=7)) + 0.2, 0.7 * rng.normal(size=(300, 3))
+    low, high, nothing = np.array([-1.0, -1.0, -0.5]), np.array([1.0, 0.5, 1.0]), np.array([0.0, np.nan, 0.0])
+    found = []
+    for lib in LIBRARIES:
+        fortran = np.asfortranarray(A)
+        sets = [lib.HPolyhedron(A, b), lib.HPolyhedron(fortran, b), lib.HPolyhedron(A[:1], b[:1])]
+        sets += [lib.Point([0.1, 0.2, 0.3]), lib.Hyperrectangle(low, high), lib.Hyperellipsoid(A, [0, 0, 0.1])]
+        bounds = [lib.LinearConstraint(A, -b, b), lib.LinearConstraint(fortran, -b, b)]
+        bounds += [lib.LinearEqualityConstraint(A[:1], b[:1]), lib.BoundingBoxConstraint(low, high)]
+        prog = lib.MathematicalProgram()
+        x = prog.NewContinuousVariables(3)
+        bounds.append(prog.AddLinearConstraint(x[0] + 2 * x[1] - x[2] <= 0.3).evaluator())
+        bounds.append(prog.AddBoundingBoxConstraint(-1.0, 0.5, x[0]).evaluator())
+        asked = [each.PointInSet for each in sets] + [each.CheckSatisfied for each in bounds]
+        sizes = [3] * len(sets) + [each.num_vars() for each in bounds]
+        for ask, n in zip(asked, sizes):
+            odd = [] if ask is asked[3] else [nothing[:n]]  # for Drake no number is near any point
+            for point in [*points[:, :n], *odd]:
+                found.append([ask(point.copy()), ask(point.copy(), 0.5), ask(list(point))])
+            with pytest.raises(TypeError):
+                ask(None)
+            if lib is sheldrake:  # Drake ends the process
+                for _ in range(2):
+                    with pytest.raises(RuntimeError):
+                        ask(np.zeros(n + 1))
+    ours, drakes = np.array(found).reshape(2, -1, 3)
+    assert all(type(answer) is bool for row in found for answer in row)
+    np.testing.assert_array_equal(ours, drakes)
+    assert 0.1 < ours.mean() < 0.9
