@@ -190,7 +190,7 @@ class AutoDiffXd:
         return NotImplemented
 
     def __abs__(self):
-        return self if self._v >= 0.0 else -self
+        return -self if self._v < 0.0 else self
 
     # Comparisons look at values only.
 

@@ -97,7 +97,7 @@ class Trajectory:
             RuntimeError: the values are matrices.
         """
         ask = self._queries.get("many")
-        if ask is not None and type(values := ask(t)) is np.ndarray:
+        if ask is not None and type(values := ask(np.array(t) if t.__class__ is list else t)) is np.ndarray:
             return values
         times = self._scalars("vector_values", t)
         rows, cols = self.rows(), self.cols()

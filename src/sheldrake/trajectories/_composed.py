@@ -34,7 +34,7 @@ class StackedTrajectory(Trajectory):
         rowwise: One below the other.
     """
 
-    _MAKES_ARRAYS = True
+    _MAKES_ARRAYS = _HAS_QUERIES = True
 
     def __init__(self, rowwise: bool = True):
         self._rowwise = bool(rowwise)
@@ -67,6 +67,30 @@ class StackedTrajectory(Trajectory):
                     f"those before have {a}."
                 )
         self._children = [*self._children, kept(traj)]
+        self._changed()
+
+    def _make_query(self, order: int) -> Query | None:
+        if self._T is not float or not self._children:
+            return None
+        children, axis, join = self._children, 0 if self._rowwise else 1, np.concatenate
+        asks = [functools.partial(c.EvalDerivative, derivative_order=order) if order else c.value for c in children]
+
+        def ask(t: float) -> np.ndarray | int:
+            return join([one(t) for one in asks], axis) if isinstance(t, float) else MISFIT
+
+        return ask
+
+    def _make_query_of_many(self, key: str) -> Query | None:
+        if self._T is not float or not self._children or (self.cols() if self._rowwise else self.rows()) != 1:
+            return None
+        children, axis = self._children, 0 if self._rowwise else 1
+
+        def ask(times: np.ndarray) -> np.ndarray | None:
+            if type(times) is not np.ndarray or times.ndim != 1 or times.dtype != float:
+                return None
+            return np.concatenate([child.vector_values(times) for child in children], axis)
+
+        return ask
 
     def _join(self, parts: list) -> np.ndarray:
         if not parts:

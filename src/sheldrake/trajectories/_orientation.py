@@ -19,10 +19,11 @@ from sheldrake.common._quaternion import QUATERNION
 from sheldrake.common._scalar_math import acos, atan2, select, sin, sqrt
 from sheldrake.common._scalars import as_scalar, is_symbolic
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion, Quaternion_
+from sheldrake.common.kernel import MISFIT
 from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix, RotationMatrix_
 from sheldrake.math._rigid_transform import POSE
 from sheldrake.polynomial._polynomial import differentiate
-from sheldrake.trajectories._base import holds, query
+from sheldrake.trajectories._base import holds, kept, query
 from sheldrake.trajectories._kernels import values
 from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
@@ -44,6 +45,7 @@ def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
+_ASKED_OF_POSES = (0, 1, "pose", "velocity")
 _ROUNDING_OF_DOT = 1e-15  # of two unit quaternions: what is equal must be so with a tolerance of zero
 
 
@@ -354,14 +356,12 @@ class PiecewisePose(PiecewiseTrajectory):
         return cls._of(family.CubicWithContinuousSecondDerivatives(breaks, positions, *ends), R)
 
     def get_position_trajectory(self) -> PiecewisePolynomial:
-        """Returns the position [m]."""
-        self._lend()
-        return self._p
+        """Returns a copy of the position [m]."""
+        return kept(self._p)
 
     def get_orientation_trajectory(self) -> PiecewiseQuaternionSlerp:
-        """Returns the orientation."""
-        self._lend()
-        return self._R
+        """Returns a copy of the orientation."""
+        return kept(self._R)
 
     def GetPose(self, time: Scalar) -> RigidTransform:
         """Returns the pose at a time [s]; that at the nearest end outside."""
@@ -387,17 +387,14 @@ class PiecewisePose(PiecewiseTrajectory):
         """Returns the spatial acceleration [rad/s^2, m/s^2], shape `(6,)`; zero outside."""
         return self._motion("GetAcceleration", time, 2)
 
-    _lent = False
-
-    def _lend(self) -> None:
-        """Whoever has a part may change it: what was made of the parts is of no use any more."""
-        self._lent = True
-        self._changed()
+    _MAKES_ARRAYS = _HAS_QUERIES = True
 
     def _make_query(self, what: Any) -> Any:
-        """Poses and velocities."""
-        if self._T is not float or self._lent or not self._p._c or len(self._R._q) < 2:
+        """Poses and velocities, also as matrices."""
+        if self._T is not float or not self._p._c or len(self._R._q) < 2 or what not in _ASKED_OF_POSES:
             return None
+        if what in (0, 1):
+            return self._make_query_of_matrices(what)
         p, breaks = self._p, np.array(self._p._breaks)
         if not np.isfinite(breaks).all():
             return None
@@ -406,6 +403,22 @@ class PiecewisePose(PiecewiseTrajectory):
         if what == "pose":
             return quick.query(values.pose_between, *arrays, takes=(float,), gives=POSE)
         return quick.query(values.twist_between, *arrays, takes=(float,), gives=(6,), frozen=False)
+
+    def _make_query_of_matrices(self, order: int) -> Any:
+        """`value` and, inside, the first derivative; the ways of poses and velocities in a matrix."""
+        ask = self._make_query("velocity" if order else "pose")
+        if ask is None:
+            return None
+        first, last = self._breaks[0], self._breaks[-1]
+
+        def matrix(t: Any) -> Any:
+            if not isinstance(t, float):
+                return MISFIT
+            if order:
+                return ask(t).reshape(6, 1) if first <= t <= last else self.DoEvalDerivative(float(t), 1)
+            return ask(t).GetAsMatrix4()
+
+        return matrix
 
     def _angular_table(self, what: str) -> np.ndarray:
         """Quaternions of the samples, or angular velocities of the segments."""

@@ -6,6 +6,7 @@ The base of the sets beside it: what a set must say of itself, and what follows 
 from __future__ import annotations
 
 import copy
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 from typing import overload as typing_overload
 
@@ -363,7 +364,7 @@ class ConvexSet:
 
         Args:
             generator: Of the samples.
-            desired_rel_accuracy: Standard deviation of the relative error at which sampling ends.
+            desired_rel_accuracy: Relative error at which sampling ends; it is taken to be 1 / (2 sqrt(hits)).
             max_num_samples: Most samples.
 
         Raises:
@@ -375,13 +376,13 @@ class ConvexSet:
         if bounds is None:
             raise RuntimeError("CalcVolumeViaSampling(): the set has no bounding box: it is empty or unbounded.")
         hits, samples, error = 0, 0, 1.0
-        while (error > desired_rel_accuracy or samples < 10) and samples < max_num_samples:
+        while error > desired_rel_accuracy and samples < max_num_samples:
             hits += self.PointInSet([sample_uniform(generator, lo, hi) for lo, hi in zip(*bounds)])
             samples += 1
             if hits:
-                part = hits / samples
-                error = float(np.sqrt((1.0 - part) / (part * samples)))
-        return SampledVolume(float(np.prod(bounds[1] - bounds[0])) * hits / max(samples, 1), error, samples)
+                error = 0.5 / math.sqrt(hits)
+        part = hits / samples if samples else math.nan
+        return SampledVolume(float(np.prod(bounds[1] - bounds[0])) * part, error, samples)
 
     def _bounding_box(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Lower and upper corner of the smallest box around the set; None if the set is empty or unbounded."""

@@ -12,6 +12,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
@@ -22,6 +23,7 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers._kernels.inside import inside_ellipsoid
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -319,6 +321,16 @@ class Hyperellipsoid(ConvexSet):
         x = other._least_scaled(self._A, self._center)
         return None if x is None else bool(np.linalg.norm(self._A @ (x - self._center)) <= 1.0 + _TOUCHES)
 
+    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
+        """Tells whether |A (x - center)|^2 <= 1 + tol.
+
+        Raises:
+            RuntimeError: the point has another dimension.
+        """
+        if (inside := _inside(self._A.ravel(), self._center, x, tol)) is not None:
+            return bool(inside)
+        return super().PointInSet(x, tol)
+
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         e = self._A @ (x - self._center)
         return bool(e @ e <= 1.0 + tol)
@@ -424,3 +436,6 @@ def _circumscribed(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         )
     B = np.linalg.inv(np.array(result.GetSolution(A), dtype=float))
     return size * B, -size * (B @ result.GetSolution(b))
+
+
+_inside = quick.short_way(globals(), "_inside", inside_ellipsoid, quick.ANY, quick.ANY, quick.ANY, float, gives=bool)

@@ -7,6 +7,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.common._checked import checked
 from sheldrake.common._kernels.twister import SIZE
@@ -23,6 +24,7 @@ from sheldrake.geometry.optimization._from_geometry import Placed, geometry_over
 from sheldrake.geometry.optimization._hulls import half_spaces
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
+from sheldrake.solvers._kernels.inside import inside_halfspaces
 
 if TYPE_CHECKING:
     import scipy.sparse
@@ -331,6 +333,16 @@ class HPolyhedron(ConvexSet):
             into.linear(least, self._A @ x - scale.times(self._b), np.zeros(self._b.size))
         into.nonnegative(scale)
 
+    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
+        """Tells whether A x <= b + tol.
+
+        Raises:
+            RuntimeError: the point has another dimension.
+        """
+        if (inside := _inside(self._A.ravel(), self._b, x, tol)) is not None:
+            return bool(inside)
+        return super().PointInSet(x, tol)
+
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         return bool((self._A.dot(x) <= self._b + tol).all())
 
@@ -443,3 +455,5 @@ _WAYS = Ways(
         overload(lambda self, prog: self._set(*_rows_of(prog)), prog=instance_of(MathematicalProgram)),
     ]
 )
+
+_inside = quick.short_way(globals(), "_inside", inside_halfspaces, quick.ANY, quick.ANY, quick.ANY, float, gives=bool)

@@ -7,6 +7,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Box
@@ -14,6 +15,7 @@ from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, vector
 from sheldrake.math import RigidTransform
+from sheldrake.solvers._kernels.inside import inside_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -95,8 +97,18 @@ class Hyperrectangle(ConvexSet):
         into.within(self._lb, x, self._ub, scale)
         into.nonnegative(scale)
 
+    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
+        """Tells whether lb - tol <= x <= ub + tol.
+
+        Raises:
+            RuntimeError: the point has another dimension.
+        """
+        if (inside := _inside(self._lb, self._ub, x, tol)) is not None:
+            return bool(inside)
+        return super().PointInSet(x, tol)
+
     def _contains(self, x: np.ndarray, tol: float) -> bool:
-        return bool(np.all(x >= self._lb - tol) and np.all(x <= self._ub + tol))
+        return bool((x >= self._lb - tol).all() and (x <= self._ub + tol).all())
 
     def _empty(self) -> bool:
         return False
@@ -123,3 +135,5 @@ _WAYS = Ways(
         overload(Hyperrectangle._set, lb=vector, ub=vector),
     ]
 )
+
+_inside = quick.short_way(globals(), "_inside", inside_box, quick.ANY, quick.ANY, quick.ANY, float, gives=bool)

@@ -7,6 +7,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Sphere
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
@@ -15,6 +16,7 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
+from sheldrake.solvers._kernels.inside import inside_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -82,8 +84,18 @@ class Point(ConvexSet):
             into.equal(x - scale.times(self._x))
             into.nonnegative(scale)
 
+    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
+        """Tells whether no coordinate is farther than `tol` from the point's.
+
+        Raises:
+            RuntimeError: the point has another dimension.
+        """
+        if (inside := _inside(self._x, self._x, x, tol)) is not None:
+            return bool(inside)
+        return super().PointInSet(x, tol)
+
     def _contains(self, x: np.ndarray, tol: float) -> bool:
-        return bool(np.all(np.abs(x - self._x) <= tol))
+        return bool((np.abs(x - self._x) <= tol).all())
 
     def _empty(self) -> bool:
         return False
@@ -114,3 +126,5 @@ _WAYS = Ways(
         geometry_overload(Point._set_of_sphere, maximum_allowable_radius=(_arrays.number, 0.0)),
     ]
 )
+
+_inside = quick.short_way(globals(), "_inside", inside_box, quick.ANY, quick.ANY, quick.ANY, float, gives=bool)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._text import number
@@ -14,6 +15,7 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import quadratic_symbols, range_of_eigenvalues, symmetric
 from sheldrake.solvers._functions.evaluators import Changes, Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
+from sheldrake.solvers._kernels import inside as kernels
 from sheldrake.solvers._text import latex_bounds, latex_matrix
 from sheldrake.symbolic import Formula, logical_and
 
@@ -174,6 +176,13 @@ class LinearConstraint(Constraint):
         self._leave_row()
         self._own_bounds(self._lower, upper)
 
+    def CheckSatisfied(self, x: ArrayLike, tol: float = 1e-6) -> bool | Formula:
+        """Tells whether the values at x are within the bounds, up to `tol`; a Formula where x is symbolic."""
+        if (dense := self._dense) is not None:
+            if (inside := _inside_rows(dense.ravel(), self._lower, self._upper, x, tol)) is not None:
+                return inside
+        return super().CheckSatisfied(x, tol)
+
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.asarray(self._A.dot(x))
 
@@ -194,6 +203,13 @@ class LinearConstraint(Constraint):
 
 _ARRAYS_OF_ROWS = {"_A", "_dense", "_lower", "_upper"}
 _ONE = [1.0]
+_VECTOR = quick.ANY
+_inside_rows = quick.short_way(
+    globals(), "_inside_rows", kernels.inside_rows, _VECTOR, _VECTOR, _VECTOR, _VECTOR, float, gives=bool
+)
+_inside_box = quick.short_way(
+    globals(), "_inside_box", kernels.inside_box, _VECTOR, _VECTOR, _VECTOR, float, gives=bool
+)
 
 
 class LinearEqualityConstraint(LinearConstraint):
@@ -265,6 +281,38 @@ class BoundingBoxConstraint(LinearConstraint):
         """Returns the identity, shape `(n, n)`."""
         self._dense = np.eye(self._num_vars)
         return self._dense.copy()
+
+    def UpdateCoefficients(
+        self, new_A: ArrayLike | scipy.sparse.spmatrix, new_lb: ArrayLike, new_ub: ArrayLike
+    ) -> None:
+        """Sets the bounds; the matrix is the identity and stays so.
+
+        Raises:
+            RuntimeError: the matrix is another.
+        """
+        A = _arrays.float_matrix(new_A)
+        A = A.toarray() if _arrays.is_sparse(A) else A
+        if not np.array_equal(A, np.eye(self._num_vars)):
+            raise RuntimeError(
+                f"BoundingBoxConstraint.UpdateCoefficients(): the matrix of bounds of {self._num_vars} variables is "
+                "the identity; use a LinearConstraint for another."
+            )
+        self.set_bounds(new_lb, new_ub)
+
+    def RemoveTinyCoefficient(self, tol: float) -> None:
+        """Does nothing: the coefficients are ones.
+
+        Raises:
+            RuntimeError: the tolerance is negative, or not less than one.
+        """
+        if not 0.0 <= tol < 1.0:
+            raise RuntimeError(f"BoundingBoxConstraint.RemoveTinyCoefficient(): tol is {tol}, not from 0 to below 1.")
+
+    def CheckSatisfied(self, x: ArrayLike, tol: float = 1e-6) -> bool | Formula:
+        """Tells whether x is within the bounds, up to `tol`; a Formula where x is symbolic."""
+        if (inside := _inside_box(self._lower, self._upper, x, tol)) is not None:
+            return inside
+        return Constraint.CheckSatisfied(self, x, tol)
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return x.copy()

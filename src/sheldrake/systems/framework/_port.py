@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked import checked
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import ScalarTemplate
@@ -32,6 +31,9 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
     from sheldrake.systems.framework._engine.memory import Slot
     from sheldrake.systems.framework._system_base import SystemBase
+
+
+FLOAT64 = np.dtype(np.float64)
 
 
 class FixedInputPortValue:
@@ -113,6 +115,8 @@ class _Port:
                 f"{self._kind}::Eval(): wrong value type BasicVector specified; actual type was {type(value).__name__} "
                 f"for {self.GetFullDescription()}."
             )
+        if value.__class__ is np.ndarray and value.dtype is FLOAT64:
+            return BasicVector._view(value)
         return BasicVector(value)
 
     def _node_in(self, context: Context) -> int:
@@ -230,26 +234,41 @@ class InputPort(_Port):
         if (late := self._late(context)) is not None:
             return late.get_value() if isinstance(late, AbstractValue) else late.copy()
         slot = self._required(context)
-        if slot.free < 0 and (read := context._store.reader(slot)) is not None:
-            context._reads[self._index] = read
+        if (read := context._store.reader(slot)) is not None:
+            context._reads[self._index] = read if slot.free < 0 else self._reader_of_fixed(context._store, slot, read)
         return value_at(context._store, slot)
 
-    @checked
+    def _reader_of_fixed(self, store: Store, slot: Slot, read: Callable[[], Any]) -> Callable[[], Any]:
+        """A reader that is for as long as the port is fixed."""
+        i, fixed, system, index = store.i, store.layout.fixed0 + slot.free, self._system, self._index
+
+        def read_if_fixed() -> Any:
+            if not i[fixed]:
+                raise not_connected(system, index)
+            return read()
+
+        return read_if_fixed
+
     def EvalAbstract(self, context: Context) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
+        value = self._abstract_if_any(context)
+        if value is None:
+            raise not_connected(self._system, self._index)
+        return value
+
+    def _abstract_if_any(self, context: Context) -> AbstractValue | None:
         slot = self._slot(context)
         if (late := self._late(context)) is not None:
             return late if isinstance(late, AbstractValue) else Value[BasicVector](BasicVector(late))
-        return _as_abstract(context._store, slot or self._required(context))
+        return None if slot is None else _as_abstract(context._store, slot)
 
-    @checked
     def EvalBasicVector(self, context: Context) -> BasicVector:
         """A vector port's value as a BasicVector.
 
         Raises:
             RuntimeError: it has none, or the port is abstract.
         """
-        return self._as_vector(self._first_eval(context))
+        return self._as_vector(self.Eval(context))
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it takes."""
@@ -372,19 +391,17 @@ class OutputPort(_Port):
             context._reads[-1 - self._index] = read
         return value_at(context._store, slot)
 
-    @checked
     def EvalAbstract(self, context: Context) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
         return _as_abstract(context._store, self._slot(context))
 
-    @checked
     def EvalBasicVector(self, context: Context) -> BasicVector:
         """A vector port's value as a BasicVector.
 
         Raises:
             RuntimeError: the port is abstract.
         """
-        return self._as_vector(value_at(context._store, self._slot(context)))
+        return self._as_vector(self.Eval(context))
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it shows."""

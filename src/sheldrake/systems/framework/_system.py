@@ -61,15 +61,17 @@ class System(ScalarConversion, SystemPorts):
         return layout
 
     def AllocateContext(self) -> Context:
-        """A context whose state is not set yet."""
-        return Store(self._layout_with(), tree_of(self), self._scalar).context(0)
+        """A context with the state and parameters that were declared; systems that set their own have not yet."""
+        store = Store(self._layout_with(), tree_of(self), self._scalar)
+        defaults.set_declared(store, 0)
+        return store.context(0)
 
     def CreateDefaultContext(self) -> Context:
         """A context with default state and parameters, for this system as root."""
         with _NoCollection():
-            context = self.AllocateContext()
-            self.SetDefaultContext(context)
-        return context
+            store = Store(self._layout_with(), tree_of(self), self._scalar)
+            defaults.set_defaults(store, 0)
+        return store.context(0)
 
     def SetDefaultContext(self, context: Context) -> None:
         """Sets state and parameters to their defaults."""

@@ -12,16 +12,13 @@ from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._declarations import InputDeclaration
 from sheldrake.systems.framework._index import PortDataType, UseDefaultName
-from sheldrake.systems.framework._port import InputPort, OutputPort
+from sheldrake.systems.framework._port import FLOAT64, InputPort, OutputPort
 from sheldrake.systems.framework._system_base import SystemBase
 from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
     from sheldrake.common._random import RandomDistribution
     from sheldrake.systems.framework._context.context import Context
-
-
-_FLOAT64 = np.dtype(np.float64)
 
 
 class SystemPorts(SystemBase):
@@ -131,27 +128,21 @@ class SystemPorts(SystemBase):
         try:  # the one that has to be quick
             if context._system is self and self._inputs[port_index].data_type is PortDataType.kVectorValued:
                 read = context._reads.get(port_index)
-                if read is not None and (value := read()).dtype is _FLOAT64:
+                if read is not None and (value := read()).dtype is FLOAT64:
                     return BasicVector._view(value)
         except (AttributeError, IndexError, TypeError):
             pass
-        return self._eval_vector_input(context, port_index)
-
-    @checked
-    def _eval_vector_input(self, context: Context, port_index: int) -> BasicVector | None:
         port = self.get_input_port(port_index)
         if port.get_data_type() is PortDataType.kAbstractValued:
             raise RuntimeError(
                 f"System::EvalVectorInput(): vector port required, but input port {port.get_name()!r} (index "
                 f"{int(port.get_index())}) was declared abstract: use EvalAbstractInput()."
             )
-        return port._as_vector(port._first_eval(context)) if port.HasValue(context) else None
+        return port._as_vector(port.Eval(context)) if port.HasValue(context) else None
 
-    @checked
     def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | Any:
         """Value of an input port as an AbstractValue; None without one, for type checkers as in `EvalVectorInput`."""
-        port = self.get_input_port(port_index)
-        return port.EvalAbstract(context) if port.HasValue(context) else None
+        return self.get_input_port(port_index)._abstract_if_any(context)
 
     @checked
     def AllocateInputVector(self, input_port: InputPort) -> BasicVector:

@@ -16,6 +16,20 @@ if TYPE_CHECKING:
 
 def set_defaults(store: Store, n: int) -> None:
     """Default state and parameters of all leaves under node `n`."""
+    set_declared(store, n)
+    layout = store.layout
+    leaves = set(layout.leaves[layout.nodes[n].first_leaf : layout.nodes[n].last_leaf])
+    own = [m for m in layout.with_own_defaults if m in leaves]
+    for m in own:
+        store.systems[m]._set_default_context(store.context(m))
+    if own:
+        store.out_of_date()
+    if layout.structures:
+        store.restructure()
+
+
+def set_declared(store: Store, n: int) -> None:
+    """State and parameters with which leaves under node `n` declared them."""
     layout = store.layout
     numbers, place = _default_numbers(store), layout.places[n]
     for a, b in (place.xc, place.xd, place.p):
@@ -26,13 +40,6 @@ def set_defaults(store: Store, n: int) -> None:
         if m in leaves:
             _set_abstract_defaults(store, store.systems[m], layout.places[m])
     store.out_of_date()
-    own = [m for m in layout.with_own_defaults if m in leaves]
-    for m in own:
-        store.systems[m]._set_default_context(store.context(m))
-    if own:
-        store.out_of_date()
-    if layout.structures:
-        store.restructure()
 
 
 def _set_abstract_defaults(store: Store, system: LeafSystem, place: Place) -> None:

@@ -152,6 +152,7 @@ def _take_numbers(store: Store, found: dict) -> None:
         _expect(not fault, f"the scratch of {store.context(n).GetSystemPathname()} has {fault}")
     integers = [(a, a.copy()) for n in layout.leaves for a in _own_integers(store, n)]
     store.S[:], store.I[:], store.L = S, I, L.copy()
+    store.forget_readers()  # which inputs are fixed may be others
     for array, initial in integers:
         array[...] = initial
     store.I[layout.stamp0 : layout.k0] = 0  # computed values are computed anew
