@@ -83,7 +83,7 @@ class AbstractValue:
         """
         return self._held
 
-    def set_value(self, value: object, /) -> None:
+    def set_value(self, value: object) -> None:
         """Replace the held value.
 
         Raises:
@@ -199,7 +199,7 @@ class _TypedValue(AbstractValue):
             raise cls._reject(value)
         return cls._clone(value)
 
-    def set_value(self, value: object, /) -> None:
+    def set_value(self, value: object) -> None:
         if self._coerce is not None and not isinstance(value, self._type):
             value = self._coerce(value)
         super().set_value(value)

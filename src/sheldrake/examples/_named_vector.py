@@ -28,8 +28,19 @@ class NamedVector(BasicVector):
 
     @classmethod
     def of(cls, vector: BasicVector) -> Self:
-        """The same memory with the names of this class; contexts of other scalars have plain vectors."""
-        return vector if isinstance(vector, cls) else cls()._on_memory(vector._v, vector._on_write)
+        """The same memory with the names of this class; contexts of other scalars have plain vectors.
+
+        Raises:
+            RuntimeError: it is of another size: from a context of another system.
+        """
+        if isinstance(vector, cls):
+            return vector
+        if len(vector._v) != len(cls.elements):
+            raise RuntimeError(
+                f"{cls.__name__}: the Context has a vector of size {len(vector._v)} where {len(cls.elements)} are "
+                "expected; it is of another System."
+            )
+        return cls()._on_memory(vector._v, vector._on_write)
 
     def __init_subclass__(cls, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)

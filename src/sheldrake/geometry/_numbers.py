@@ -33,11 +33,20 @@ def lengths(a: np.ndarray) -> np.ndarray:
 
 
 def values_of(a: np.ndarray) -> np.ndarray:
-    """The values of an array of floats and duals."""
+    """The values of an array of floats, duals and expressions.
+
+    Raises:
+        RuntimeError: an expression has variables.
+    """
     if a.dtype != object:
         return a
-    flat = [float(x.value()) if hasattr(x, "value") else float(x) for x in a.ravel()]
-    return np.array(flat, dtype=float).reshape(a.shape)
+    return np.array([_value_of(x) for x in a.ravel()], dtype=float).reshape(a.shape)
+
+
+def _value_of(x: Any) -> float:
+    if hasattr(x, "value"):
+        return float(x.value())
+    return float(x.Evaluate() if hasattr(x, "Evaluate") else x)
 
 
 def like(a: np.ndarray, dtype: DTypeLike) -> np.ndarray:

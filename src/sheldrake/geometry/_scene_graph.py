@@ -134,6 +134,7 @@ class SceneGraph(LeafSystem):
     def _mutable_state(self, context: Context | None) -> GeometryState:
         if context is None:
             return self._model
+        self.ValidateContext(context)
         context._store.restructure()
         return context.get_mutable_abstract_parameter(_STATE).get_mutable_value()
 
@@ -179,6 +180,7 @@ class SceneGraph(LeafSystem):
         """The configuration of the model, or of a context."""
         if context is None:
             return copy.deepcopy(self._config)
+        self.ValidateContext(context)
         return copy.deepcopy(context.get_abstract_parameter(_CONFIG).get_value())
 
     @checked
@@ -338,6 +340,8 @@ class SceneGraph(LeafSystem):
 
     def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
         """Changes which pairs may touch, in the model or in a context."""
+        if context is not None:
+            self.ValidateContext(context)
         return CollisionFilterManager._make(
             edit=lambda: self._mutable_state(context).edit_filter(),
             read=lambda: (self._model if context is None else self._geometry_state(context)).filter,
@@ -367,7 +371,10 @@ class SceneGraph(LeafSystem):
         self._mutable_state(context).remove_renderer(name)
 
     def _renderers(self, context: Context | None) -> Renderers:
-        return (self._model if context is None else self._geometry_state(context)).renderers
+        if context is None:
+            return self._model.renderers
+        self.ValidateContext(context)
+        return self._geometry_state(context).renderers
 
     def RendererCount(self, context: Context | None = None) -> int:
         """Number of render engines."""

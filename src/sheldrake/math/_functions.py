@@ -220,11 +220,13 @@ def wrap_to(value: Any, low: Scalar, high: Scalar) -> Any:
     Args:
         value: Any number.
         low: Lower end, included.
-        high: Upper end, not included.
+        high: Upper end, not included; nothing is within an interval without length, nan.
     """
     span = high - low
     if isinstance(value, _REAL) and isinstance(span, _REAL):
         value, span = float(value), float(span)
+        if span == 0.0:
+            return math.nan
     return value - span * floor((value - low) / span)
 
 

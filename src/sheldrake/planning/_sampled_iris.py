@@ -90,7 +90,11 @@ class IrisParameterizationFunction:
 
     @overloaded(
         overload(lambda self: self._set(lambda x: x, None)),
-        overload(lambda self, *given: self._set(*given), parameterization=kinds.function, dimension=count),
+        overload(
+            lambda self, *given: self._set(*given, is_threadsafe=False),
+            parameterization=kinds.function,
+            dimension=count,
+        ),
         overload(
             lambda self, kin, q_star: self._set(lambda s: kin.ComputeQValue(s, q_star), len(kin.s())),
             kin=instance_of(RationalForwardKinematics),
@@ -112,8 +116,10 @@ class IrisParameterizationFunction:
 
         self._set(evaluate, len(variables))
 
-    def _set(self, function: Callable[[np.ndarray], np.ndarray], dimension: int | None) -> None:
-        self._function, self._dimension = function, dimension
+    def _set(
+        self, function: Callable[[np.ndarray], np.ndarray], dimension: int | None, is_threadsafe: bool = True
+    ) -> None:
+        self._function, self._dimension, self._is_threadsafe = function, dimension, is_threadsafe
 
     def get_parameterization_double(self) -> Callable[[np.ndarray], np.ndarray]:
         """Returns the function of floats."""
@@ -128,8 +134,8 @@ class IrisParameterizationFunction:
         return self._dimension
 
     def get_parameterization_is_threadsafe(self) -> bool:
-        """Returns False: it is a Python function."""
-        return False
+        """Returns whether it may be called by several threads at once: not if it is a Python function of yours."""
+        return self._is_threadsafe
 
 
 def nearest_first(points: list[np.ndarray], ellipsoid: Hyperellipsoid) -> list[np.ndarray]:

@@ -55,6 +55,7 @@ from sheldrake.geometry._query.scene import (
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._shapes import Mesh, Shape
+from sheldrake.math import RigidTransform, RotationMatrix
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -295,7 +296,13 @@ class QueryObject(Images):
         from sheldrake.geometry._bounding import bounding_box
 
         box = bounding_box(self._state.geometry(geometry_id).shape)
-        return None if box is None else box._moved(self.GetPoseInWorld(geometry_id))
+        if box is None:
+            return None
+        X_WG = self.GetPoseInWorld(geometry_id)
+        R, p = X_WG.rotation().matrix(), X_WG.translation()
+        if R.dtype == object:
+            X_WG = RigidTransform(RotationMatrix(values_of(R)), values_of(p))
+        return box._moved(X_WG)
 
     def ComputeAabbInWorld(self, geometry_id: GeometryId) -> None:
         """None: only deformable geometry has an axis-aligned box in W."""

@@ -429,11 +429,13 @@ class ConvexSet:
 
 
 def sets_of(args: tuple, kwargs: dict) -> list[ConvexSet] | None:
-    """Sets given as `(sets)` or `(setA, setB)`, all in one space; None if something else was given.
+    """Sets given as `(sets)` or `(setA, setB)`, all in one space; None if something else, or more, was given.
 
     Raises:
         RuntimeError: they are in spaces of different dimensions.
     """
+    if not kwargs.keys() <= {"sets", "setA", "setB"}:
+        return None
     values = [*args, *(kwargs[n] for n in ("sets", "setA", "setB") if n in kwargs)]
     if len(values) == 1 and isinstance(values[0], (list, tuple)):
         values = list(values[0])

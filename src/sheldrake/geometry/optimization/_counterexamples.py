@@ -8,14 +8,13 @@ import numpy as np
 
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
-from sheldrake.solvers import Constraint, MathematicalProgram
+from sheldrake.solvers import Constraint, MathematicalProgram, SolverInterface
 from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
     from sheldrake.geometry.optimization import GraphOfConvexSetsOptions
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.solvers import SolverInterface
     from sheldrake.systems.framework import Context
 
 
@@ -196,5 +195,5 @@ def _by_solver(
     prog.AddQuadraticErrorCost(ellipsoid.A().T @ ellipsoid.A(), ellipsoid.center(), q)
     prog.AddLinearConstraint(region.A(), np.full(region.b().size, -np.inf), region.b(), q)
     prog.AddConstraint(collision, q[places])
-    result = solver.Solve(prog, guess, options)
+    result = SolverInterface.Solve(solver, prog, guess, options)
     return result.GetSolution(q) if result.is_success() else None

@@ -25,11 +25,12 @@ from sheldrake.solvers import (
     MixedIntegerBranchAndBound,
     ProgramType,
     SolutionResult,
+    SolverInterface,
     SolverOptions,
 )
 
 if TYPE_CHECKING:
-    from sheldrake.solvers import MathematicalProgram, SolverInterface
+    from sheldrake.solvers import MathematicalProgram
 
 # ---- options
 
@@ -562,7 +563,7 @@ def _solve(
     prog: MathematicalProgram, solver: SolverInterface | None, solver_options: SolverOptions
 ) -> MathematicalProgramResult:
     if solver is not None:
-        return solver.Solve(prog, None, solver_options)
+        return SolverInterface.Solve(solver, prog, None, solver_options)
     try:
         best = ChooseBestSolver(prog)
     except ValueError:

@@ -17,7 +17,7 @@ class Spectrahedron(ConvexSet):
     """What satisfies the linear and semidefinite constraints of a program; made as `()` or `(prog)`.
 
     Raises:
-        RuntimeError: the program has other constraints.
+        RuntimeError: the program has other constraints, or costs that are not linear.
     """
 
     def __init__(self, *args: Any, **kwargs: Any):
@@ -37,6 +37,11 @@ class Spectrahedron(ConvexSet):
         matrices, inequalities = prog.positive_semidefinite_constraints(), prog.linear_matrix_inequality_constraints()
         if len(prog.GetAllConstraints()) > len(linear) + len(matrices) + len(inequalities):
             raise RuntimeError("Spectrahedron(): the program has constraints that are neither linear nor semidefinite.")
+        if others := {type(b.evaluator()).__name__ for b in prog.GetAllCosts()} - {"LinearCost"}:
+            raise RuntimeError(
+                f"Spectrahedron does not support MathematicalPrograms that have costs other than linear ones; found "
+                f"{', '.join(sorted(others))}."
+            )
         n = self._dimension
         for binding in linear:
             c = binding.evaluator()

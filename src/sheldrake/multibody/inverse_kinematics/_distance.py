@@ -81,6 +81,11 @@ class DistanceConstraint(_Distances, Constraint):
     ):
         self._check_geometry(plant, plant_context)
         self._pair = tuple(sorted(geometry_pair))
+        if len(self._pair) != 2:
+            raise TypeError(
+                f"DistanceConstraint(): incompatible constructor arguments. geometry_pair has {len(self._pair)} "
+                "elements, expected two GeometryIds."
+            )
         self._set_plant(plant, plant_context, 1)
         self._set_bounds(np.array([float(distance_lower)]), np.array([float(distance_upper)]))
 

@@ -13,7 +13,7 @@ from sheldrake.solvers._engines.clarabel import ClarabelSolver, CsdpSolver
 from sheldrake.solvers._engines.daqp import DaqpSolver
 from sheldrake.solvers._engines.equality import EqualityConstrainedQPSolver, LinearSystemSolver
 from sheldrake.solvers._engines.highs import ClpSolver, HighsSolver
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine, SolverInterface
 from sheldrake.solvers._engines.ipopt import IpoptSolver
 from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
 from sheldrake.solvers._engines.nlopt import NloptSolver
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from sheldrake.solvers import SolverOptions
 
 _P = ProgramType
-_NLP: list[type[SolverInterface]] = [InteriorPointSolver, IpoptSolver, NloptSolver]
-_BEST: dict[ProgramType, list[type[SolverInterface]]] = {
+_NLP: list[type[Engine]] = [InteriorPointSolver, IpoptSolver, NloptSolver]
+_BEST: dict[ProgramType, list[type[Engine]]] = {
     _P.kLP: [GurobiSolver, MosekSolver, ClpSolver, ClarabelSolver, *_NLP, ScsSolver],
     _P.kQP: [GurobiSolver, MosekSolver, ClarabelSolver, OsqpSolver, *_NLP, ScsSolver, DaqpSolver],
     _P.kSOCP: [MosekSolver, GurobiSolver, ClarabelSolver, ScsSolver, *_NLP],
@@ -51,7 +51,7 @@ _BEST: dict[ProgramType, list[type[SolverInterface]]] = {
     _P.kLCP: [MobyLcpSolver, InteriorPointSolver],
     _P.kUnknown: [],
 }
-_ALL: list[type[SolverInterface]] = [
+_ALL: list[type[Engine]] = [
     LinearSystemSolver,
     EqualityConstrainedQPSolver,
     MosekSolver,
@@ -70,7 +70,7 @@ _ALL: list[type[SolverInterface]] = [
 ]
 
 
-def _usable(cls: type[SolverInterface]) -> bool:
+def _usable(cls: type[Engine]) -> bool:
     return cls._is_available() and cls._is_enabled()
 
 
@@ -88,7 +88,7 @@ def ChooseBestSolver(prog: MathematicalProgram) -> SolverId:
     return _best(prog).id()
 
 
-_FIRST: list[type[SolverInterface]] = [LinearSystemSolver, EqualityConstrainedQPSolver]
+_FIRST: list[type[Engine]] = [LinearSystemSolver, EqualityConstrainedQPSolver]
 _MIXED = {_P.kMILP, _P.kMIQP, _P.kMISOCP, _P.kMISDP}
 _CANDIDATES = {
     kind: [*([] if kind in _MIXED else _FIRST), *best, *(_ALL if kind is _P.kUnknown else [])]
@@ -107,11 +107,11 @@ class _Choice:
         return self
 
 
-def _best(prog: MathematicalProgram) -> type[SolverInterface]:
+def _best(prog: MathematicalProgram) -> type[Engine]:
     return parts_of(prog).form(_Choice, prog).solver
 
 
-def _first_that_fits(prog: MathematicalProgram) -> type[SolverInterface]:
+def _first_that_fits(prog: MathematicalProgram) -> type[Engine]:
     has = parts_of(prog).bindings.attributes()
     kind = type_of_program(prog, has)
     for cls in _CANDIDATES[kind]:

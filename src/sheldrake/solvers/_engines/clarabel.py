@@ -14,7 +14,7 @@ import numpy as np
 
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import Cone, ConicForm
-from sheldrake.solvers._engines.interface import SolverInterface, is_installed
+from sheldrake.solvers._engines.interface import Engine, is_installed
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.parts import parts_of
@@ -44,7 +44,7 @@ class ClarabelSolverDetails(NamedTuple):
     status: str
 
 
-class ClarabelSolver(SolverInterface):
+class ClarabelSolver(Engine):
     """Solves convex programs with quadratic costs and linear, Lorentz, semidefinite and exponential cones.
 
     It stands on the package `clarabel`.

@@ -12,7 +12,7 @@ import numpy as np
 from sheldrake.solvers._engines.conic import LinearObjective
 from sheldrake.solvers._engines.equality import quadratic_form
 from sheldrake.solvers._engines.highs import linear_rows, set_box_duals, variable_bounds
-from sheldrake.solvers._engines.interface import SolverInterface, is_installed
+from sheldrake.solvers._engines.interface import Engine, is_installed
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -48,7 +48,7 @@ class DaqpSolverDetails(NamedTuple):
     multipliers: np.ndarray
 
 
-class DaqpSolver(SolverInterface):
+class DaqpSolver(Engine):
     """Solves convex quadratic programs of up to some hundred variables. It stands on the package `daqp`.
 
     Options are DAQP's settings by name, such as "iter_limit" and "primal_tol". The guess is not used.

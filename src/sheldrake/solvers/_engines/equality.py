@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from sheldrake.solvers._engines.conic import LinearObjective
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine
 from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
 from sheldrake.solvers._functions.costs import QuadraticCost
 from sheldrake.solvers._ids import ProgramAttribute as A
@@ -104,7 +104,7 @@ def _required(solver: str, attribute: str) -> str:
     return f"{solver} is unable to solve because a {attribute} is required but has not been declared."
 
 
-class LinearSystemSolver(SolverInterface):
+class LinearSystemSolver(Engine):
     """Solves linear equations without a cost, in the least squares sense where there is no exact solution."""
 
     _name = "Linear system"
@@ -124,7 +124,7 @@ class LinearSystemSolver(SolverInterface):
         result._finish(SolutionResult.kSolutionFound if fits else SolutionResult.kInfeasibleConstraints, x, 0.0)
 
 
-class EqualityConstrainedQPSolver(SolverInterface):
+class EqualityConstrainedQPSolver(Engine):
     """Solves convex quadratic costs under linear equations."""
 
     _name = "EqConstrainedQP"

@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.conic import LinearObjective
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine
 from sheldrake.solvers._engines.linear import SMALL, maximize, maximize_small
 from sheldrake.solvers._engines.linear_rows import LinearRows, another
 from sheldrake.solvers._functions.bindings import BindingBase
@@ -159,7 +159,7 @@ _CLP_STATUS = {0: 0, 1: 3, 2: 1, 3: 2}
 _CLP_CODES = {result: _CLP_STATUS[status] for status, result in _RESULTS.items()} | {SolutionResult.kDualInfeasible: 2}
 
 
-class ClpSolver(SolverInterface):
+class ClpSolver(Engine):
     """Solves linear programs, and such with convex quadratic costs.
 
     In sheldrake the former are solved by HiGHS, by way of SciPy, or if they are small by a simplex method of its own;
@@ -287,7 +287,7 @@ def _box_is_empty(lower: np.ndarray, upper: np.ndarray) -> bool:
     return bool((lower > upper).any() or (lower == np.inf).any() or (upper == -np.inf).any())
 
 
-class HighsSolver(SolverInterface):
+class HighsSolver(Engine):
     """Solves linear programs some of whose variables are 0 or 1."""
 
     _name = "HiGHS"

@@ -39,22 +39,94 @@ def attribute_name(attribute: ProgramAttribute) -> str:
 
 
 class SolverInterface:
-    """A solver of mathematical programs. Not made directly."""
+    """A solver of mathematical programs.
+
+    Solvers of your own derive from it, and override `available`, `enabled`, `solver_id`,
+    `AreProgramAttributesSatisfied`, `ExplainUnsatisfiedProgramAttributes` and
+    `Solve(prog, initial_guess, solver_options, result)`, which fills the result.
+    """
+
+    def available(self) -> bool:
+        """Tells whether what it stands on is installed."""
+        raise self._lacks("available")
+
+    def enabled(self) -> bool:
+        """Tells whether it may be used; a solver that needs a license and has none may not."""
+        raise self._lacks("enabled")
+
+    def solver_id(self) -> SolverId:
+        """Returns its name as an id."""
+        raise self._lacks("solver_id")
+
+    def solver_type(self) -> SolverType | None:
+        """Returns its number, if it has one."""
+        return solver_type_of(self.solver_id())
+
+    def SolverName(self) -> str:
+        """Returns its name."""
+        return self.solver_id().name()
+
+    def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:
+        """Tells whether it knows how to handle all that a program has."""
+        raise self._lacks("AreProgramAttributesSatisfied")
+
+    def ExplainUnsatisfiedProgramAttributes(self, prog: MathematicalProgram) -> str:
+        """Returns why it cannot solve a program; empty if it can."""
+        raise self._lacks("ExplainUnsatisfiedProgramAttributes")
+
+    def Solve(
+        self,
+        prog: MathematicalProgram,
+        initial_guess: ArrayLike | None = None,
+        solver_options: SolverOptions | None = None,
+        result: MathematicalProgramResult | None = None,
+    ) -> Any:
+        """Solves a program.
+
+        Args:
+            prog: The program.
+            initial_guess: Values of all decision variables to start from; those of the program if absent.
+            solver_options: Options on top of those of the program.
+            result: Is filled instead of a new one being returned. A solver of your own always fills one.
+
+        Raises:
+            ValueError: the solver is not available, not enabled, or cannot handle what the program has.
+        """
+        return self._solved(prog, initial_guess, solver_options, result)
+
+    def _solved(
+        self,
+        prog: MathematicalProgram,
+        initial_guess: ArrayLike | None,
+        solver_options: SolverOptions | None,
+        result: MathematicalProgramResult | None,
+    ) -> Any:
+        """See `Solve`; here by the `Solve` of a class that somebody derived, which fills a result."""
+        if result is not None or type(self).Solve is SolverInterface.Solve:
+            raise self._lacks("Solve")
+        result = MathematicalProgramResult()
+        result._start(prog, self.SolverName())
+        self.Solve(prog, initial_guess, solver_options, result)
+        return result
+
+    def _lacks(self, call: str) -> RuntimeError:
+        return RuntimeError(
+            f'Tried to call pure virtual function "solvers::SolverInterface::{call}": '
+            f"{type(self).__name__} must override {call}()."
+        )
+
+
+class Engine(SolverInterface):
+    """A solver of this library."""
 
     _name = ""
     _method: str | None = None  # what does the work, where that is not what the solver is named after
     _attributes: frozenset[ProgramAttribute] = frozenset()
 
-    def __init__(self) -> None:
-        if type(self) is SolverInterface:
-            raise TypeError("pydrake.solvers.SolverInterface: No constructor defined!")
-
     def available(self) -> bool:
-        """Tells whether what it stands on is installed."""
         return self._is_available()
 
     def enabled(self) -> bool:
-        """Tells whether it may be used; a solver that needs a license and has none may not."""
         return self._is_enabled()
 
     @classmethod
@@ -71,23 +143,12 @@ class SolverInterface:
         return SolverId(cls._name)
 
     def solver_id(self) -> SolverId:
-        """Returns its name as an id."""
         return SolverId(self._name)
 
-    def solver_type(self) -> SolverType | None:
-        """Returns its number, if it has one."""
-        return solver_type_of(self.solver_id())
-
-    def SolverName(self) -> str:
-        """Returns its name."""
-        return self.solver_id().name()
-
     def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:
-        """Tells whether it knows how to handle all that a program has."""
         return not self._unsatisfied(prog)
 
     def ExplainUnsatisfiedProgramAttributes(self, prog: MathematicalProgram) -> str:
-        """Returns why it cannot solve a program; empty if it can."""
         return self._unsatisfied(prog)
 
     def _unsatisfied(self, prog: MathematicalProgram) -> str:
@@ -105,24 +166,13 @@ class SolverInterface:
         """Why a program whose attributes are all known cannot be solved; empty if it can."""
         return ""
 
-    def Solve(
+    def _solved(
         self,
         prog: MathematicalProgram,
-        initial_guess: ArrayLike | None = None,
-        solver_options: SolverOptions | None = None,
-        result: MathematicalProgramResult | None = None,
+        initial_guess: ArrayLike | None,
+        solver_options: SolverOptions | None,
+        result: MathematicalProgramResult | None,
     ) -> Any:
-        """Solves a program.
-
-        Args:
-            prog: The program.
-            initial_guess: Values of all decision variables to start from; those of the program if absent.
-            solver_options: Options on top of those of the program.
-            result: Is filled instead of a new one being returned.
-
-        Raises:
-            ValueError: the solver is not available, not enabled, or cannot handle what the program has.
-        """
         name = type(self).__name__
         if not self.available():
             raise ValueError(

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._bound_calls import BoundCalls
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine
 from sheldrake.solvers._functions.constraints import LinearComplementarityConstraint
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -39,7 +39,7 @@ def solve_lcp(M: np.ndarray, q: np.ndarray) -> np.ndarray | None:
     return z.copy() if call() == FOUND else None
 
 
-class _LcpSolver(SolverInterface):
+class _LcpSolver(Engine):
     _attributes = frozenset({A.kLinearComplementarityConstraint})
 
     def _unsatisfied(self, prog: MathematicalProgram) -> str:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._blas import one_thread
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -48,7 +48,7 @@ class Multipliers(NamedTuple):
     high: np.ndarray
 
 
-class NonlinearSolver(SolverInterface):
+class NonlinearSolver(Engine):
     """A solver of nonlinear programs. The result names who found it."""
 
     _attributes = frozenset(NONLINEAR)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine, SolverInterface
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -14,7 +14,7 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
 
-class ProjectedGradientDescentSolver(SolverInterface):
+class ProjectedGradientDescentSolver(Engine):
     """Steps along the negative gradient, each put back to the nearest point that satisfies the constraints."""
 
     _name = "PGD"
@@ -80,7 +80,7 @@ class ProjectedGradientDescentSolver(SolverInterface):
         for b in nearest.GetAllCosts():
             nearest.RemoveCost(b)
         nearest.AddQuadraticErrorCost(np.eye(x.size), x, nearest.decision_variables())
-        found = Solve(nearest, x) if self._interface is None else self._interface.Solve(nearest, x)
+        found = Solve(nearest, x) if self._interface is None else SolverInterface.Solve(self._interface, nearest, x)
         return found.is_success(), found.get_x_val()
 
     def _do_solve(

@@ -14,7 +14,7 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
 from sheldrake.solvers._engines.conic import ConicForm, LinearObjective
 from sheldrake.solvers._engines.equality import quadratic_form
-from sheldrake.solvers._engines.interface import SolverInterface, is_installed
+from sheldrake.solvers._engines.interface import Engine, is_installed
 from sheldrake.solvers._engines.linear_rows import LinearRows, another
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -120,7 +120,7 @@ def _osqp_solver(osqp: Any, form: _OsqpForm, settings: dict[str, Any]) -> Any:
     return ext.OSQPSolver(P, form.q, A, lower, upper, *form.A.shape, made.settings)
 
 
-class OsqpSolver(SolverInterface):
+class OsqpSolver(Engine):
     """Solves convex quadratic programs (Stellato et al., 2020). It stands on the package `osqp`."""
 
     _name = "OSQP"
@@ -257,7 +257,7 @@ def _cones_of_scs(form: ConicForm) -> dict[str, Any]:
 _SCS_ORDER = {"zero": 0, "nonnegative": 1, "second_order": 2, "psd": 3, "exponential": 4}
 
 
-class ScsSolver(SolverInterface):
+class ScsSolver(Engine):
     """Solves convex programs with cones (O'Donoghue et al., 2016). It stands on the package `scs`."""
 
     _name = "SCS"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.interface import Engine
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._program_type import CONIC
 
 
-class _Unavailable(SolverInterface):
+class _Unavailable(Engine):
     @classmethod
     def _is_available(cls) -> bool:
         return False

@@ -135,7 +135,11 @@ class ProgramEpigraphs:
     @typing_overload
     def AddMaximizeGeometricMeanCost(self, x: VariablesLike, c: float = 1.0) -> Binding[LinearCost]: ...
     def AddMaximizeGeometricMeanCost(self, *args: Any, **kwargs: Any) -> Binding[LinearCost]:
-        """Adds the cost -(z_1 ... z_n)^(1/n); called as `(A, b, x)` with z = A x + b, or `(x, c)` with a factor c."""
+        """Adds the cost -(z_1 ... z_n)^(1/n); called as `(A, b, x)` with z = A x + b, or `(x, c)` with a factor c.
+
+        Raises:
+            ValueError: A, b and x do not fit each other.
+        """
         return self._geometric_mean(*_MEAN.choose("AddMaximizeGeometricMeanCost", args, kwargs))
 
     def _geometric_mean(self, z: list[Expression], n: int, c: float) -> Binding[LinearCost]:
@@ -156,7 +160,16 @@ _EXPONENTIAL_A, _EXPONENTIAL_B = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]]),
 
 
 def _rows_of(A: Matrix, b: np.ndarray, x: np.ndarray) -> tuple[list[Expression], int, float]:
-    """Affine expressions, their number, and the factor of the mean."""
+    """Affine expressions, their number, and the factor of the mean.
+
+    Raises:
+        ValueError: sizes do not fit.
+    """
+    if A.shape != (len(b), len(x)):
+        raise ValueError(
+            f"AddMaximizeGeometricMeanCost(): A has the shape {A.shape}, b {len(b)} elements and x {len(x)}; "
+            "the argument A, b and x don't have consistent size."
+        )
     z = [build.sum_of([kinds.expression(a * v) for a, v in zip(r, x)]) + bi for r, bi in zip(A, b)]
     return z, A.shape[0], 1.0
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
 from sheldrake.systems.framework._event import Event, WitnessFunction
 from sheldrake.systems.framework._system_base import SystemBase
+from sheldrake.systems.framework._vector import VectorBase
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -183,13 +184,15 @@ class ScalarConversion(SystemBase):
 
 
 def _rebound(value: Any, old: object, new: object) -> Any:
-    """What a copy has for an attribute: lists and dicts of its own, its own methods and witness functions."""
+    """What a copy has for an attribute: lists, dicts, vectors, methods and witness functions of its own."""
     if isinstance(value, list):
         return [_rebound(v, old, new) for v in value]
     if isinstance(value, dict):
         return {k: _rebound(v, old, new) for k, v in value.items()}
     if isinstance(value, types.MethodType) and value.__self__ is old:
         return types.MethodType(value.__func__, new)
+    if isinstance(value, VectorBase):
+        return value.Clone()
     if isinstance(value, (WitnessFunction, Event)):
         own = copy.copy(value)
         own.__dict__.update({name: new if v is old else _rebound(v, old, new) for name, v in vars(value).items()})

@@ -9,12 +9,13 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework import LeafSystem
-from sheldrake.systems.framework._vector import as_vector
+from sheldrake.systems.primitives._default_state import set_default_state
 from sheldrake.systems.primitives._kernels import blocks
 from sheldrake.systems.primitives._random_state import add_normal_noise
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework import Context
@@ -96,6 +97,11 @@ class AffineSystem(LeafSystem):
             slopes[n:, :n], slopes[n:, n:], values[n:] = C, D, y0
         values += slopes @ np.concatenate((x, u))
         return values, slopes if i is not None else slopes[:, :n]
+
+    def _copy(self) -> Self:
+        new = super()._copy()
+        new._coefficients = type(self._coefficients)(*(value.copy() for value in self._coefficients))
+        return new
 
     def UpdateCoefficients(
         self,
@@ -191,15 +197,7 @@ class AffineSystem(LeafSystem):
 
     def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
-        x0 = as_vector(x0)
-        if len(x0) != self.num_states():
-            raise RuntimeError(
-                f"{type(self).__name__}.configure_default_state(): the state has size {self.num_states()}, "
-                f"got {len(x0)}."
-            )
-        if self.num_states():
-            (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(x0)
-            self._defaults_changed()
+        set_default_state(self, x0)
 
     @checked
     def configure_random_state(self, covariance: ArrayLike) -> None:

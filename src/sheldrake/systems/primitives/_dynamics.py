@@ -16,6 +16,7 @@ from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
     from sheldrake.common._types import Scalars
     from sheldrake.systems.framework import Context
@@ -229,6 +230,11 @@ class WrapToSystem(LeafSystem):
         self._intervals = np.zeros((int(input_size), blocks.Interval.SIZE))
         self.DeclareVectorInputPort("u0", int(input_size))
         self.DeclareVectorOutputPort("y0", int(input_size), blocks.wrap)
+
+    def _copy(self) -> Self:
+        new = super()._copy()
+        new._intervals = self._intervals.copy()
+        return new
 
     def set_interval(self, index: int, low: float, high: float, /) -> None:
         """Wraps element `index` into [low, high)."""

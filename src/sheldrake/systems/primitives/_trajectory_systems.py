@@ -15,7 +15,7 @@ from sheldrake.common._overloads import incompatible
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._vector import as_vector
+from sheldrake.systems.primitives._default_state import set_default_state
 from sheldrake.systems.primitives._kernels import paths
 from sheldrake.systems.primitives._random_state import add_normal_noise
 from sheldrake.trajectories import PiecewisePolynomial, PiecewiseQuaternionSlerp
@@ -297,8 +297,7 @@ class TrajectoryAffineSystem(LeafSystem):
 
     def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
-        (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(as_vector(x0))
-        self._defaults_changed()
+        set_default_state(self, x0)
 
     def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""

@@ -80,9 +80,13 @@ class CameraSystem(CameraPorts, LeafSystem):
     def _mounting(self, context: Context) -> Mounting:
         return context.get_abstract_parameter(_CAMERA).get_value()
 
-    def _mount(self, context: Context, **changes: Any) -> None:
+    def _mounting_in(self, context: Context) -> Mounting:
+        """The mounting, for a caller who may have taken the wrong context."""
         self.ValidateContext(context)
-        mounting = self._mounting(context)._replace(**changes)
+        return self._mounting(context)
+
+    def _mount(self, context: Context, **changes: Any) -> None:
+        mounting = self._mounting_in(context)._replace(**changes)
         context.get_mutable_abstract_parameter(_CAMERA).set_value(mounting)
 
     # ---- what the camera sees now
@@ -125,7 +129,7 @@ class CameraSystem(CameraPorts, LeafSystem):
 
     def GetParentFrameId(self, context: Context) -> FrameId:
         """The frame P that the camera is fixed to."""
-        return self._mounting(context).parent_frame_id
+        return self._mounting_in(context).parent_frame_id
 
     def SetParentFrameId(self, context: Context, id: FrameId) -> None:
         """Fixes the camera to another frame."""
@@ -141,7 +145,7 @@ class CameraSystem(CameraPorts, LeafSystem):
 
     def GetX_PB(self, context: Context) -> RigidTransform:
         """Pose of the camera's body in its parent frame."""
-        return copy.copy(self._mounting(context).X_PB)
+        return copy.copy(self._mounting_in(context).X_PB)
 
     def SetX_PB(self, context: Context, sensor_pose: RigidTransform) -> None:
         """Moves the camera in its parent frame."""
@@ -157,7 +161,7 @@ class CameraSystem(CameraPorts, LeafSystem):
 
     def GetColorRenderCamera(self, context: Context) -> ColorRenderCamera | None:
         """The camera for colours and labels."""
-        return self._mounting(context).color_camera
+        return self._mounting_in(context).color_camera
 
     def SetColorRenderCamera(self, context: Context, color_camera: ColorRenderCamera) -> None:
         """Sets the camera for colours and labels."""
@@ -173,7 +177,7 @@ class CameraSystem(CameraPorts, LeafSystem):
 
     def GetDepthRenderCamera(self, context: Context) -> DepthRenderCamera | None:
         """The camera for depths."""
-        return self._mounting(context).depth_camera
+        return self._mounting_in(context).depth_camera
 
     def SetDepthRenderCamera(self, context: Context, depth_camera: DepthRenderCamera) -> None:
         """Sets the camera for depths."""

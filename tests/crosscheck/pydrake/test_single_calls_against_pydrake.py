@@ -1,0 +1,296 @@
+"""Legal but unusual calls: solvers of one's own, copies that are changed, contexts of another system, keywords."""
+
+from __future__ import annotations
+
+import importlib
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+
+from all_systems import ARM, Library, arm
+
+pytestmark = pytest.mark.peer
+LIBRARIES = [Library("sheldrake"), Library("pydrake")]
+EYE = np.eye(2)
+
+
+def numbers(x):
+    """Values and derivatives, or texts of expressions."""
+    return [(a.value(), a.derivatives().tolist()) if hasattr(a, "derivatives") else str(a) for a in np.ravel(x)]
+
+
+def default_state(system):
+    context = system.CreateDefaultContext()
+    continuous = context.num_continuous_states() > 0
+    return (context.get_continuous_state_vector() if continuous else context.get_discrete_state_vector()).CopyToVector()
+
+
+# ---- solvers of one's own
+
+
+def own_solver(lib, calls):
+    class Own(lib.SolverInterface):
+        def __init__(self):
+            lib.SolverInterface.__init__(self)
+
+        def solver_id(self):
+            return lib.SolverId("own")
+
+        def Solve(self, prog, initial_guess, solver_options, result):
+            calls.append([type(x).__name__ for x in (prog, initial_guess, solver_options, result)])
+            lib.ClarabelSolver().Solve(prog, initial_guess, solver_options, result)
+
+    return Own()
+
+
+def small_program(lib):
+    prog = lib.MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddBoundingBoxConstraint(0.5, 1.0, x)
+    prog.AddLinearCost(x[0] + x[1])
+    return prog
+
+
+def test_a_solver_of_ones_own():
+    found = []
+    for lib in LIBRARIES:
+        calls = []
+        solver, prog, filled = own_solver(lib, calls), small_program(lib), lib.MathematicalProgramResult()
+        solver.Solve(prog, None, None, filled)
+        made = lib.SolverInterface.Solve(solver, prog)
+        with pytest.raises(TypeError):
+            solver.Solve(prog)
+        optima = [round(result.get_optimal_cost(), 6) for result in (filled, made)]
+        found.append([solver.SolverName(), solver.solver_type(), made.is_success(), optima, calls])
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("call", ["available", "enabled", "solver_id", "SolverName", "solver_type"])
+def test_what_a_solver_must_override(call):
+    for lib in LIBRARIES:
+        with pytest.raises(RuntimeError, match="pure virtual function"):
+            getattr(lib.SolverInterface(), call)()
+        with pytest.raises(RuntimeError, match="pure virtual function"):
+            lib.SolverInterface().Solve(small_program(lib))
+
+
+def test_a_graph_is_solved_by_a_solver_of_ones_own():
+    """pydrake cannot keep it in the options."""
+    lib, calls = LIBRARIES[0], []
+    graph = lib.GraphOfConvexSets()
+    u, v = graph.AddVertex(lib.Point([0.0, 0.0])), graph.AddVertex(lib.HPolyhedron.MakeUnitBox(2))
+    edge = graph.AddEdge(u, v)
+    options = lib.GraphOfConvexSetsOptions()
+    options.solver = own_solver(lib, calls)
+    assert graph.SolveConvexRestriction([edge], options).is_success() and len(calls) == 1
+
+
+# ---- copies
+
+
+def affine(lib, period):
+    return lib.AffineSystem(EYE, EYE, np.zeros(2), EYE, EYE, np.zeros(2), period)
+
+
+def affine_in_time(lib, period):
+    constant, zero = lib.PiecewisePolynomial(EYE), lib.PiecewisePolynomial(np.zeros((2, 1)))
+    return lib.TrajectoryAffineSystem(constant, constant, zero, constant, constant, zero, period)
+
+
+@pytest.mark.parametrize("kind", [affine, affine_in_time])
+@pytest.mark.parametrize("period", [0.0, 0.1])
+def test_default_states_on_other_scalars(kind, period):
+    """They keep derivatives and variables, and are no business of the system that was converted."""
+    found = []
+    for lib in LIBRARIES:
+        system = kind(lib, period)
+        system.configure_default_state([1.0, 2.0])
+        converted, dual = system.ToAutoDiffXd(), lib.AutoDiffXd(3.0, [1.0, 0.5])
+        states = []
+        for x0 in ([dual, dual], [5.0, 6.0]):
+            converted.configure_default_state(x0)
+            states.append(numbers(default_state(converted)))
+        if kind is affine:
+            symbolic, x = system.ToSymbolic(), lib.Variable("x")
+            symbolic.configure_default_state([lib.Expression(x), x + 1.0])
+            states.append(numbers(default_state(symbolic)))
+        with pytest.raises(TypeError):
+            system.configure_default_state([dual, dual])
+        found.append([states, default_state(system).tolist()])
+    assert found[0] == found[1] and found[0][1] == [1.0, 2.0]
+
+
+def wrapped(system):
+    context = system.CreateDefaultContext()
+    system.get_input_port().FixValue(context, [1.5])
+    return system.get_output_port().Eval(context).tolist()
+
+
+CHANGES = {
+    "coefficients": (
+        lambda lib: affine(lib, 0.0),
+        lambda s: s.UpdateCoefficients(2 * EYE, EYE, np.zeros(2), EYE, EYE, np.zeros(2)),
+        lambda s: s.A().tolist(),
+    ),
+    "integral": (
+        lambda lib: lib.Integrator(2),
+        lambda s: s.set_default_integral_value([1.0, 2.0]),
+        lambda s: [float(str(x).partition("{")[2].partition(",")[0] or x) for x in default_state(s)],
+    ),
+    "interval": (lambda lib: lib.WrapToSystem(1), lambda s: s.set_interval(0, 0.0, 1.0), wrapped),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+@pytest.mark.parametrize("copied", ["Clone", "ToAutoDiffXd", "ToSymbolic"])
+def test_a_copy_that_is_changed_leaves_the_original_alone(what, copied):
+    make, change, look = CHANGES[what]
+    for lib in LIBRARIES[:1] if what == "interval" else LIBRARIES:  # pydrake cannot copy a WrapToSystem
+        system = make(lib)
+        before, copy_ = look(system), getattr(system, copied)()
+        change(copy_)
+        assert look(system) == before
+        change(system)
+        assert look(system) != before
+
+
+# ---- contexts of another system
+
+
+def camera(lib):
+    core = lib.RenderCameraCore("r", lib.CameraInfo(8, 6, 0.7), lib.ClippingRange(0.1, 9.0), lib.RigidTransform())
+    return lib.RgbdSensor(
+        lib.SceneGraph.world_frame_id(), lib.RigidTransform(), lib.DepthRenderCamera(core, lib.DepthRange(0.2, 5.0))
+    )
+
+
+OF_ANOTHER = {
+    "renderers": lambda lib, c: lib.SceneGraph().RendererCount(c),
+    "has renderer": lambda lib, c: lib.SceneGraph().HasRenderer(c, "a"),
+    "add renderer": lambda lib, c: lib.SceneGraph().AddRenderer(
+        c, "a", lib.MakeRenderEngineVtk(lib.RenderEngineVtkParams())
+    ),
+    "filter": lambda lib, c: lib.SceneGraph().collision_filter_manager(c),
+    "configuration": lambda lib, c: lib.SceneGraph().get_config(c),
+    "color camera": lambda lib, c: camera(lib).GetColorRenderCamera(c),
+    "parent": lambda lib, c: camera(lib).GetParentFrameId(c),
+    "mass matrix": lambda lib, c: lib.examples.AcrobotPlant().MassMatrix(c),
+    "bias": lambda lib, c: lib.examples.AcrobotPlant().DynamicsBiasTerm(c),
+    "parameters": lambda lib, c: lib.examples.PendulumPlant().get_mutable_parameters(c),
+    "state": lambda lib, c: lib.examples.PendulumPlant.get_mutable_state(c),
+}
+
+
+@pytest.mark.parametrize("what", OF_ANOTHER)
+def test_a_context_of_another_system_is_refused(what):
+    for lib in LIBRARIES:
+        plant = arm(lib, 0.01)
+        with pytest.raises(RuntimeError):
+            OF_ANOTHER[what](lib, plant.CreateDefaultContext())
+
+
+# ---- keywords, sizes and what has no value
+
+
+def product_of_sets(lib):
+    A, b = np.diag([1.0, 2.0]), np.array([0.0, 1.0])
+    box = lib.HPolyhedron.MakeUnitBox(2)
+    made = [
+        lib.CartesianProduct(sets=[box], A=A, b=b),
+        lib.CartesianProduct([box], A=A, b=b),
+        lib.CartesianProduct([box], A, b),
+    ]
+    return [[s.A().tolist(), s.b().tolist(), s.PointInSet([0.9, 0.0]), s.PointInSet([0.9, 0.1])] for s in made]
+
+
+def boxes_of_duals(lib):
+    found = []
+    for scalar in ("AutoDiffXd", "Expression"):
+        builder = lib.DiagramBuilder()
+        plant, graph = lib.AddMultibodyPlantSceneGraph(builder, 0.01)
+        lib.Parser(plant).AddModelsFromString(ARM, "urdf")
+        ball = plant.RegisterCollisionGeometry(
+            plant.GetBodyByName("l1"), lib.RigidTransform([1.0, 0.0, 0.0]), lib.Sphere(0.5), "s", lib.CoulombFriction()
+        )
+        plant.Finalize()
+        diagram = builder.Build().ToAutoDiffXd() if scalar == "AutoDiffXd" else builder.Build().ToSymbolic()
+        graph = diagram.GetSubsystemByName(graph.get_name())
+        context = graph.GetMyContextFromRoot(diagram.CreateDefaultContext())
+        box = graph.get_query_output_port().Eval(context).ComputeObbInWorld(ball)
+        found.append([box.pose().GetAsMatrix4().tolist(), box.half_width().round(12).tolist()])
+    return found
+
+
+def threads_of_parameterizations(lib):
+    x = lib.Variable("x")
+    made = (
+        lib.IrisParameterizationFunction(),
+        lib.IrisParameterizationFunction(lambda q: q, 1),
+        lib.IrisParameterizationFunction([x * x], [x]),
+    )
+    return [function.get_parameterization_is_threadsafe() for function in made]
+
+
+def value_by_name(lib):
+    value = lib.Value[lib.BasicVector](lib.BasicVector([1.0, 2.0]))
+    value.set_value(value=np.array([3.0, 4.0]))
+    return value.get_value().CopyToVector().tolist()
+
+
+def interval_without_length(lib):
+    return str(lib.wrap_to(0.3, 0.5, 0.5))
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [product_of_sets, boxes_of_duals, threads_of_parameterizations, value_by_name, interval_without_length],
+    ids=lambda a: a.__name__,
+)
+def test_answer_is_the_same(answer):
+    assert answer(LIBRARIES[0]) == answer(LIBRARIES[1])
+
+
+def spectrahedron_with_a_cost(lib):
+    prog = small_program(lib)
+    prog.AddQuadraticCost(prog.decision_variables()[0] ** 2)
+    lib.Spectrahedron(prog)
+
+
+def mean_of_other_rows(lib):
+    prog = lib.MathematicalProgram()
+    prog.AddMaximizeGeometricMeanCost(EYE, np.zeros(3), prog.NewContinuousVariables(2))
+
+
+def one_geometry(lib):
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.01)
+    lib.Parser(plant).AddModelsFromString(ARM, "urdf")
+    plant.Finalize()
+    diagram = builder.Build()
+    context = plant.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    importlib.import_module(f"{lib.package}.multibody.inverse_kinematics").DistanceConstraint(
+        plant, (lib.GeometryId.get_new_id(),), context, 0.1, 0.2
+    )
+
+
+def sets_and_more(lib):
+    lib.Intersection(sets=[lib.HPolyhedron.MakeUnitBox(2)], oops=3)
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "words"),
+    [
+        (spectrahedron_with_a_cost, RuntimeError, "does not support.*QuadraticCost"),
+        (mean_of_other_rows, ValueError, "consistent size"),
+        (one_geometry, TypeError, "incompatible constructor arguments"),
+        (sets_and_more, TypeError, "incompatible constructor arguments"),
+    ],
+    ids=lambda a: getattr(a, "__name__", None),
+)
+def test_refusal_is_the_same(call, kind, words):
+    for lib in LIBRARIES:
+        with pytest.raises(kind, match=re.compile(words, re.DOTALL)):
+            call(lib)
