@@ -221,6 +221,29 @@ def test_all_that_is_read_is_brought_into_lanes():
     assert taken_in_lanes(batch).all()
 
 
+@pytest.mark.parametrize("made", [quadruped, everything])
+def test_stages_that_worlds_take_alone_read_nothing_that_is_in_lanes_yet(made):
+    diagram, plant = system = made()
+    batch = batch_of(system, 8, 0.05)
+    if made is quadruped:
+        batch.states(plant)[:, 6] = np.linspace(0.25, 0.4, 8)  # some touch the ground, each in its own way
+        batch.inputs(diagram.get_input_port())[:] = np.random.default_rng(1).uniform(-0.9, 0.9, (8, 24))
+    batch.AdvanceSteps(1)
+    ((first_row, _),) = batch._native._lanes.values()
+    pieces = [first_row.pieces[n] for n in range(first_row.later_begin, first_row.changes_begin)]
+    assert sum(piece.length for piece in pieces) > 50
+
+    def advance():
+        for piece in pieces:
+            batch._worlds.slab[:, piece.start : piece.start + piece.length] = np.nan
+        batch.AdvanceSteps(40)
+
+    assert_as_alone(batch, diagram, advance)
+    assert not batch.failed.any()
+    assert taken_in_lanes(batch).any()
+    assert not taken_in_lanes(batch, -2).all()
+
+
 def test_worlds_that_do_not_agree_go_alone():
     diagram, plant = made = arm()
     batch = batch_of(made, 8, 0.0)
