@@ -280,3 +280,19 @@ def test_subsets_and_parts_of_rollouts():
     who = [0, 3, 4, 7, 8, 10]
     assert_as_alone(batch, diagram, lambda: [batch.AdvanceSteps(n, who) for n in (1, 7, 30)], who)
     assert batch.times.tolist() == pytest.approx([0.038 if w in who else 0.0 for w in range(11)])
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+@pytest.mark.parametrize("seconds", [0.0, 1e-6, 2e-5, 0.1])
+def test_parts_that_threads_take_become_shorter_and_split_no_four(threads, seconds):
+    diagram, _ = arm()
+    native = BatchSimulator(diagram, 256, num_threads=threads)._native
+    native._seconds = seconds  # that a world took last
+    for count in (0, 1, 11, 64, 251, 256):
+        ends = native._ends_of_parts(count)
+        sizes = np.diff(ends)
+        assert ends[0] == 0 and ends[-1] == count and (sizes > 0).all()
+        assert (np.diff(sizes) <= 0).all()
+        if count >= 4 * threads:
+            assert all(end % 4 == 0 for end in ends[:-1])
+            assert len(sizes) >= threads or seconds == 1e-6  # what takes no time need not be shared
