@@ -229,7 +229,7 @@ class LaneMemory(NamedTuple):
 
     Attributes:
         constant: what it reads that no step changes.
-        reads: what else it reads before it writes it.
+        reads: what else it reads before it writes it, whether kernels before it wrote that or not.
         writes: what it writes, all of it; what it leaves out is the same in all worlds, and never changes.
         tables: matrices of which it writes the first rows, all of each, with where it says how many they are.
         changes: what others wrote before it, of which it may leave something else when worlds do not agree in it.

@@ -169,22 +169,22 @@ class DrakeVectorEnv(VectorEnv):
         if self._streams is None or (self._over.any() and mode is not AutoresetMode.NEXT_STEP):
             over = "reset() was not called" if self._streams is None else f"{np.flatnonzero(self._over)} are over"
             raise RuntimeError(f"DrakeVectorEnv.step(): {over}; call reset() first.")
-        anew = self._over.copy()
-        self._begin(np.flatnonzero(anew))
+        goes_on = ~self._over
+        self._begin(np.flatnonzero(self._over))
         self._inputs[:] = actions
-        batch.AdvanceSteps(self._steps_per_action, ~anew)
-        self._ages[~anew] += 1
+        batch.AdvanceSteps(self._steps_per_action, goes_on)
+        self._ages += goes_on
         observations = self._observe()
         rewards = np.array(self._reward(batch, actions), np.float64)
         ended = np.zeros(self.num_envs, bool)
         if self._terminated is not None:
             ended[:] = self._terminated(batch)
         truncated = batch.failed
+        rewards[~goes_on | truncated] = 0.0
         if self._most_steps is not None:
             truncated |= self._ages >= self._most_steps
-        rewards[anew] = 0.0
-        rewards[batch.failed], ended[anew], truncated[anew] = 0.0, False, False
-        truncated &= ~ended
+        ended &= goes_on
+        truncated &= goes_on & ~ended
         self._over = ended | truncated
         infos: dict[str, Any] = {}
         if mode is AutoresetMode.SAME_STEP and self._over.any():

@@ -32,7 +32,7 @@ _LINKS = (0.4, 0.3, 0.2)
 
 def _squares(rows: Any) -> np.ndarray:
     """Sum of squares of each row."""
-    return np.einsum("ij,ij->i", rows, rows)
+    return np.add.reduce(np.square(rows), axis=1)
 
 
 def CartPoleSwingUp(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
@@ -115,7 +115,7 @@ def QuadrupedStand(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
 
     def upright(x: np.ndarray) -> np.ndarray:
         """Cosine of the trunk's tilt, from its quaternion."""
-        return 1.0 - 2.0 * (x[:, 1] ** 2 + x[:, 2] ** 2)
+        return 1.0 - 2.0 * _squares(x[:, 1:3])
 
     def reset_state(batch: BatchSimulator, worlds: np.ndarray, streams: Streams) -> None:
         noise = streams.uniform(worlds, -1.0, 1.0, 18)
@@ -127,12 +127,12 @@ def QuadrupedStand(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
 
     def reward(batch: BatchSimulator, actions: np.ndarray) -> np.ndarray:
         x = batch.states(plant).copy()  # columns of slabs are far apart
-        height = 10.0 * (x[:, 6] - _HEIGHT) ** 2
+        height = 10.0 * np.square(x[:, 6] - _HEIGHT)
         effort = 0.05 * _squares(x[:, 22:25]) + 0.01 / 12 * _squares(actions)
         return upright(x) - height - effort
 
     def fallen(batch: BatchSimulator) -> np.ndarray:
-        x = batch.states(plant).copy()
+        x = batch.states(plant)[:, :7].copy()
         return (x[:, 6] < 0.5 * _HEIGHT) | (upright(x) < 0.3)
 
     return DrakeVectorEnv(

@@ -117,8 +117,8 @@ def emit(model, table, i, j, p_WCi, p_WCj, nhat_ji_W, depth):
 
 
 def contacts_in_lanes(*arguments: object) -> LaneMemory:
-    """What a search for contacts that remembers nothing writes, for four worlds at once."""
+    """What a search for contacts that remembers nothing reads and writes, for four worlds at once."""
     (table,) = (argument for argument in arguments if isinstance(argument, ContactTable))
     count = table.count[Found.num_contacts : Found.status]
     tables = (table.pair, count), (table.point, count)
-    return LaneMemory(writes=(table.count,), tables=tables, changes=(table.count,))
+    return LaneMemory(reads=(table.X_WG,), writes=(table.count,), tables=tables, changes=(table.count,))

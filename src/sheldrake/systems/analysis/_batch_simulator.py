@@ -36,6 +36,11 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._engine.store import Store
 
 
+_TO_GO = np.zeros(Progress.SIZE, np.int64)
+_TO_GO[Progress.code] = tables.OPEN
+"""`Progress` of a world that has a rollout before it."""
+
+
 class WorldFailure(NamedTuple):
     """Why a world stopped.
 
@@ -676,11 +681,13 @@ class BatchSimulator:
 
     def _begin(self, call: str, who: np.ndarray) -> None:
         """Initializes those of these worlds that have not begun."""
-        late = ~(np.abs(self._worlds.S[who, 0]) < self._last_instant)
-        if late.any():
-            w = int(who[late][0])
+        in_time = np.abs(self._worlds.S[:, 0]) < self._last_instant
+        if not in_time.all() and not in_time[who].all():
+            w = int(who[~in_time[who]][0])
             t = self._worlds.S[w, 0]
             raise ValueError(f"BatchSimulator.{call}(): world {w} is at t = {t} s{self._too_late(t)}.")
+        if self._begun.all():
+            return
         new = who[~self._begun[who]]
         if not len(new):
             return
@@ -710,8 +717,7 @@ class BatchSimulator:
                 self._worlds.forget_past(who)
                 self._forget_end(who)
                 self._begun[who] = True
-            self._worlds.progress[who] = 0
-            self._worlds.progress[who, Progress.code] = tables.OPEN
+            self._worlds.progress[who] = _TO_GO
             self._engine_of(plan).roll_out(plan, len(who), samples)
         if kept is not None:
             done = self._worlds.progress[who, Progress.sample]
@@ -745,8 +751,8 @@ class BatchSimulator:
         for r in (*self._with_inputs, *rows):
             row = self._layout.rows[r]
             for free in row.free:
-                missing = self._worlds.I[who, self._layout.fixed0 + free] == 0
-                if missing.any():
+                fixed = self._worlds.I[:, self._layout.fixed0 + free]
+                if not fixed.all() and (missing := fixed[who] == 0).any():
                     self._worlds.store(int(who[missing][0])).check_inputs(row)
 
     def _note_outcomes(self, who: np.ndarray) -> None:
@@ -756,6 +762,8 @@ class BatchSimulator:
             WorldsFailed: some failed.
         """
         codes = self._worlds.progress[who, Progress.code]
+        if (codes == _program.DONE).all():
+            return
         self._terminated[who] |= codes == _program.TERMINATED
         new = [self._failure(w) for w in who[codes == _program.ERROR].tolist()]
         for found in new:

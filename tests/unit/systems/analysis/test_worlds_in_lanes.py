@@ -221,6 +221,29 @@ def test_all_that_is_read_is_brought_into_lanes():
     assert taken_in_lanes(batch).all()
 
 
+@pytest.mark.parametrize("made", [quadruped, everything])
+def test_stages_that_worlds_take_alone_read_nothing_that_is_in_lanes_yet(made):
+    diagram, plant = system = made()
+    batch = batch_of(system, 8, 0.05)
+    if made is quadruped:
+        batch.states(plant)[:, 6] = np.linspace(0.25, 0.4, 8)  # some touch the ground, each in its own way
+        batch.inputs(diagram.get_input_port())[:] = np.random.default_rng(1).uniform(-0.9, 0.9, (8, 24))
+    batch.AdvanceSteps(1)
+    ((first_row, _),) = batch._native._lanes.values()
+    pieces = [first_row.pieces[n] for n in range(first_row.later_begin, first_row.changes_begin)]
+    assert sum(piece.length for piece in pieces) > 50
+
+    def advance():
+        for piece in pieces:
+            batch._worlds.slab[:, piece.start : piece.start + piece.length] = np.nan
+        batch.AdvanceSteps(40)
+
+    assert_as_alone(batch, diagram, advance)
+    assert not batch.failed.any()
+    assert taken_in_lanes(batch).any()
+    assert not taken_in_lanes(batch, -2).all()
+
+
 def test_worlds_that_do_not_agree_go_alone():
     diagram, plant = made = arm()
     batch = batch_of(made, 8, 0.0)
@@ -257,3 +280,19 @@ def test_subsets_and_parts_of_rollouts():
     who = [0, 3, 4, 7, 8, 10]
     assert_as_alone(batch, diagram, lambda: [batch.AdvanceSteps(n, who) for n in (1, 7, 30)], who)
     assert batch.times.tolist() == pytest.approx([0.038 if w in who else 0.0 for w in range(11)])
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+@pytest.mark.parametrize("seconds", [0.0, 1e-6, 2e-5, 0.1])
+def test_parts_that_threads_take_become_shorter_and_split_no_four(threads, seconds):
+    diagram, _ = arm()
+    native = BatchSimulator(diagram, 256, num_threads=threads)._native
+    native._seconds = seconds  # that a world took last
+    for count in (0, 1, 11, 64, 251, 256):
+        ends = native._ends_of_parts(count)
+        sizes = np.diff(ends)
+        assert ends[0] == 0 and ends[-1] == count and (sizes > 0).all()
+        assert (np.diff(sizes) <= 0).all()
+        if count >= 4 * threads:
+            assert all(end % 4 == 0 for end in ends[:-1])
+            assert len(sizes) >= threads or seconds == 1e-6  # what takes no time need not be shared

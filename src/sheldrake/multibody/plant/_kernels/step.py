@@ -214,12 +214,24 @@ def smooth_motion(
     return free_motion(tree_model, solver_model, tree, problem, rows, v, step.force)
 
 
+def reference_points(tree_model: TreeModel, tree: TreeWork) -> tuple[np.ndarray, ...]:
+    """Where in `tree` the points are that motions are taken about."""
+    return tuple(tree.X_WB[root] for root in np.unique(tree_model.body[:, Body.root]))
+
+
 def contact_constraints_in_lanes(
-    p: Vector, tree: TreeWork, table: ContactTable, problem: Problem, contacts: Contacts, *models: object
+    p: Vector,
+    tree: TreeWork,
+    table: ContactTable,
+    problem: Problem,
+    contacts: Contacts,
+    tree_model: TreeModel,
+    *models: object,
 ) -> LaneMemory:
     """What `contact_constraints` reads and writes, for four worlds that call it at once."""
     tables, count = contacts_in_lanes(problem, contacts), (problem.count,)
-    return LaneMemory(constant=(p,), writes=count, tables=tables, changes=count)
+    reads = *reference_points(tree_model, tree), tree.S
+    return LaneMemory(constant=(p,), reads=reads, writes=count, tables=tables, changes=count)
 
 
 @kernel(top=True, short_loops=True, lanes=contact_constraints_in_lanes)
@@ -245,11 +257,19 @@ def contact_constraints(
 
 
 def joint_constraints_in_lanes(
-    xd: Vector, p: Vector, tree: TreeWork, problem: Problem, rows: Rows, *models: object
+    xd: Vector,
+    p: Vector,
+    tree: TreeWork,
+    problem: Problem,
+    rows: Rows,
+    tree_model: TreeModel,
+    solver_model: SolverModel,
+    plant_model: PlantModel,
 ) -> LaneMemory:
     """What `joint_constraints` reads and writes, for four worlds that call it at once."""
     tables, count = rows_in_lanes(problem, rows), (problem.count,)
-    return LaneMemory(constant=(p,), reads=(xd,), writes=count, tables=tables, changes=count)
+    bodies = (tree.X_WB, tree.S) if len(plant_model.constraint) else ()
+    return LaneMemory(constant=(p,), reads=(xd, *bodies), writes=count, tables=tables, changes=count)
 
 
 @kernel(top=True, short_loops=True, lanes=joint_constraints_in_lanes)

@@ -77,14 +77,16 @@ def make_lanes(store: Store, found: LaneRows) -> tuple[Lanes, Lanes]:
     for a, b in pieces_used(store.S):
         slab[a:b] = store.S[a:b, None]
     _, of_first = _reads_and_writes(store, memories[:1])
-    first = _lanes(store, slab, found.rows[:1], constants, reads, of_first)
     if not found.all_but_last:
-        return first, no_lanes()
+        return _lanes(store, slab, found.rows[:1], constants, reads, of_first), no_lanes()
     later: list[list[int]] = []
+    later_of_first: list[list[int]] = []
     if not _is_read_by_others(store, found):
+        of_first, later_of_first = _parted(store, of_first, [*memories[1:], last])
         own = _joined(_piece(store.S, a) for a in last.writes)  # what comes later must not be put over these
         of_last = _joined(_piece(store.S, a) for a in last.reads) + _tables(store, last)
         writes, later = own + [piece for piece in of_last if _is_part(piece, writes)], _without(writes, own)
+    first = _lanes(store, slab, found.rows[:1], constants, reads, of_first, later_of_first)
     return first, _lanes(store, slab, found.rows[:-1], [], [], writes, later, changes)
 
 
@@ -95,8 +97,13 @@ def _memory(store: Store, r: int) -> LaneMemory:
 
 
 def _reads_and_writes(store: Store, memories: list[LaneMemory]) -> tuple[list[list[int]], list[list[int]]]:
-    """Pieces that kernels read of what none of them writes, and that they write."""
-    reads = _joined(_piece(store.S, a) for memory in memories for a in memory.reads)
+    """Pieces that kernels read of what changes and none before them writes, and that they write."""
+    known = [_piece(store.S, a) for memory in memories for a in memory.constant]
+    reads: list[list[int]] = []
+    for memory in memories:
+        reads += _without(_joined(_piece(store.S, a) for a in memory.reads), known)
+        known += [_piece(store.S, a) for a in memory.writes]
+    reads = _joined(reads)
     tables: list[list[int]] = []
     for piece in (piece for memory in reversed(memories) for piece in _tables(store, memory)):
         if not _is_part(piece, tables):
@@ -106,6 +113,21 @@ def _reads_and_writes(store: Store, memories: list[LaneMemory]) -> tuple[list[li
 
 def _tables(store: Store, memory: LaneMemory) -> list[list[int]]:
     return [_rows(store.S, table, _piece(store.S, count)[Piece.start]) for table, count in memory.tables]
+
+
+def _parted(store: Store, pieces: list[list[int]], others: list[LaneMemory]) -> tuple[list[list[int]], list[list[int]]]:
+    """Of pieces those that other kernels read or write, all tables among them, and those that they do not."""
+    touched = [piece for memory in others for piece in _touched(store, memory)]
+    left = [piece for piece in _without(pieces, touched) if piece[Piece.rows] < 0]
+    return _without(pieces, left), left
+
+
+def _touched(store: Store, memory: LaneMemory) -> list[list[int]]:
+    """Pieces that a kernel reads or writes; of tables, from their first number to their last."""
+    pieces = [_piece(store.S, a) for arrays in (memory.reads, memory.writes, memory.changes) for a in arrays]
+    for (start, width, stride, _), (table, _) in zip(_tables(store, memory), memory.tables):
+        pieces.append([start, (len(table) - 1) * stride + width, 0, -1])
+    return pieces
 
 
 def _is_part(piece: list[int], pieces: list[list[int]]) -> bool:

@@ -50,6 +50,8 @@ ADVANCE, OUTPUTS, BEGIN, IS_NEXT = range(4)
 """What is called on a world: `loop.advance`, `outputs`, `begin_world`, `lanes.is_next`."""
 ALONE = 8
 """Steps that worlds take one by one when they did not agree on the first row."""
+NOTHING, OF_FIRST_ROW, OF_ALL_ROWS = range(3)
+"""What worlds that go together have in lanes alone: what these rows wrote that only others than the step read."""
 FEW = 4
 """Steps in which worlds do not try to go together behind the first row, when they did not agree there."""
 
@@ -285,46 +287,61 @@ def give_outputs(worlds, rollout, j):
 
 
 @kernel
+def run_rows(worlds, rollout, first_row, all_rows, j, tries_all):
+    """Rows of worlds `who[j:j + 4]` in lanes, all of them if that is tried and they agree; what is left there then."""
+    if not run_first(worlds, rollout, first_row, j):
+        return NOTHING
+    if tries_all and run_others(all_rows):
+        leave_lanes(worlds, rollout, all_rows, j)
+        return OF_ALL_ROWS
+    leave_lanes(worlds, rollout, first_row, j)
+    return OF_FIRST_ROW
+
+
+@kernel(outline=True)
+def take_what_is_left(worlds: Worlds, rollout: Rollout, first_row: Lanes, all_rows: Lanes, j: int, left: int) -> None:
+    """Takes back what the last step of worlds `who[j:j + 4]` left in lanes alone."""
+    if left == OF_FIRST_ROW:
+        take_back(worlds, rollout, first_row, j)
+    elif left == OF_ALL_ROWS:
+        take_back(worlds, rollout, all_rows, j)
+
+
+@kernel
 def go_together(worlds, rollout, first_row, all_rows, j, samples, budget):
     """Takes worlds `who[j:j + 4]` through their samples side by side, until one ends; how many steps.
 
     All rows are tried in lanes; where worlds do not agree, the first one is done, and for some steps others not tried.
     """
     taken, again = 0, 0
-    is_there = False  # whether what the last step left is in lanes alone
+    left = NOTHING
     bring_constants(worlds, rollout, first_row, j)
     while taken < budget and are_open(worlds, rollout, j):
         for i in range(j, j + LANES):
             begin_due_sample(worlds, rollout, i, samples)
         steps = 1
-        was_there, is_there = is_there, False
+        was_left, left = left, NOTHING
         if have_it_next(worlds, rollout, j):
-            if not run_first(worlds, rollout, first_row, j):
+            left = run_rows(worlds, rollout, first_row, all_rows, j, taken >= again)
+            if left == NOTHING:
                 steps = min(ALONE, budget - taken)
-            else:
-                if taken >= again:
-                    is_there = run_others(all_rows)
-                    again = taken if is_there else taken + FEW
-                if is_there:
-                    leave_lanes(worlds, rollout, all_rows, j)
-                else:
-                    leave_lanes(worlds, rollout, first_row, j)
-        elif was_there:
-            take_back(worlds, rollout, all_rows, j)
+            elif left == OF_FIRST_ROW and taken >= again:
+                again = taken + FEW
+        if left == NOTHING:
+            take_what_is_left(worlds, rollout, first_row, all_rows, j, was_left)
         if steps > 1:
             for i in range(j, j + LANES):
                 go_on(worlds, rollout, i, samples, steps)
         else:
             for i in range(j, j + LANES):
                 advance_world(worlds, rollout.who[i], 1)
-            if is_there and give_outputs(worlds, rollout, j):
-                take_back(worlds, rollout, all_rows, j)
-                is_there = False
+            if left != NOTHING and give_outputs(worlds, rollout, j):
+                take_what_is_left(worlds, rollout, first_row, all_rows, j, left)
+                left = NOTHING
             for i in range(j, j + LANES):
                 end_advance(worlds, rollout, i, samples)
         taken += steps
-    if is_there:
-        take_back(worlds, rollout, all_rows, j)
+    take_what_is_left(worlds, rollout, first_row, all_rows, j, left)
     return taken
 
 
