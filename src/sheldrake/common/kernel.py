@@ -353,6 +353,8 @@ def _parameter(owner: Kernel, name: str, hint: object) -> Parameter:
 @functools.cache
 def _fields(cls: type, absolute: bool) -> tuple[ArraySpec | None, ...]:
     """The arrays of a NamedTuple; None for what is no array."""
+    if (parts := getattr(cls, "PARTS", None)) is not None:  # a table knows them
+        return tuple(ArraySpec(p.dtype, p.ndim, absolute, width_of(p.ndim, p.seen)) for p in parts)
     hints = annotations_of(cls)
     return tuple(_array(hints[name], absolute) for name in cls._fields)  # type: ignore[attr-defined]
 

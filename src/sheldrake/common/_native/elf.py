@@ -131,10 +131,16 @@ def _symbols(code: bytes, sections: list[_Section]) -> tuple[list[str], list[int
 
 
 @functools.cache
+def _process() -> ctypes.CDLL:
+    """All that is loaded in this process."""
+    return ctypes.CDLL(None, use_errno=True)
+
+
+@functools.cache
 def _elsewhere(name: str) -> int:
     """The address of a function of this process, as its dynamic linker finds it."""
     try:
-        found = getattr(ctypes.CDLL(None), name)
+        found = getattr(_process(), name)
     except AttributeError:
         raise RuntimeError(f"a kernel needs {name}, which this process has not.") from None
     return int(ctypes.cast(found, ctypes.c_void_p).value or 0)
@@ -146,15 +152,19 @@ def _relocate(
     """Writes what a section says about places that were not known."""
     at = found["at"].astype(np.int64) + begin
     kinds, symbols = found["kind"], found["symbol"]
-    unknown = set(kinds.tolist()) - {_ADDRESS, _DISTANCE, _CALL, *_THROUGH_ADDRESS}
-    is_read = np.isin(kinds, _THROUGH_ADDRESS)
-    targets = np.where(is_read, through[symbols], addresses[symbols])
+    used = set(kinds.tolist())
+    unknown = used - {_ADDRESS, _DISTANCE, _CALL, *_THROUGH_ADDRESS}
+    targets = addresses[symbols]
+    if not used.isdisjoint(_THROUGH_ADDRESS):
+        is_read = np.isin(kinds, _THROUGH_ADDRESS)
+        targets[is_read] = through[symbols[is_read]]
     if unknown or not targets.all():
         raise RuntimeError(f"this object file has relocations that kernels have not: {unknown or 'to no place'}.")
     values = targets + found["addend"]
-    is_whole = kinds == _ADDRESS
-    _write(memory, at[is_whole], values[is_whole], 8)
-    _write(memory, at[~is_whole], (values - at - base)[~is_whole], 4)
+    is_near = kinds != _ADDRESS
+    _write(memory, at[is_near], (values - at - base)[is_near], 4)
+    if _ADDRESS in used:
+        _write(memory, at[~is_near], values[~is_near], 8)
 
 
 def _write(memory: np.ndarray, at: np.ndarray, values: np.ndarray, size: int) -> None:
@@ -163,8 +173,6 @@ def _write(memory: np.ndarray, at: np.ndarray, values: np.ndarray, size: int) ->
 
 
 def _make_executable(base: int, size: int) -> None:
-    protect = ctypes.CDLL(None, use_errno=True).mprotect
-    protect.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int]
-    if protect(base, size, mmap.PROT_READ | mmap.PROT_EXEC):
+    if _process().mprotect(ctypes.c_void_p(base), ctypes.c_size_t(size), mmap.PROT_READ | mmap.PROT_EXEC):
         number = ctypes.get_errno()
         raise OSError(number, f"memory with kernels may not be run: {os.strerror(number)}")

@@ -42,7 +42,7 @@ class Fingerprints:
         self._known: dict[str, str] = {}
         try:
             kept = json.loads(disk_cache.read(path) or b"{}")
-            if kept and stamps(PACKAGE / name for name in kept["files"]) == list(kept["files"].values()):
+            if kept and stamps(f"{PACKAGE}/{name}" for name in kept["files"]) == list(kept["files"].values()):
                 self._known = kept["fingerprints"]
         except (OSError, ValueError):
             pass  # a file is gone

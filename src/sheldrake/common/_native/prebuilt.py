@@ -62,7 +62,7 @@ def library() -> tuple[Library | None, str]:
 
 def _fault(manifest: dict, path: pathlib.Path, manifest_path: pathlib.Path) -> str:
     """Why a library does not serve, or nothing; what was found of files is found again as long as none has changed."""
-    names = [PACKAGE / name for name in manifest["sources"] if (PACKAGE / name).is_file()]
+    names = [name for name in (f"{PACKAGE}/{name}" for name in manifest["sources"]) if os.path.isfile(name)]
     found = json.dumps(stamps([manifest_path, path, *names])).encode()
     seal = private_files.root() / "seals" / hashlib.sha256(str(path).encode()).hexdigest()[:20]
     if private_files.read(seal) == found:
