@@ -29,7 +29,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common.record import Record, view_of, width_of
+from sheldrake.common.record import Record, annotations_of, view_of, width_of
 
 Vector = Annotated[np.ndarray, "float64", 1]
 Matrix = Annotated[np.ndarray, "float64", 2]
@@ -122,13 +122,13 @@ class Kernel:
         """
         if not self.top:
             raise TypeError(f"{self!r} is an inner kernel: only @kernel(top=True) can be bound.")
-        hints = typing.get_type_hints(self.py_func, include_extras=True)
+        hints = annotations_of(self.py_func)
         return tuple(_parameter(self, name, hints.get(name)) for name in self.names)
 
     @functools.cached_property
     def _records(self) -> tuple:
         """Of each parameter how it is seen, if it is a record; empty if none is."""
-        hints = typing.get_type_hints(self.py_func, include_extras=True)
+        hints = annotations_of(self.py_func)
         views = tuple(view_of(hints[name]) if _is_record(hints.get(name)) else None for name in self.names)
         return views if any(views) else ()
 
@@ -332,23 +332,31 @@ def _parameter(owner: Kernel, name: str, hint: object) -> Parameter:
         return Parameter(name, "t" if name == "t" and owner.names[0] == "t" else "float", (), None)
     if hint is int:
         return Parameter(name, "int", (), None)
-    if hint == Vectors:
-        return Parameter(name, "arrays", (ArraySpec("float64", 1, absolute, None),), None)
     if (spec := _array(hint, absolute)) is not None:
         return Parameter(name, "array", (spec,), None)
+    if hint == Vectors:
+        return Parameter(name, "arrays", (ArraySpec("float64", 1, absolute, None),), None)
     if _is_record(hint):
         view = view_of(hint)
         (part,) = view.PARTS
         return Parameter(name, "record", (ArraySpec(part.dtype, 1, absolute, None),), view)
     if isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields"):
-        hints = typing.get_type_hints(hint, include_extras=True)
-        fields = tuple(_array(hints[f], absolute) for f in hint._fields)
+        fields = _fields(hint, absolute)
         if None not in fields:
             return Parameter(name, "tuple", typing.cast(Any, fields), hint)
     raise TypeError(
         f"{owner!r}: parameter {name!r} is annotated {hint!r}; a kernel takes Vector, Matrix, IntVector, IntMatrix, "
         "Vectors, float, int, a Record, or a NamedTuple of arrays."
     )
+
+
+@functools.cache
+def _fields(cls: type, absolute: bool) -> tuple[ArraySpec | None, ...]:
+    """The arrays of a NamedTuple; None for what is no array."""
+    if (parts := getattr(cls, "PARTS", None)) is not None:  # a table knows them
+        return tuple(ArraySpec(p.dtype, p.ndim, absolute, width_of(p.ndim, p.seen)) for p in parts)
+    hints = annotations_of(cls)
+    return tuple(_array(hints[name], absolute) for name in cls._fields)  # type: ignore[attr-defined]
 
 
 def _is_record(hint: object) -> bool:

@@ -14,8 +14,8 @@ import warnings
 from sheldrake.common._native import private_files
 
 DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
-FOLDERS = ("abi*", "arrays")
-"""What the cache folder holds: kernels by Python, compiler and processor, and arrays."""
+FOLDERS = ("abi*", "arrays", "seals")
+"""What the cache folder holds: kernels by Python, compiler and processor; arrays; what was found of libraries."""
 MOST_IN_A_FOLDER = 1 << 29
 """Bytes that a folder may hold when a process begins to write to it; what was not used for longest goes first."""
 

@@ -39,7 +39,12 @@ def users_caches() -> pathlib.Path:
 
 def _absolute(variable: str) -> pathlib.Path | None:
     """The path in an environment variable, if it is absolute."""
-    path = pathlib.Path(os.environ.get(variable, ""))
+    return _if_absolute(os.environ.get(variable, ""))
+
+
+@functools.lru_cache(16)
+def _if_absolute(text: str) -> pathlib.Path | None:
+    path = pathlib.Path(text)
     return path if path.is_absolute() else None
 
 

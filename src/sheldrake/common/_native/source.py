@@ -10,8 +10,10 @@ from __future__ import annotations
 import ast
 import hashlib
 import io
+import os
 import pathlib
 import tokenize
+from collections.abc import Iterable
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 _COMPILER = ("binding", "builtin", "instances", "lower", "methods", "target")
@@ -44,6 +46,16 @@ def is_made_from(hashes: dict[str, list[str]], package: pathlib.Path = PACKAGE) 
         return path.is_file() and (_hash(_bytes(path)) == bytes_then or _code_hash(path) == code_then)
 
     return all(is_same(package / name, *known) for name, known in hashes.items())
+
+
+def stamps(paths: Iterable[pathlib.Path | str]) -> list[list[int]]:
+    """Of each file what changes when it is written, replaced or moved: its times [ns], size and number.
+
+    Raises:
+        OSError: one is not there.
+    """
+    found = map(os.stat, paths)
+    return [[status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino] for status in found]
 
 
 def code_alone(source: str) -> str:

@@ -2,7 +2,8 @@
 
 A changed constant, helper or annotation is another name, so nothing is ever stale; docstrings and comments do not
 count. Files are written beside their place and renamed, so processes may race; a folder that cannot be written only
-costs time. Imports llvmlite when a kernel is loaded, the compiler when one must be compiled.
+costs time. Imports LLVM and the compiler when a kernel must be compiled, elsewhere than on Linux and x86-64 LLVM when
+one is loaded.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native import disk_cache, private_files, sanitizer
-from sheldrake.common._native.target import NO_COMPILER, Target, host, initialise
+from sheldrake.common._native import disk_cache, elf, fingerprints, private_files, sanitizer
+from sheldrake.common._native.target import NO_COMPILER, Target, compiler_version, host, initialise, processor
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
@@ -172,19 +173,25 @@ def cache_folder() -> pathlib.Path:
 
 @functools.cache
 def _machine() -> str:
-    target = host()
-    import llvmlite  # not above: with prebuilt kernels nobody asks
-
+    kind, level = processor()
     python = ".".join(platform.python_version_tuple()[:2])
-    processor = f"{target.triple.split('-')[0]}-{target.level}"
-    return f"abi{ABI}-python{python}-llvmlite{llvmlite.__version__}-{processor}"
+    return f"abi{ABI}-python{python}-llvmlite{compiler_version()}-{kind}-{level}"
 
 
 @functools.cache
 def fingerprint(kernel: Kernel) -> str:
     """A hash of what a kernel's machine code depends on: its code, all kernels it calls, constants, annotations and
-    the records in them, and the compiler itself.
+    the records in them, and the compiler itself. Of kernels in files that have not changed since it is looked up.
     """
+    from sheldrake.common._native import prebuilt
+
+    if not fingerprints.is_kept(kernel):
+        return _fingerprint(kernel)
+    kept, name = fingerprints.of_files(cache_folder()), prebuilt.qualified(kernel)
+    return kept.get(name) or kept.add(name, _fingerprint(kernel))
+
+
+def _fingerprint(kernel: Kernel) -> str:
     digest = hashlib.sha256()
     _visit(kernel, digest, set())
     digest.update(repr([(p.name, p.kind, p.fields) for p in kernel.parameters]).encode())
@@ -315,8 +322,10 @@ def _link(code: bytes, symbol: str) -> int:
 
     Code and its constants must be in one piece: addresses between them have 32 bits, and memory that MCJIT asks for
     piece by piece is farther apart, now and then, where there are many threads or gigabytes of arrays (a failed
-    assertion of LLVM ends the process). JITLink, which does so, is tried on Linux alone.
+    assertion of LLVM ends the process). JITLink, which does so, is tried on Linux alone; on x86-64 there is our own.
     """
+    if elf.is_understood():
+        return elf.load(code, symbol, {sanitizer.SYMBOL: sanitizer.address()})
     initialise()
     return (_by_jit_link if sys.platform == "linux" else _by_mcjit)(code, symbol)
 

@@ -7,6 +7,9 @@ compile give the same bits.
 from __future__ import annotations
 
 import functools
+import platform
+import re
+import sys
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -45,7 +48,10 @@ NO_COMPILER = (
     "`sheldrake info` says which kernels are prebuilt, and why others are not."
 )
 X86_LEVELS = {1: "x86-64", 3: "x86-64-v3"}
-V3_FEATURES = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+V3_FEATURES = {"bmi": "bmi1", "lzcnt": "abm"} | {name: name for name in "avx avx2 bmi2 f16c fma movbe".split()}
+"""What level 3 needs, as LLVM calls it, and as Linux does."""
+_ONE_PROCESSOR = 8192
+"""Bytes in which /proc/cpuinfo has said all of its first processor."""
 
 
 @functools.cache
@@ -71,8 +77,52 @@ def host() -> Target:
         raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
 
     triple = llvm.get_process_triple()
-    if triple.startswith("x86_64"):
-        features = llvm.get_host_cpu_features()
-        level = 3 if all(features.get(f, False) for f in V3_FEATURES) else 1
+    kind, level = processor()
+    if kind == "x86_64":
         return Target(triple, level, X86_LEVELS[level])
-    return Target(triple, 1, "apple-m1" if "apple" in triple else "generic")
+    return Target(triple, level, "apple-m1" if "apple" in triple else "generic")
+
+
+def compiler_version() -> str:
+    """That of llvmlite, without loading LLVM.
+
+    Raises:
+        ModuleNotFoundError: if it is not installed.
+    """
+    try:
+        import llvmlite
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
+    return llvmlite.__version__
+
+
+@functools.cache
+def processor() -> tuple[str, int]:
+    """The kind of this process's processor, and its level; on Linux and x86-64 without loading LLVM.
+
+    Raises:
+        ModuleNotFoundError: if nothing is there that could compile for it.
+    """
+    flags = _flags_of_linux()
+    if flags:
+        return "x86_64", 3 if flags.issuperset(V3_FEATURES.values()) else 1
+    try:
+        import llvmlite.binding as llvm
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
+
+    kind = llvm.get_process_triple().split("-")[0]
+    features = llvm.get_host_cpu_features() if kind == "x86_64" else {}
+    return kind, 3 if features and all(features.get(f, False) for f in V3_FEATURES) else 1
+
+
+def _flags_of_linux() -> frozenset[str]:
+    """What Linux says that the first processor can; nothing elsewhere, or where that is no x86-64."""
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        return frozenset()
+    try:
+        with open("/proc/cpuinfo", "rb") as file:
+            found = re.search(rb"^flags\s*:(.*)$", file.read(_ONE_PROCESSOR), re.MULTILINE)
+    except OSError:
+        return frozenset()
+    return frozenset(found[1].decode().split()) if found else frozenset()

@@ -41,7 +41,7 @@ def on_complex(store: Store, rows: list[Any], make: Callable[[], Any]) -> Any:
         return None
     key = tuple(row.calc for row in rows)
     calls = _calls.get(key, 0)
-    if calls < 0 or not kernel_store.can_compile():
+    if calls < 0:
         return None
     if calls == 0 and all(kernel_store.is_ready(k.on_complex) for k in key):
         calls = _complex_step.PATIENCE
@@ -50,7 +50,7 @@ def on_complex(store: Store, rows: list[Any], make: Callable[[], Any]) -> Any:
         return None
     try:
         return make()
-    except TypeError:  # a KernelError: the kernel is not for complex numbers
+    except (TypeError, ModuleNotFoundError):  # the kernel is not for complex numbers (a KernelError), or no compiler
         _calls[key] = -1
         return None
 
