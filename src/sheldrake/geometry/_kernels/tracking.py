@@ -205,9 +205,9 @@ def stays_alike(u, v, b_u, b_v, area, cosine, alike, bound):
     The face has the edges u and v, of which b_u and b_v are the second shape's, and with `out` the angle of this
     cosine. A rotation by c, of the second shape or of `out`, takes the edges along by c times their parts.
     """
-    parts = (
-        sqrt(dot3(b_u, b_u) * dot3(v, v)) + sqrt(dot3(u, u) * dot3(b_v, b_v)) + sqrt(dot3(b_u, b_u) * dot3(b_v, b_v))
-    )
+    length_u, length_v = sqrt(dot3(u, u)), sqrt(dot3(v, v))
+    part_u, part_v = sqrt(dot3(b_u, b_u)), sqrt(dot3(b_v, b_v))
+    parts = part_u * length_v + length_u * part_v + part_u * part_v
     left = sqrt(2.0 * alike) - sqrt(2.0 * max(1.0 - cosine, 0.0))
     return bound * left / (1.0 + 2.0 * parts / area)
 
