@@ -347,9 +347,9 @@ class Tracked(Record):
     out_A = numbers(3, "direction out of first - second that met")
     turn_A = numbers(3, "how it changed in the last step; 0 where what meets tells it")
     least = number("distance of every face, at least", "m")
-    path = number("how far a point of the second may have gone since EPA left the polytope, step by step", "m")
+    path = number("how far a point of the second, or `out`, may have gone since EPA left the polytope", "m")
     beyond = number("distance of faces that do not look along `out`, at least, where they are not remembered", "m")
-    level = array(SLOT_FACES, "path plus distance of each face, when it was last measured", "m")
+    level = array(SLOT_FACES, "path plus distance of each face, when last measured; or - path while it is alike", "m")
 
 
 class KeptVertex(Record):

@@ -198,43 +198,72 @@ def kept_corner(table, s, v, R, p):
     return sub3(points.p_AP, add3(p, rotate(R, points.p_BP)))
 
 
-@kernel(outline=True)
-def distance_now(table, s, f, R, p, out_A, least, alike):
-    """Distance of face f of the polytope in slot s, where the shapes are now; -1.0 if it is none.
+@kernel
+def stays_alike(u, v, b_u, b_v, area, cosine, alike, bound):
+    """How far a point of the second shape may go before a face is no longer alike [m].
 
-    One that may be of what meets, as it looks along `out` (1 - cosine is no more than `alike`) and is no nearer than
-    `least`, is as far as can be, as is one without area.
+    The face has the edges u and v, of which b_u and b_v are the second shape's, and with `out` the angle of this
+    cosine. A rotation by c, of the second shape or of `out`, takes the edges along by c times their parts.
+    """
+    length_u, length_v = sqrt(dot3(u, u)), sqrt(dot3(v, v))
+    part_u, part_v = sqrt(dot3(b_u, b_u)), sqrt(dot3(b_v, b_v))
+    parts = part_u * length_v + length_u * part_v + part_u * part_v
+    left = sqrt(2.0 * alike) - sqrt(2.0 * max(1.0 - cosine, 0.0))
+    return bound * left / (1.0 + 2.0 * parts / area)
+
+
+@kernel(outline=True)
+def distance_now(table, s, f, R, p, out_A, least, alike, bound):
+    """(distance of face f of the polytope in slot s, where the shapes are now, for how far it is alike [m]).
+
+    The distance is -1.0 if there is no such face. One that may be of what meets, as it looks along `out` (1 - cosine is
+    no more than `alike`) and is no nearer than `least`, is as far as can be, as is one without area. The bounding
+    sphere of the second shape has the radius `bound`.
     """
     x, y, z = table.kept_links[s * SLOT_FACES + f].corners
     if not (is_there(x) and is_there(y) and is_there(z)):
-        return -1.0
-    u = kept_corner(table, s, x, R, p)
-    v = sub3(kept_corner(table, s, y, R, p), u)
-    w = sub3(kept_corner(table, s, z, R, p), u)
-    n = cross3(v, w)
+        return -1.0, 0.0
+    corner = kept_corner(table, s, x, R, p)
+    u = sub3(kept_corner(table, s, y, R, p), corner)
+    v = sub3(kept_corner(table, s, z, R, p), corner)
+    n = cross3(u, v)
     area = sqrt(dot3(n, n))
-    if area <= NO_AREA * (dot3(v, v) + dot3(w, w)):
-        return _FLAT
-    height = dot3(n, u)
-    if height >= least * area and dot3(n, out_A) >= (1.0 - alike) * area:
-        return _FLAT
-    return height / area
+    if area <= NO_AREA * (dot3(u, u) + dot3(v, v)):
+        return _FLAT, 0.0
+    height, along = dot3(n, corner), dot3(n, out_A)
+    if height >= least * area and along >= (1.0 - alike) * area:
+        b = table.kept_points[s * SLOT_VERTICES + x].p_BP
+        b_u = sub3(table.kept_points[s * SLOT_VERTICES + y].p_BP, b)
+        b_v = sub3(table.kept_points[s * SLOT_VERTICES + z].p_BP, b)
+        return _FLAT, stays_alike(u, v, b_u, b_v, area, along / area, alike, bound)
+    return height / area, 0.0
+
+
+@kernel
+def is_due(tracked, f, path, depth):
+    """Whether face f may have come so near, or may have ceased to be alike, since it was placed."""
+    level = tracked.level[f]
+    return level - path <= depth if level >= 0.0 else level + path >= 0.0
 
 
 @kernel(outline=True)
-def others_are_beyond(table, s, path, R, p, out_A, depth, slack, alike, sagitta):
+def others_are_beyond(table, s, path, R, p, out_A, depth, slack, alike, sagitta, bound):
     """Whether all faces of the polytope are farther than `depth` by more than `slack`, or of what meets.
 
-    Each is placed anew if the path since that was done last may have brought it so near.
+    Each is placed anew if the path since that was done last may have brought it so near. A face inside of a curved
+    surface that was alike, and as near as what meets, is so while it looks there, as nothing of the surface is nearer:
+    its level is the path that ends this, negative. Faces of polytopes may be alike by chance: `bound` is 0 then.
     """
     tracked = table.tracks[s]
     for f in range(min(table.slots[s].num_faces, SLOT_FACES)):
-        if tracked.level[f] - path <= depth + slack:
-            distance = distance_now(table, s, f, R, p, out_A, depth - sagitta, alike)
+        if is_due(tracked, f, path, depth + slack):
+            distance, lasts = distance_now(table, s, f, R, p, out_A, depth - sagitta, alike, bound)
             if distance <= depth + slack:
                 return False
             if distance < _FLAT:
                 tracked.level[f] = path + distance
+            elif lasts > 0.0:
+                tracked.level[f] = -(path + lasts)
     return True
 
 
@@ -331,11 +360,12 @@ def surface_is_beyond(model, table, i, j, size, s, out, depth):
         return False
     if table.slots[s].num_vertices == 0:
         return tracked.beyond - moved > depth
-    path = tracked.path + moved
     curved = table.slots[s].feature == BY_DIRECTION
-    alike, sagitta = (ALIKE, _SAGITTA * size) if curved else (PARALLEL, slack)
     out_A = rotate_back(table.poses[i].R_WG, out)
-    beyond = others_are_beyond(table, s, path, R, p, out_A, depth, slack, alike, sagitta)
+    turn = sub3(out_A, tracked.out_A)
+    alike, sagitta, bound = (ALIKE, _SAGITTA * size, model[j].bound) if curved else (PARALLEL, slack, 0.0)
+    path = tracked.path + moved + bound * sqrt(dot3(turn, turn))
+    beyond = others_are_beyond(table, s, path, R, p, out_A, depth, slack, alike, sagitta, bound)
     tracked.R_AB, tracked.p_AB, tracked.path = R, centre_from(model, j, R, p), path
     tracked.least = depth - sagitta if beyond else tracked.least - moved
     return beyond
