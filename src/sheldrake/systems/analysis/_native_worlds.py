@@ -59,7 +59,7 @@ class NativeWorlds:
                 now = time.perf_counter()
                 if not left:
                     break
-                self._make_room(who[part * size : (part + 1) * size])
+                self._make_room(plan, part * size, (part + 1) * size, samples)
                 self._budget = min(2 * self._budget, 1 << 24) if now - last < _LONG / 2 else max(self._budget // 2, 1)
                 last = now
             self._seconds = (now - begin) / size
@@ -125,12 +125,15 @@ class NativeWorlds:
         together = LANES if count >= LANES * self._team.num_threads else 1
         return -(-size // together) * together
 
-    def _make_room(self, who: np.ndarray) -> None:
-        """Room in logs for those that wait for it."""
+    def _make_room(self, plan: RolloutPlan, first: int, last: int, samples: int) -> None:
+        """Room in logs for those of worlds `who[first:last]` that wait for it, until their last sample."""
         codes = self._worlds.progress[:, Progress.code]
-        for w in who[codes[who] == _program.ROOM].tolist():
-            self._worlds.make_room(w)
-            codes[w] = tables.OPEN
+        who = plan.rollout.who[first:last]
+        a, b, c, d = plan.rollout.time[first:last].T
+        until = a + b * (c + (samples - 1) * d)
+        for j in np.flatnonzero(codes[who] == _program.ROOM).tolist():
+            self._worlds.make_room(int(who[j]), float(until[j]))
+            codes[who[j]] = tables.OPEN
 
 
 def slow_rows(layout: Layout) -> list[int]:
