@@ -54,6 +54,7 @@ class Worlds:
         self.progress = np.zeros((count, Progress.SIZE), np.int64)
         self._stores: dict[int, Store] = {}
         self._log_words: list[int] = []
+        self._logs: dict[int, np.ndarray] = {}  # where the words of worlds say that logs are
         self._lane_rows: LaneRows | None = None
         for a, b in pieces_used(store.S):
             self.S[:, a:b] = store.S[a:b]
@@ -79,8 +80,8 @@ class Worlds:
         return store
 
     def known(self) -> list[Store]:
-        """Stores that somebody has asked for."""
-        return list(self._stores.values())
+        """Stores whose contexts somebody has asked for; others are there for their logs."""
+        return [store for store in self._stores.values() if store.contexts]
 
     # Kernels.
 
@@ -128,6 +129,7 @@ class Worlds:
         for place, array, _ in words.relocations:
             further[place] = self._distance(array)
         self.words = first + np.arange(self.count)[:, None] * further
+        self._logs.clear()
         if self.L.size:
             self._log_words = [r.at for r in words.relocations if HERE.place(r.array) == HERE.place(self.L)]
         where = self.tables.where
@@ -180,6 +182,9 @@ class Worlds:
             self._find_logs(w, store)
 
     def _find_logs(self, w: int, store: Store) -> None:
+        if self._logs.get(w) is store.L:
+            return
+        self._logs[w] = store.L
         for at in self._log_words:
             self.words[w, at] = (HERE.place(store.L) - HERE.place(self.slab)) >> 3
             self.words[w, at + 1] = store.L.size
