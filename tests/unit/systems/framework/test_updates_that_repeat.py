@@ -100,6 +100,19 @@ def test_what_changes_nothing_is_counted_but_not_called_again(native):
     assert scene.values().tolist() == [3.0, 2.0, 1.0, *[0.0] * 98]
 
 
+def test_what_reads_a_constant_in_python_rests_too(native):
+    class Constant(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorOutputPort(
+                "y", 1, lambda context, y: y.SetFromVector([1.0]), prerequisites_of_calc={self.nothing_ticket()}
+            )
+
+    scene = Scene(native, source=Constant())
+    scene.simulator.AdvanceTo(100.0)
+    assert scene.calls() == 3 and scene.values()[-1] == 1.0
+
+
 def test_what_is_written_between_two_advances_is_seen(native):
     scene = Scene(native)
     scene.simulator.AdvanceTo(50.0)

@@ -141,13 +141,17 @@ def at_rest(program, run, side, kind):
 
 @inner
 def change_nothing(program, S, side, kind):
-    """Whether triggered updates of a kind, one of which repeats, have made x+ that is x-; Python may have made more."""
+    """Whether triggered updates of a kind, one of which repeats, have made x+ that is x-; Python may have made more.
+
+    What repeats calls Python at most for what it reads, which writes nothing.
+    """
     repeats = False
     for g in range(program.num_groups):
         if due(program, side, g, kind):
-            if program.groups[g].python != 0 or not changes_nothing(program, S, g):
+            group = program.groups[g]
+            if (group.python != 0 and group.repeats == 0) or not changes_nothing(program, S, g):
                 return False
-            repeats = repeats or program.groups[g].repeats != 0
+            repeats = repeats or group.repeats != 0
     return repeats
 
 
