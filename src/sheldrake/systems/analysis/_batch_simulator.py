@@ -78,7 +78,8 @@ class BatchSimulator:
     Args:
         system: The system; usually a Diagram.
         num_worlds: How many worlds.
-        context: What they are all like at first: a root context, which is copied; a default one if not given.
+        context: What they are all like at first: a root context, which is copied, but for what its logs have; a default
+            one if not given.
         config: Of the simulators, or a Simulator whose settings they have; a new Simulator's if not given.
         num_threads: How many threads; as many as this process may use if not given.
         seed: Of the random numbers, see `generator`.

@@ -60,7 +60,7 @@ class NativeWorlds:
                 now = time.perf_counter()
                 if not left:
                     break
-                self._make_room(who[first:last])
+                self._make_room(plan, first, last, samples)
                 is_short = now - before < _LONG / 2
                 self._budget = min(2 * self._budget, 1 << 24) if is_short else max(self._budget // 2, 1)
                 before = now
@@ -135,12 +135,15 @@ class NativeWorlds:
             ends.append(min(ends[-1] + size, count))
         return ends
 
-    def _make_room(self, who: np.ndarray) -> None:
-        """Room in logs for those that wait for it."""
+    def _make_room(self, plan: RolloutPlan, first: int, last: int, samples: int) -> None:
+        """Room in logs for those of worlds `who[first:last]` that wait for it, until their last sample."""
         codes = self._worlds.progress[:, Progress.code]
-        for w in who[codes[who] == _program.ROOM].tolist():
-            self._worlds.make_room(w)
-            codes[w] = tables.OPEN
+        who = plan.rollout.who[first:last]
+        a, b, c, d = plan.rollout.time[first:last].T
+        until = a + b * (c + (samples - 1) * d)
+        for j in np.flatnonzero(codes[who] == _program.ROOM).tolist():
+            self._worlds.make_room(int(who[j]), float(until[j]))
+            codes[who[j]] = tables.OPEN
 
 
 def slow_rows(layout: Layout) -> list[int]:

@@ -2,7 +2,10 @@
 
 import gc
 import os
+import pathlib
+import resource
 import signal
+import sys
 import threading
 import weakref
 
@@ -506,3 +509,96 @@ def test_monte_carlo_gives_the_same_samples_on_threads(at_a_time):
     simulator = Simulator(diagram)
     with pytest.raises(RuntimeError, match="same context twice"):
         MonteCarloSimulation(lambda _: simulator, lambda *_: 0.0, 1.0, 5, num_parallel_executions=2)
+
+
+def halving(x=8.0):
+    """x+ = x / 2 each second, logged: a simulator that begins with x, and its log."""
+    builder = DiagramBuilder()
+    nothing = np.zeros((1, 0))
+    system = builder.AddSystem(LinearSystem([[0.5]], nothing, [[1.0]], nothing, time_period=1.0))
+    system.set_name("halver")
+    log = LogVectorOutput(system.get_output_port(), builder)
+    simulator = Simulator(builder.Build())
+    simulator.get_mutable_context().SetDiscreteState([x])
+    return simulator, log
+
+
+def test_worlds_begin_without_the_samples_of_the_context_they_are_made_from():
+    simulator, log = halving()
+    simulator.AdvanceTo(3.0)
+    batch = BatchSimulator(simulator.get_system(), 3, simulator.get_context(), num_threads=1)
+    assert log.FindLog(batch.context(1)).num_samples() == 0
+    assert log.FindLog(simulator.get_context()).data().tolist() == [[8.0, 4.0, 2.0, 1.0]]
+    for _ in range(2):
+        batch.AdvanceTo(5.0)
+        found = log.FindLog(batch.context(1))
+        assert found.sample_times().tolist() == [3.0, 4.0, 5.0] and found.data().tolist() == [[1.0, 0.5, 0.25]]
+        batch.Reset()
+
+
+@pytest.mark.parametrize("again", ["Reset", "Rollout"])
+def test_logs_of_worlds_keep_their_room(again):
+    simulator, log = halving()
+    system = simulator.get_system()
+    batch = BatchSimulator(system, 5, num_threads=2)
+    places = []
+    for x in (1024.0, 2048.0, 4096.0):
+        if again == "Reset":
+            batch.Reset()
+            batch.states()[:] = x
+            batch.AdvanceTo(1000.0)
+        else:
+            port = system.GetSubsystemByName("halver").get_output_port()
+            batch.Rollout([x], output_ports=port, num_samples=1, steps_per_sample=1000)
+        assert places or not batch._worlds.known()  # so that no advance looks at contexts that nobody has
+        for w in range(5):
+            found = log.FindLog(batch.context(w))
+            assert found.data()[0, :4].tolist() == [x, x / 2, x / 4, x / 8]
+        places.append([batch._worlds.store(w).L.ctypes.data for w in range(5)])
+    assert places[0] == places[1] == places[2]
+
+
+@compiled
+def test_what_is_set_back_is_as_it_was_to_the_bit():
+    """All that steps have written, and zeros of the other sign."""
+    diagram, plant, _ = block()
+    batch = BatchSimulator(diagram, 3, num_threads=1)
+    worlds = batch._worlds
+    first = worlds.slab.copy()
+    kept = np.zeros(worlds.slab.shape[1], bool)
+    kept[slice(*worlds.layout.p)] = True
+    batch.AdvanceSteps(100)
+    scratch = slice(worlds.layout.p[1] + 1000, worlds.layout.p[1] + 1005)
+    worlds.slab[:, scratch] = [-0.0, np.nan, 5e-324, np.inf, -np.nan]
+    batch.parameters(plant)[:] *= 2.0
+    batch.Reset()
+    np.testing.assert_array_equal(worlds.slab[:, ~kept].view(np.int64), first[:, ~kept].view(np.int64))
+    np.testing.assert_array_equal(worlds.slab[:, kept], 2.0 * first[:, kept])
+
+
+@compiled
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux how much memory there is")
+def test_setting_worlds_back_takes_no_memory():
+    """Most of a slab is room for contacts that there are not."""
+    diagram, *_ = block()
+    batch = BatchSimulator(diagram, 300, num_threads=1)
+    batch.AdvanceSteps(1)
+
+    def resident():
+        return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+    before = resident()
+    batch.Reset()
+    assert resident() - before < 0.2 * batch._worlds.slab.nbytes
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_process_that_forks_has_worlds_of_its_own():
+    simulator, _ = halving()
+    batch = BatchSimulator(simulator.get_system(), 2, num_threads=1)
+    child = os.fork()
+    if child == 0:
+        batch.states()[:] = 5.0
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+    assert np.all(batch.states() == 0.0)

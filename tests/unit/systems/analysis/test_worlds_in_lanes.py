@@ -253,6 +253,18 @@ def test_worlds_that_do_not_agree_go_alone():
     assert taken_in_lanes(batch).tolist() == [True] * 4 + [False] * 4
 
 
+@pytest.mark.parametrize("steps", [30, 100])
+def test_a_world_at_rest_among_others_that_part(steps):
+    """What its last step in lanes has left is there, although it takes no further one."""
+    diagram, plant = made = arm()
+    batch = batch_of(made, 4, 0.0)
+    batch.states(plant)[1:, 0] = [0.1, 0.2, 0.3]
+    batch.states(plant)[3, 2] = 2.0  # is at its limit after 55 steps
+    batch.Initialize()
+    assert_as_alone(batch, diagram, lambda: batch.AdvanceSteps(steps), [0])
+    assert not np.any(batch.states(plant)[0]) and taken_in_lanes(batch, -2).all() == (steps == 30)
+
+
 def test_a_world_without_numbers_does_not_hold_up_the_others():
     diagram, plant = made = arm()
     batch = batch_of(made, 8, 0.1)

@@ -8,7 +8,7 @@ from tests.scenes.scene import drop, library
 
 import sheldrake
 from sheldrake.common.kernel import IntVector, Vector, Vectors, kernel
-from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.analysis import BatchSimulator, Simulator
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from sheldrake.systems.framework._declarations import Stages
 from sheldrake.systems.primitives import ConstantVectorSource, LogVectorOutput, Sine
@@ -31,20 +31,35 @@ def change_sign(xd: Vector, u: Vectors, work: Calls, x_next: Vector) -> None:
     x_next[0] = -xd[0]
 
 
-class Counted(LeafSystem):
-    """An update each second that counts its calls."""
+@kernel(top=True)
+def rise(xd: Vector, x_next: Vector) -> None:
+    x_next[0] = xd[0] + 10.0
 
-    def __init__(self, step=sink_to, repeats=True):
+
+class Counted(LeafSystem):
+    """An update, each second if not told otherwise, that counts its calls."""
+
+    def __init__(self, step=sink_to, repeats=True, period=1.0, offset=0.0):
         super().__init__()
         self.DeclareVectorInputPort("floor", 1)
         state = self.DeclareDiscreteState([3.0])
         self._declare_scratch(Calls(np.zeros(1, np.int64)))
         stages = Stages(lambda system, root: [step], lambda stages: repeats)
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0, 0.0, stages)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, stages)
         self.DeclareStateOutputPort("x", state)
 
     def calls(self, context):
         return int(context._store.scratch(self.GetMyContextFromRoot(context)._node).count[0])
+
+
+class Rising(LeafSystem):
+    """A number that rises each 20 s."""
+
+    def __init__(self, offset):
+        super().__init__()
+        state = self.DeclareDiscreteState([0.0])
+        self.DeclarePeriodicDiscreteUpdateEvent(20.0, offset, rise)
+        self.DeclareStateOutputPort("x", state)
 
 
 class Scene:
@@ -85,6 +100,19 @@ def test_what_changes_nothing_is_counted_but_not_called_again(native):
     assert scene.values().tolist() == [3.0, 2.0, 1.0, *[0.0] * 98]
 
 
+def test_what_reads_a_constant_in_python_rests_too(native):
+    class Constant(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorOutputPort(
+                "y", 1, lambda context, y: y.SetFromVector([1.0]), prerequisites_of_calc={self.nothing_ticket()}
+            )
+
+    scene = Scene(native, source=Constant())
+    scene.simulator.AdvanceTo(100.0)
+    assert scene.calls() == 3 and scene.values()[-1] == 1.0
+
+
 def test_what_is_written_between_two_advances_is_seen(native):
     scene = Scene(native)
     scene.simulator.AdvanceTo(50.0)
@@ -123,6 +151,73 @@ def test_other_updates_are_called_each_time(native, reason):
     assert scene.values()[-1] == 0.0
 
 
+def chain(source, native, watched, **slow):
+    """A counted update each second that follows a source, another that follows it, and a log of the latter.
+
+    A monitor has every step computed.
+    """
+    builder = DiagramBuilder()
+    source = builder.AddSystem(source)
+    first, second = builder.AddSystem(Counted()), builder.AddSystem(Counted(**slow))
+    builder.Connect(source.get_output_port(), first.get_input_port())
+    builder.Connect(first.GetOutputPort("x"), second.get_input_port())
+    sink = LogVectorOutput(second.GetOutputPort("x"), builder)
+    simulator = Simulator(builder.Build())
+    simulator._native = native
+    if watched:
+        simulator.set_monitor(lambda context: EventStatus.DidNothing())
+    simulator.AdvanceTo(100.0)
+    context = simulator.get_context()
+    calls = first.calls(context), second.calls(context)
+    return calls, sink.FindLog(context).data().tobytes(), simulator.get_num_discrete_updates()
+
+
+CLOCKS = [dict(period=1.0), dict(period=4.0), dict(period=4.0, offset=0.5), dict(period=0.25), dict(period=0.7)]
+
+
+@pytest.mark.parametrize("slow", CLOCKS, ids=str)
+def test_updates_of_several_clocks_rest_together(native, slow):
+    calls, log, updates = chain(ConstantVectorSource([0.0]), native, False, **slow)
+    all_calls, all_log, all_updates = chain(ConstantVectorSource([0.0]), native, True, **slow)
+    assert log == all_log and updates == all_updates and all_calls[0] == 100
+    assert sum(calls) <= sum(all_calls) // 5  # the faster one is called too until the slower one rests
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+@pytest.mark.parametrize("slow", CLOCKS, ids=str)
+def test_updates_wake_those_that_read_what_they_change(native, slow, offset):
+    calls, log, updates = chain(Rising(offset), native, False, **slow)
+    all_calls, all_log, all_updates = chain(Rising(offset), native, True, **slow)
+    assert log == all_log and updates == all_updates
+    assert np.frombuffer(log)[-1] >= 40.0  # it has risen with the source
+    assert calls[0] < all_calls[0]
+
+
+@pytest.mark.parametrize("status", [EventStatus.Succeeded, EventStatus.DidNothing])
+def test_updates_in_python_wake_all_others(native, status):
+    """They may write anything, also through views that were taken long ago; so this one does, and changes nothing."""
+    builder = DiagramBuilder()
+    counted, source = builder.AddSystem(Counted()), builder.AddSystem(ConstantVectorSource([0.0]))
+    builder.Connect(source.get_output_port(), counted.get_input_port())
+    python = builder.AddSystem(LeafSystem())
+    python.DeclareDiscreteState([0.0])
+    python.DeclarePeriodicDiscreteUpdateEvent(10.0, 9.5, lambda context, state: lift())
+    sink = LogVectorOutput(counted.GetOutputPort("x"), builder)
+    simulator = Simulator(builder.Build())
+    simulator._native = native
+    context = counted.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    view = context.get_mutable_discrete_state_vector().get_mutable_value()
+
+    def lift():
+        view[0] = 5.0
+        return status()
+
+    simulator.AdvanceTo(25.0)
+    log = sink.FindLog(simulator.get_context())
+    at = dict(zip(log.sample_times().tolist(), log.data()[0].tolist()))
+    assert [at[t] for t in (9.0, 11.0, 12.0, 15.0, 16.0, 19.0, 21.0)] == [0.0, 4.0, 3.0, 0.0, 0.0, 0.0, 4.0]
+
+
 def test_zeros_of_both_signs_are_no_rest(native):
     scene = Scene(native, Counted(change_sign))
     scene.state.SetFromVector([0.0])
@@ -152,3 +247,86 @@ def test_a_block_at_rest_has_the_bits_of_all_steps():
     assert found[0] == found[1]
     data = np.frombuffer(found[0][0]).reshape(13, -1)
     assert np.array_equal(data[:, 490], data[:, 500]) and not np.array_equal(data[:3, 500], data[:3, 1000])
+
+
+class TestWorlds:
+    """Worlds of a batch leave out what a simulator does, also where several go together."""
+
+    @pytest.fixture(params=[(1, 1), (3, 1), (4, 2), (9, 3)], ids=str)
+    def batch(self, request):
+        count, threads = request.param
+        scene = Scene(True)
+        batch = BatchSimulator(scene.simulator.get_system(), count, num_threads=threads)
+        return scene, batch
+
+    def calls(self, scene, batch):
+        return [scene.counted.calls(batch.context(w)) for w in range(batch.num_worlds())]
+
+    def values(self, scene, batch, w):
+        return scene.sink.FindLog(batch.context(w)).data()[0]
+
+    def test_what_changes_nothing_is_not_called(self, batch):
+        scene, batch = batch
+        batch.AdvanceTo(100.0)
+        assert self.calls(scene, batch) == [4] * batch.num_worlds()
+        assert self.values(scene, batch, 0).tolist() == [3.0, 2.0, 1.0, *[0.0] * 98]
+
+    def test_what_is_written_between_two_advances_is_seen(self, batch):
+        """Into arrays that were taken before, which tells nobody; and in one world alone."""
+        scene, batch = batch
+        states, floors = batch.states(), batch.parameters(scene.source)
+        last = batch.num_worlds() - 1
+        batch.AdvanceTo(50.0)
+        states[last] = 7.0
+        batch.AdvanceTo(60.0)
+        floors[last] = -2.0
+        batch.AdvanceTo(70.0)
+        assert self.values(scene, batch, last)[50:62].tolist() == [0.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, *[0.0] * 4, -1.0]
+        assert last == 0 or not np.any(self.values(scene, batch, 0)[4:])
+
+    def test_inputs_of_samples_are_seen(self, batch):
+        _, batch = batch
+        system, count = Counted(), batch.num_worlds()
+        batch = BatchSimulator(system, count, num_threads=batch.num_threads())
+        floors = np.zeros((count, 50, 1))
+        floors[:, 20:30], floors[0, 30:], floors[:, 45:] = 8.0, -1.0, np.nan
+        floors[-1, 10:15] = -0.0
+        found = batch.Record(system.GetOutputPort("x"), 50, floors)
+        expected = np.full((count, 1), 3.0)
+        for k in range(50):
+            expected = np.where(floors[:, k] > expected - 1.0, floors[:, k], expected - 1.0)  # as max does
+            np.testing.assert_array_equal(found[:, k].view(np.int64), expected.view(np.int64))
+        assert system.calls(batch.context(0)) <= 30 or not batch.is_native()  # else each sample is an AdvanceTo
+
+
+def contacts_of(plant, context):
+    """Where contacts are and their forces."""
+    results = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
+    found = [results.point_pair_contact_info(k) for k in range(results.num_point_pair_contacts())]
+    return [(info.contact_point().tolist(), info.contact_force().tolist()) for info in found]
+
+
+def test_blocks_that_come_to_rest_have_the_bits_of_simulators():
+    """In fours and alone, together and each at its own time; then all are put elsewhere, to rest there."""
+    simulator, sink, plant, _ = drop(library("sheldrake"), sheldrake.model_path("two_hole_block/two_hole_block.urdf"))
+    diagram, count = simulator.get_system(), 9
+    batch = BatchSimulator(diagram, count, simulator.get_context(), num_threads=2)
+    batch.states(plant)[:, 6] += 0.02 * np.maximum(np.arange(count) - 3, 0)  # the first four are alike
+    alone = []
+    for w in range(count):
+        alone.append(Simulator(diagram, batch.context(w).Clone()))
+        alone[w].set_monitor(lambda context: EventStatus.DidNothing())
+    for parts, aside in [((1, 299, 700), 1.0), ((1, 3, 400), 2.0), ((100,), 0.0)]:
+        for n in parts:
+            batch.AdvanceSteps(n)
+        for w, simulator in enumerate(alone):
+            simulator.AdvanceTo(batch.times[w])
+            ours, theirs = batch.context(w), simulator.get_mutable_context()
+            assert sink.FindLog(ours).data().tobytes() == sink.FindLog(theirs).data().tobytes()
+            assert contacts_of(plant, ours) == contacts_of(plant, theirs) and len(contacts_of(plant, ours)) >= 3
+            theirs = plant.GetMyMutableContextFromRoot(theirs)
+            plant.SetPositions(theirs, plant.GetPositions(theirs) + aside * np.eye(7)[4])
+        batch.states(plant)[:, 4] += aside
+    before = batch.states(plant).copy()
+    batch.AdvanceSteps(1)
+    assert np.array_equal(before.view(np.int64), batch.states(plant).view(np.int64))

@@ -73,7 +73,7 @@ def make_lanes(store: Store, found: LaneRows) -> tuple[Lanes, Lanes]:
     constants = _joined(_piece(store.S, a) for memory in memories for a in memory.constant)
     changes = _joined(_piece(store.S, a) for memory in memories for a in memory.changes)
     size = store.S.size + sum(piece[Piece.length] for piece in changes)
-    slab = np.frombuffer(mmap.mmap(-1, 8 * LANES * size)).reshape(-1, LANES)
+    slab = blank(size, LANES)
     for a, b in pieces_used(store.S):
         slab[a:b] = store.S[a:b, None]
     _, of_first = _reads_and_writes(store, memories[:1])
@@ -214,6 +214,18 @@ def _without(pieces: list[list[int]], holes: list[list[int]]) -> list[list[int]]
                 left.append([start, length, *rest])
         pieces = left
     return pieces
+
+
+def blank(rows: int, columns: int) -> np.ndarray:
+    """Zeros in small pages: each takes memory when it is first written, and most of a slab is room for contacts.
+
+    A process that forks has pages of its own.
+    """
+    own = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
+    memory = mmap.mmap(-1, 8 * rows * columns, **own)
+    if hasattr(mmap, "MADV_NOHUGEPAGE"):
+        memory.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(memory).reshape(rows, columns)
 
 
 def pieces_used(numbers: np.ndarray) -> list[tuple[int, int]]:

@@ -160,7 +160,10 @@ class Layout(Memory):
             if self.systems[n]._scalar is float and event.handler.repeat(chosen[key]):  # others have no bits to compare
                 self._repeating.update(self._stages[first])
             return first
-        return self._add(Row(n, event.kind, event.handler, out, event=event))
+        r = self._add(Row(n, event.kind, event.handler, out, event=event))
+        if self.systems[n]._scalar is float and _is_of_the_present(event.handler):
+            self._repeating.add(r)
+        return r
 
     def _add_stages(self, rows: list[Row]) -> int:
         numbers = [self._add(row) for row in rows]
@@ -261,7 +264,7 @@ class Layout(Memory):
         widths = self.program.log[:, _program.Log.length] + 1
         ends = np.cumsum(_FIRST_ROOM * widths)
         table = np.stack((ends - _FIRST_ROOM * widths, np.full_like(ends, _FIRST_ROOM), np.zeros_like(ends)), axis=1)
-        return int(ends[-1]), table
+        return int(_FIRST_ROOM * widths.sum()), table
 
     @cached_property
     def rows_that_need_inputs(self) -> tuple[list[Row], list[Row]]:
@@ -304,7 +307,6 @@ class Layout(Memory):
         size[S.xc], size[S.num_xc] = self.xc[0], self.xc[1] - self.xc[0]
         size[S.plus], size[S.xdot], size[S.x0] = self.plus, self.xdot[0], self.rk[0]
         size[S.derivatives], size[S.steady] = n_groups - 1, steady
-        size[S.repeats] = self._update_that_repeats(prerequisites, levels)
         return dict(
             level=_ints(levels),
             prerequisites=_ints(_flat(prerequisites)),
@@ -315,7 +317,7 @@ class Layout(Memory):
             turns_begin=_pointers(self.turns),
             segment=_ints(_flat(segments)).reshape(-1, 2),
             segments_begin=_pointers(segments),
-            group=_ints([self._group(*group, before) for group, before in zip(self.group_list, prerequisites)]),
+            group=_ints([self._group(g, before, levels) for g, before in enumerate(prerequisites)]),
             clock=np.array(self.clocks, float).reshape(-1, 2),
             log=_ints([(a, b - a) for _, (a, b) in self.logs]).reshape(-1, 2),
             size=size,
@@ -378,21 +380,20 @@ class Layout(Memory):
     def _reads_slab(self, r: int) -> bool:
         return r < 0 or self.rows[r].native
 
-    def _update_that_repeats(self, prerequisites: list[list[int]], levels: list[int]) -> int:
-        """The only group of updates, if its state, parameters and sampled inputs alone say what it does; else -1."""
-        kinds = UNRESTRICTED, DISCRETE
-        updates = [g for g, (kind, _, rows, _) in enumerate(self.group_list) if kind in kinds and rows]
-        if len(updates) != 1 or self.xc[1] > self.xc[0]:
-            return -1
-        (g,) = updates
-        repeats = all(r in self._repeating for r in self.group_list[g][2])
-        return g if repeats and all(levels[r] < 2 for r in prerequisites[g]) else -1
-
-    def _group(self, kind: int, clock: int, rows: list[int], _: set[int], before: list[int]) -> tuple[int, ...]:
-        """The row of a group that calls `rows`, and `before` them others if they are not up to date."""
+    def _group(self, g: int, before: list[int], levels: list[int]) -> tuple[int, ...]:
+        """The row of group `g`, which calls its rows, and `before` them others if they are not up to date."""
+        kind, clock, rows, _ = self.group_list[g]
         python = [k for k, r in enumerate(rows) if not self._reads_slab(r)]
         mixed = bool(python) and any(map(self._reads_slab, rows[python[0] :]))
-        return kind, clock, bool(python) or not all(map(self._reads_slab, before)), mixed
+        calls_python = bool(python) or not all(map(self._reads_slab, before))
+        return kind, clock, calls_python, mixed, self._repeats(g, before, levels)
+
+    def _repeats(self, g: int, before: list[int], levels: list[int]) -> bool:
+        """Whether group `g` is updates whose state, parameters and sampled inputs alone say what they do."""
+        kind, _, rows, _ = self.group_list[g]
+        if kind not in (UNRESTRICTED, DISCRETE) or not rows or self.xc[1] > self.xc[0] or g >= _program.MOST_RESTING:
+            return False
+        return all(r in self._repeating for r in rows) and all(levels[r] < _program.CONTINUOUS for r in before)
 
     def _segments(self, nodes: set[int], kind: int) -> list[tuple[int, int]]:
         if kind not in (DISCRETE, UNRESTRICTED):
@@ -560,6 +561,14 @@ def _stage_row(
     if isinstance(stage, Callback) and event is not None:
         event = dataclasses.replace(event, handler=stage)
     return Row(n, kind, stage, out, event=event)
+
+
+def _is_of_the_present(handler: Any) -> bool:
+    """Whether it is a kernel that knows neither time nor continuous state nor a scratch."""
+    if not isinstance(handler, Kernel):
+        return False
+    *given, _ = handler.names
+    return all(name in ("xd", "p", "u", "model") or name.endswith("_model") for name in given)
 
 
 def _require_model_name(kernel: Kernel, parameter: Parameter) -> None:

@@ -30,6 +30,13 @@ def _table(store: Store) -> np.ndarray:
     return store.I[store.layout.log0 : store.layout.fixed0].reshape(-1, 3)
 
 
+def begin(store: Store) -> None:
+    """Logs without samples, with the room that new ones have."""
+    size, new = store.layout.first_logs
+    with store.moving:
+        store.L, _table(store)[...] = np.empty(size, store.S.dtype), new
+
+
 def grow(store: Store, until: float = -math.inf) -> None:
     """Gives every log that is nearly full twice the room, or what it needs until a time [s] if it goes on as it does.
 
@@ -38,12 +45,10 @@ def grow(store: Store, until: float = -math.inf) -> None:
     i, first = store.i, store.layout.log0
     if all(i[at + 2] + _SPARE <= i[at + 1] for at in range(first, store.layout.fixed0, 3)):
         return
-    table = _table(store)
     if not store.L.size:
-        size, new = store.layout.first_logs
-        with store.moving:
-            store.L, table[...] = np.empty(size, store.S.dtype), new
+        begin(store)
         return
+    table = _table(store)
     room = table[:, 1].copy()
     for s in np.flatnonzero(table[:, 2] + _SPARE > room).tolist():
         room[s] = max(2 * room[s], _expected(store, s, until))

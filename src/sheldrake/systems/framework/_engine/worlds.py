@@ -6,7 +6,6 @@ but for addresses. Contexts are made when somebody asks for them: they are views
 
 from __future__ import annotations
 
-import mmap
 import operator
 from typing import Any
 
@@ -15,18 +14,16 @@ import numpy as np
 from sheldrake.common._native.binding import HERE, arguments, join
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.systems.framework._engine import logs
-from sheldrake.systems.framework._engine.lanes import LaneRows, lane_rows_of, make_lanes, no_lanes, pieces_used
+from sheldrake.systems.framework._engine.lanes import LaneRows, blank, lane_rows_of, make_lanes, no_lanes, pieces_used
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._kernels import lanes, loop
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.integrate import Integrator
-from sheldrake.systems.framework._kernels.program import Run, RunWords, Side, SideWords
+from sheldrake.systems.framework._kernels.program import CONTINUOUS, Run, RunWords, Side, SideWords
 from sheldrake.systems.framework._kernels.worlds import Progress, Where
 
 _CALLEES = loop.advance, tables.outputs, tables.begin_world, lanes.is_next
 """What is called on a world, see `tables`."""
-_LINE = 8
-"""Numbers in a line of the processor's cache."""
 
 
 class Worlds:
@@ -45,22 +42,23 @@ class Worlds:
     """
 
     def __init__(self, store: Store, count: int, numbers: Integrator):
-        logs.grow(store)
+        logs.begin(store)
         self.model, self.layout, self.count = store, store.layout, count
         (self._numbers,) = numbers
         size = store.S.size + self._numbers.size
         # Rows begin at lines of the cache, an odd number of them apart: else all worlds would want the same few.
-        self.slab = _blank(count, (-(-size // _LINE) | 1) * _LINE)
-        self.side = np.zeros((count, store.I.size + RunWords.SIZE), np.int64)
+        self.slab = blank(count, (-(-size // tables.LINE) | 1) * tables.LINE)
+        self.side = np.empty((count, store.I.size + RunWords.SIZE), np.int64)
         self.L = np.empty((count, store.L.size))
         self.S, self.I = self.slab[:, : store.S.size], self.side[:, : store.I.size]
         self.progress = np.zeros((count, Progress.SIZE), np.int64)
         self._stores: dict[int, Store] = {}
         self._log_words: list[int] = []
+        self._logs: dict[int, np.ndarray] = {}  # where the words of worlds say that logs are
         self._lane_rows: LaneRows | None = None
         for a, b in pieces_used(store.S):
             self.S[:, a:b] = store.S[a:b]
-        self.I[:] = store.I
+        self.side[:] = np.concatenate([store.I, _run()])
         self._numbers_in(slice(None))[:] = self._numbers
         self.tables = self._tables()
 
@@ -82,8 +80,8 @@ class Worlds:
         return store
 
     def known(self) -> list[Store]:
-        """Stores that somebody has asked for."""
-        return list(self._stores.values())
+        """Stores whose contexts somebody has asked for; others are there for their logs."""
+        return [store for store in self._stores.values() if store.contexts]
 
     # Kernels.
 
@@ -91,18 +89,22 @@ class Worlds:
         """What kernels of the worlds work on, still without words."""
         layout, model = self.layout, self.model
         where = np.zeros(Where.SIZE, np.int64)
-        for name in ("budget", "steps", "fresh"):
+        for name in ("budget", "steps", "fresh", "resting"):
             where[getattr(Where, name)] = model.I.size + operator.index(getattr(RunWords, name))
         where[Where.terminate] = operator.index(SideWords.terminate)
-        where[Where.fixed_begin], where[Where.fixed_end] = layout.fixed0, layout.fixed0 + len(layout.free_slots)
         first_slab = np.concatenate([model.S, self._numbers])
-        first_side = np.concatenate([model.I, np.zeros(RunWords.SIZE, np.int64)])
+        first_side = np.concatenate([model.I, _run()])
         kept = [layout.p, *(slot.span for slot in layout.free_slots)]
-        parts = np.array(_without(kept, len(first_slab)), np.int64)
+        part = np.array(_without(kept, len(first_slab)), np.int64)
+        room = [(at, at + 2) for at in range(layout.log0, layout.fixed0, 3)]  # where each log begins, and its room
+        kept = [(0, CONTINUOUS + 1), *room, (layout.fixed0, layout.fixed0 + len(layout.free_slots))]
+        side_part = np.array(_without(kept, len(first_side)), np.int64)
         none = np.zeros(0, np.int64)
         words = none, none.view(float), np.zeros(len(_CALLEES), np.int64)
-        used = np.zeros(1 + self.slab.shape[1] // _LINE, np.int64)
-        return tables.Worlds(self.slab, self.side, self.progress, *words, where, first_slab, first_side, parts, used)
+        used = np.zeros(1 + self.slab.shape[1] // tables.LINE, np.int64)
+        first = first_slab, first_slab.view(np.int64), first_side, part, side_part
+        slab = self.slab, self.slab.view(np.int64)
+        return tables.Worlds(*slab, self.side, self.progress, *words, where, *first, used)
 
     def bind(self, chain: np.ndarray) -> None:
         """Makes the words with which `advance`, `outputs` and `begin_world` are called on each world.
@@ -119,7 +121,7 @@ class Worlds:
         begin, _ = arguments(tables.begin_world, (program, run, *memory, rows))
         self._lane_rows = lane_rows_of(self.model) if self.count >= lanes.LANES else None
         group = self._lane_rows.group if self._lane_rows else -1
-        is_next, _ = arguments(lanes.is_next, (program, self.S[0], side, rows, group))
+        is_next, _ = arguments(lanes.is_next, (program, run, self.S[0], side, rows, group))
         words, at = join([advance, chained, begin, is_next])
         self._keep = words
         first = words.placed(HERE, HERE.place(self.slab))
@@ -127,6 +129,7 @@ class Worlds:
         for place, array, _ in words.relocations:
             further[place] = self._distance(array)
         self.words = first + np.arange(self.count)[:, None] * further
+        self._logs.clear()
         if self.L.size:
             self._log_words = [r.at for r in words.relocations if HERE.place(r.array) == HERE.place(self.L)]
         where = self.tables.where
@@ -142,8 +145,8 @@ class Worlds:
 
     def look_at_use(self, w: int) -> None:
         """Finds out which lines of its slab a world writes, so that threads can ask for those of the next one."""
-        lines = np.flatnonzero(self.slab[w].view(np.int64).reshape(-1, _LINE).any(axis=1))
-        self.tables.used[0], self.tables.used[1 : 1 + len(lines)] = len(lines), lines * _LINE
+        lines = np.flatnonzero(self.slab[w].view(np.int64).reshape(-1, tables.LINE).any(axis=1))
+        self.tables.used[0], self.tables.used[1 : 1 + len(lines)] = len(lines), lines * tables.LINE
 
     def _distance(self, array: np.ndarray) -> int:
         """How far the same array of the next world is behind this one of the first [numbers]; 0: they share it."""
@@ -154,7 +157,7 @@ class Worlds:
         return 0
 
     def set_back(self, who: np.ndarray) -> None:
-        """Worlds become as they were at first, but for their parameters and fixed inputs; logs are empty."""
+        """Worlds are as they were at first, but for parameters, fixed inputs and the room of logs, which are empty."""
         reset = tables.reset.native if jit_enabled() else tables.reset
         reset(self.tables, who)
         self.forget_past(who)
@@ -165,33 +168,33 @@ class Worlds:
             if (store := self._stores.get(w)) is not None:
                 store.abstract[:] = [v.Clone() for v in self.model.abstract]
                 store.stopped = store.goes_on = None
-                self._use_logs(w, store, self.L[w])
                 store.out_of_date()
 
-    def make_room(self, w: int) -> None:
-        """Gives the logs of a world twice the room."""
+    def make_room(self, w: int, until: float) -> None:
+        """Gives the logs of a world that are nearly full room, see `logs.grow`."""
         store = self.store(w)
-        logs.grow(store)
-        self._use_logs(w, store, store.L)
+        logs.grow(store, until)
+        self._find_logs(w, store)
 
     def follow_logs(self) -> None:
         """Finds logs that others have moved."""
         for w, store in self._stores.items():
-            self._use_logs(w, store, store.L)
+            self._find_logs(w, store)
 
-    def _use_logs(self, w: int, store: Store, L: np.ndarray) -> None:
-        store.L = L
+    def _find_logs(self, w: int, store: Store) -> None:
+        if self._logs.get(w) is store.L:
+            return
+        self._logs[w] = store.L
         for at in self._log_words:
-            self.words[w, at] = (HERE.place(L) - HERE.place(self.slab)) >> 3
-            self.words[w, at + 1] = L.size
+            self.words[w, at] = (HERE.place(store.L) - HERE.place(self.slab)) >> 3
+            self.words[w, at + 1] = store.L.size
 
 
-def _blank(rows: int, columns: int) -> np.ndarray:
-    """Zeros in small pages: each takes memory when it is first written, and most of a slab is room for contacts."""
-    memory = mmap.mmap(-1, 8 * rows * columns)
-    if hasattr(mmap, "MADV_NOHUGEPAGE"):
-        memory.madvise(mmap.MADV_NOHUGEPAGE)
-    return np.frombuffer(memory).reshape(rows, columns)
+def _run() -> np.ndarray:
+    """Settings and counts of a world at its beginning."""
+    run = Run(np.zeros(RunWords.SIZE, np.int64))
+    run.counted = 1  # `out_of_date` counts what is written between two rollouts
+    return run.word
 
 
 def _without(spans: list[tuple[int, int]], size: int) -> list[tuple[int, int]]:

@@ -10,6 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from sheldrake.common._kernels.generic import value_of
+from sheldrake.common._kernels.vec import copy_numbers
 from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.common.record import Record, array, number, table
 from sheldrake.systems.framework._kernels.program import (
@@ -76,8 +77,7 @@ def derivatives(program, run, S, side, L, rows, out):
     run.evals += 1
     refresh(program, S, side, rows, program.derivatives)
     fire(program, S, side, L, rows, program.derivatives)
-    for i in range(program.num_xc):
-        S[out + i] = S[program.xdot + i]
+    copy_numbers(S, out, S, program.xdot, program.num_xc)
 
 
 @kernel(top=True, strict=True, short_loops=True)
@@ -102,16 +102,14 @@ def derivatives_again(program, run, S, side, L, rows, first, out):
     else:
         changed(side, CONTINUOUS)
         run.evals += 1
-        for i in range(program.num_xc):
-            S[out + i] = S[first + i]
+        copy_numbers(S, out, S, first, program.num_xc)
 
 
 @inner
 def set_back(program, S, side, t):
     """Back to the state at the beginning of the step."""
     S[0] = t
-    for i in range(program.num_xc):
-        S[program.xc + i] = S[program.x0 + i]
+    copy_numbers(S, program.xc, S, program.x0, program.num_xc)
     changed(side, CONTINUOUS)
 
 
@@ -218,8 +216,7 @@ def explicit_step(
     n, x0, xc = program.num_xc, program.x0, program.xc
     t, error = S[0], 0.0
     integrator.h_try = h
-    for i in range(n):
-        S[x0 + i] = S[xc + i]
+    copy_numbers(S, x0, S, xc, n)
     if integrator.scheme == TABLEAU:
         error = tableau_step(program, run, integrator, S, side, L, rows, h)
     elif integrator.scheme == PYTHON:

@@ -13,11 +13,21 @@ from typing import Annotated, NamedTuple
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, into_lanes, out_of_lanes
-from sheldrake.systems.framework._kernels.loop import num_calls
-from sheldrake.systems.framework._kernels.program import CONTINUOUS, Program, Side, refresh
+from sheldrake.systems.framework._kernels.loop import at_rest, num_calls
+from sheldrake.systems.framework._kernels.program import (
+    CONTINUOUS,
+    DISCRETE,
+    UNRESTRICTED,
+    Program,
+    Run,
+    Side,
+    refresh,
+)
 
 LANES = 4
 MOST_MISSES = 64
+LATER, NEXT, AT_REST = range(3)
+"""Of rows that run in lanes: whether a world does them next, or they would change nothing."""
 
 
 class Piece(Record):
@@ -70,17 +80,23 @@ class Lanes(NamedTuple):
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def is_next(program_model: Program, S: Vector, side: Side, rows: IntVector, g: int) -> int:
-    """Whether updates of group g are what a world does next, 1 or 0; what these read is up to date then."""
+def is_next(program_model: Program, run: Run, S: Vector, side: Side, rows: IntVector, g: int) -> int:
+    """Whether updates of group g are what a world does next; what these read is up to date then.
+
+    Returns:
+        LATER, NEXT or AT_REST.
+    """
     program = program_model
     if side.status != 0 or side.word[program.triggers + g] == 0:
-        return 0
+        return LATER
+    if at_rest(program, run, side, UNRESTRICTED) and at_rest(program, run, side, DISCRETE):
+        return AT_REST
     for k in range(program.num_groups):
         earlier = program.groups[k].kind < program.groups[g].kind
         if earlier and side.word[program.triggers + k] != 0 and num_calls(program, k) > 0:
-            return 0
+            return LATER
     refresh(program, S, side, rows, g)
-    return 1 if side.status == 0 else 0
+    return NEXT if side.status == 0 else LATER
 
 
 @kernel

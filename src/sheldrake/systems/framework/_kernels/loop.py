@@ -76,6 +76,15 @@ def due(program, side, g, kind):
 
 
 @inner
+def any_due(program, side, kind):
+    """Whether a group of this kind is triggered."""
+    for g in range(program.num_groups):
+        if due(program, side, g, kind):
+            return True
+    return False
+
+
+@inner
 def refresh_due(program, S, side, rows, kind):
     """Brings up to date what the triggered groups of a kind read.
 
@@ -119,18 +128,52 @@ def count_update(run, kind):
         run.unrestricteds += 1
 
 
-@stage
-def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, kind: int) -> bool:
-    """All triggered updates of one kind: everybody reads x-, everybody writes x+, one commit.
-
-    Returns:
-        Whether the next one changes nothing either, as long as nothing but time changes.
-    """
-    if program.turns_begin[kind] == program.turns_begin[kind + 1]:
+@inner
+def at_rest(program, run, side, kind):
+    """Whether all triggered updates of a kind would change nothing, as they did not when they were made last."""
+    if run.still != side.word[SAMPLED]:
         return False
+    for g in range(program.num_groups):
+        if due(program, side, g, kind) and (run.resting >> g) & 1 == 0:
+            return False
+    return True
+
+
+@inner
+def change_nothing(program, S, side, kind):
+    """Whether triggered updates of a kind, one of which repeats, have made x+ that is x-; Python may have made more.
+
+    What repeats calls Python at most for what it reads, which writes nothing.
+    """
+    repeats = False
+    for g in range(program.num_groups):
+        if due(program, side, g, kind):
+            group = program.groups[g]
+            if (group.python != 0 and group.repeats == 0) or not changes_nothing(program, S, g):
+                return False
+            repeats = repeats or group.repeats != 0
+    return repeats
+
+
+@inner
+def come_to_rest(program, run, side, kind, known):
+    """Triggered updates of a kind have changed nothing; `known`: the counter before. Who rests goes on to."""
+    if run.has_witness + run.has_requests + run.has_monitor + run.has_every_step != 0:
+        return
+    resting = int(run.resting) if run.still == known else 0
+    for g in range(program.num_groups):
+        if due(program, side, g, kind) and program.groups[g].repeats != 0:
+            resting = resting | (1 << g)
+    run.resting, run.still = resting, side.word[SAMPLED]
+
+
+@stage
+def make_updates(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, kind: int) -> None:
+    """All triggered updates of one kind: everybody reads x-, everybody writes x+, one commit."""
+    known = int(side.word[SAMPLED])
     n, only = refresh_due(program, S, side, rows, kind)
     if n == 0 or side.status != 0:
-        return False
+        return
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             copy_state(program, S, g, 0, program.plus)
@@ -139,11 +182,12 @@ def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: I
         fire(program, S, side, L, rows, only)
     else:
         fire_due(program, S, side, L, rows, kind)
-    if side.status != 0 or side.idle == n:  # one failed, or nobody had anything to do: x- stays
+    if side.status != 0 or side.idle == n:  # one failed, or nobody had anything to do, which Python says: x- stays
+        run.resting = 0
         if kind == UNRESTRICTED and run.has_commit != 0:
             special(program, S, side, rows, DISCARD)
-        return False
-    settled = only >= 0 and only == program.repeats and changes_nothing(program, S, only)
+        return
+    rests = side.word[SAMPLED] == known and change_nothing(program, S, side, kind)
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             copy_state(program, S, g, program.plus, 0)
@@ -151,8 +195,18 @@ def update(program: Program, run: Run, S: Vector, side: Side, L: Vector, rows: I
     count_update(run, kind)
     if kind == UNRESTRICTED and run.has_commit != 0:
         special(program, S, side, rows, COMMIT)
-        return False
-    return settled
+    elif rests:
+        come_to_rest(program, run, side, kind, known)
+
+
+@inner
+def update(program, run, S, side, L, rows, kind):
+    """All triggered updates of one kind, which are only counted where they would change nothing."""
+    if program.turns_begin[kind] < program.turns_begin[kind + 1]:
+        if not at_rest(program, run, side, kind):
+            make_updates(program, run, S, side, L, rows, kind)
+        elif any_due(program, side, kind):
+            count_update(run, kind)
 
 
 @stage
@@ -381,25 +435,19 @@ def advance(
     if run.fresh != 0:
         trigger(program, side, PER_STEP)
         run.fresh = 0
+    if run.counted == 0:
+        run.resting = 0
     steps = 0
     t = S[0]
-    calls_others = run.has_witness + run.has_requests + run.has_monitor + run.has_every_step != 0
-    still = -1  # the counter behind an update that changed nothing: while it is this, nobody has changed anything
     while True:
         if logs_full(program, side):
             return ROOM
-        if side.word[SAMPLED] == still:
-            if side.word[program.triggers + program.repeats] != 0:
-                count_update(run, program.groups[program.repeats].kind)
-        else:
-            settled = update(program, run, S, side, L, rows, UNRESTRICTED)
-            if side.status != 0:
-                return ERROR
-            settled = update(program, run, S, side, L, rows, DISCRETE) or settled
-            if side.status != 0:
-                return ERROR
-            if settled and not calls_others:
-                still = side.word[SAMPLED]
+        update(program, run, S, side, L, rows, UNRESTRICTED)
+        if side.status != 0:
+            return ERROR
+        update(program, run, S, side, L, rows, DISCRETE)
+        if side.status != 0:
+            return ERROR
         if side.terminate != 0:
             return TERMINATED
         clear_updates(program, side)
@@ -424,7 +472,7 @@ def advance(
             trigger(program, side, AT_WITNESS)
             side.witnessed = 0
         if publish(program, run, S, side, L, rows):
-            still = -1
+            run.resting = 0
         if side.status == 0 and run.has_every_step != 0:
             special(program, S, side, rows, EVERY_STEP)
         if side.status == 0 and run.has_monitor != 0:

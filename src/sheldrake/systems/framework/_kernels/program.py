@@ -22,6 +22,8 @@ stage = kernel(outline=True, strict=True)
 CONSTANT, SAMPLED, CONTINUOUS = range(3)
 # Kinds of groups.
 UNRESTRICTED, DISCRETE, PUBLISH = range(3)
+MOST_RESTING = 62
+"""Groups with numbers below it have a bit among those that rest."""
 # What `advance` returns.
 DONE, ERROR, ROOM, BREAK, TERMINATED = range(5)
 # Groups that belong to no clock.
@@ -45,6 +47,7 @@ class Group(Record):
     clock = integer("that triggers it, or PER_STEP, ...")
     python = integer("1: Python is called for it")
     mixed = integer("1: a kernel or a log comes after Python, which may have written what that reads")
+    repeats = integer("1: updates that do the same, and to the scratch, whenever nothing but time has changed")
 
 
 class Clock(Record):
@@ -86,7 +89,6 @@ class Sizes(Record):
     xc = integer("in the slab: continuous state")
     derivatives = integer("the group of derivatives")
     steady = integer("1 if neither time nor continuous state influences derivatives")
-    repeats = integer("the only group of updates, if it does the same whenever nothing but time has changed; else -1")
 
 
 @table
@@ -149,6 +151,9 @@ class RunWords(Record):
     failures = integer("steps that failed")
     xc_steps = integer("steps of continuous state")
     fresh = integer("1: an advance begins: what happens in every step is triggered")
+    counted = integer("1: between two advances nothing is written without being counted; 0: anything may have been")
+    resting = integer("bits of groups: updates that changed nothing when they were made last")
+    still = integer("the counter of what is sampled behind these: while it is this, they would change nothing again")
 
 
 @table
@@ -193,11 +198,16 @@ def refresh(program, S, side, rows, g):
 
 
 @inner
+def same_number(a, b):
+    """Whether two numbers have the same bits; those that are none have not."""
+    return a == b and math.copysign(1.0, a) == math.copysign(1.0, b)
+
+
+@inner
 def same(S, at, begin, n):
-    """Whether n numbers, from `at` on and from `begin` on, have the same bits; those that are none have not."""
+    """Whether n numbers, from `at` on and from `begin` on, have the same bits."""
     for i in range(n):
-        a, b = S[at + i], S[begin + i]
-        if not (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)):
+        if not same_number(S[at + i], S[begin + i]):
             return False
     return True
 

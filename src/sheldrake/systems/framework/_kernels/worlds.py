@@ -11,7 +11,9 @@ from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 from sheldrake.common.rows import call_row, prefetch
 from sheldrake.systems.framework._kernels.lanes import (
+    AT_REST,
     LANES,
+    NEXT,
     Lanes,
     bring_constants,
     leave_lanes,
@@ -42,18 +44,25 @@ from sheldrake.systems.framework._kernels.program import (
     Run,
     Side,
     call,
+    same_number,
 )
 
 OPEN = -1
 """Code of a world that is on its way; else it is one of those of `advance`."""
 ADVANCE, OUTPUTS, BEGIN, IS_NEXT = range(4)
 """What is called on a world: `loop.advance`, `outputs`, `begin_world`, `lanes.is_next`."""
+LINE = 8
+"""Numbers in a line of the processor's cache."""
 ALONE = 8
 """Steps that worlds take one by one when they did not agree on the first row."""
 NOTHING, OF_FIRST_ROW, OF_ALL_ROWS = range(3)
 """What worlds that go together have in lanes alone: what these rows wrote that only others than the step read."""
 FEW = 4
 """Steps in which worlds do not try to go together behind the first row, when they did not agree there."""
+MANY = 256
+"""Steps that worlds take one by one when all four are at rest."""
+MOST_AT_REST = 1
+"""Of four worlds that go together: where more are at rest, each goes by itself."""
 
 
 class Where(Record):
@@ -65,13 +74,12 @@ class Where(Record):
     budget = integer("in the sides: steps until `advance` returns")
     steps = integer("in the sides: steps that the world has taken")
     fresh = integer("in the sides: 1 when an advance begins")
+    resting = integer("in the sides: which updates would change nothing")
     terminate = integer("in the sides: 1 when somebody asks for the end")
-    fixed_begin = integer("in the sides: which inputs are fixed")
-    fixed_end = integer("in the sides: what is behind those")
 
 
 class Part(Record):
-    """A part of a slab that a world gets back at a new beginning."""
+    """A part of a slab, or of a side, that a world gets back at a new beginning."""
 
     begin = integer("first number")
     end = integer("behind the last")
@@ -92,18 +100,20 @@ class Worlds(NamedTuple):
 
     Attributes:
         slab: slabs, and what else is floating point.
+        slab_bits: the same memory.
         side: sides, and what else is int64.
         progress: how far they are.
         words: what the callees are called with.
         bits: `words` once more, as floats.
         callee: addresses of what is called.
         where: where things are.
-        first_slab, first_side: rows of a world at its beginning.
-        part: what of `first_slab` a world gets back.
+        first_slab, first_bits, first_side: rows of a world at its beginning.
+        part, side_part: what of these a world gets back.
         used: how many lines of a slab steps have written, then where these begin.
     """
 
     slab: Matrix
+    slab_bits: IntMatrix
     side: IntMatrix
     progress: Annotated[IntMatrix, Progress]
     words: IntVector
@@ -111,8 +121,10 @@ class Worlds(NamedTuple):
     callee: IntVector
     where: Annotated[IntVector, Where]
     first_slab: Vector
+    first_bits: IntVector
     first_side: IntVector
     part: Annotated[IntMatrix, Items("parts", Part)]
+    side_part: Annotated[IntMatrix, Items("side_parts", Part)]
     used: IntVector
 
 
@@ -153,25 +165,50 @@ def on_world(worlds, w, callee):
     return call_row(worlds.callee, callee, 0.0, worlds.slab, worlds.words, at)
 
 
+@kernel
+def changed_bits(worlds, w, k):
+    """Which bits of four numbers of a world are not those of its beginning; 0: all are."""
+    x, y = worlds.slab_bits, worlds.first_bits
+    return (x[w, k] ^ y[k]) | (x[w, k + 1] ^ y[k + 1]) | (x[w, k + 2] ^ y[k + 2]) | (x[w, k + 3] ^ y[k + 3])
+
+
 @kernel(outline=True)
 def set_back(worlds: Worlds, w: int) -> None:
-    """A world as it was at its beginning, but for parameters and fixed inputs; logs are empty."""
+    """A world as it was at its beginning, but for parameters, fixed inputs and the room of logs, which are empty.
+
+    Most of a slab is room that nobody has used: what has not changed is not written, which would take memory for it.
+    """
     for i in range(len(worlds.parts)):
         part = worlds.parts[i]
-        for k in range(part.begin, part.end):
-            worlds.slab[w, k] = worlds.first_slab[k]
-    for k in range(CONTINUOUS + 1, len(worlds.first_side)):
-        if k < worlds.fixed_begin or k >= worlds.fixed_end:
+        k = part.begin
+        while k < part.end:
+            if k + LINE <= part.end and changed_bits(worlds, w, k) | changed_bits(worlds, w, k + 4) == 0:
+                k += LINE
+            else:
+                worlds.slab[w, k] = worlds.first_slab[k]
+                k += 1
+    for i in range(len(worlds.side_parts)):
+        words = worlds.side_parts[i]
+        for k in range(words.begin, words.end):
             worlds.side[w, k] = worlds.first_side[k]
     out_of_date(worlds, w)
 
 
 @kernel
+def put_inputs(worlds, rollout, w, row):
+    """Gives a world inputs; whether they have other bits than those it had."""
+    others = False
+    for i in range(len(rollout.inputs_at)):
+        old, new = worlds.slab[w, rollout.inputs_at[i]], rollout.inputs[row, i]
+        others = others or not same_number(old, new)
+        worlds.slab[w, rollout.inputs_at[i]] = new
+    return others
+
+
+@kernel
 def begin_sample(worlds, rollout, w, j, row, sample):
     """Gives a world the inputs of a sample, and the time until which it advances."""
-    for i in range(len(rollout.inputs_at)):
-        worlds.slab[w, rollout.inputs_at[i]] = rollout.inputs[row, i]
-    if sample == 0 or len(rollout.inputs_at) > 0:
+    if put_inputs(worlds, rollout, w, row) or sample == 0:
         out_of_date(worlds, w)
     until = rollout.time[j, 0] + rollout.time[j, 1] * (rollout.time[j, 2] + sample * rollout.time[j, 3])
     worlds.bits[w * worlds.width + worlds.until_word] = until
@@ -185,8 +222,7 @@ def begin_again(worlds: Worlds, rollout: Rollout, w: int, j: int, row: int) -> i
     set_back(worlds, w)
     for i in range(rollout.state.shape[1]):
         worlds.slab[w, 1 + i] = rollout.state[j, i]
-    for i in range(len(rollout.inputs_at)):
-        worlds.slab[w, rollout.inputs_at[i]] = rollout.inputs[row, i]
+    put_inputs(worlds, rollout, w, row)
     return on_world(worlds, w, BEGIN)
 
 
@@ -269,12 +305,21 @@ def are_open(worlds, rollout, j):
 
 
 @kernel
-def have_it_next(worlds, rollout, j):
-    """Whether the rows that run in lanes are what all of worlds `who[j:j + 4]` do next."""
+def ask_what_is_next(worlds, rollout, j):
+    """How many of worlds `who[j:j + 4]` do the rows that run in lanes next, and how many are at rest."""
+    num_next, num_at_rest = 0, 0
     for i in range(j, j + LANES):
-        if on_world(worlds, rollout.who[i], IS_NEXT) == 0:
-            return False
-    return True
+        answer = on_world(worlds, rollout.who[i], IS_NEXT)
+        num_next += 1 if answer == NEXT else 0
+        num_at_rest += 1 if answer == AT_REST else 0
+    return num_next, num_at_rest
+
+
+@kernel
+def wake(worlds, rollout, j):
+    """Updates of worlds `who[j:j + 4]` are made, also where they would change nothing."""
+    for i in range(j, j + LANES):
+        worlds.side[rollout.who[i], worlds.resting] = 0
 
 
 @kernel
@@ -321,14 +366,20 @@ def go_together(worlds, rollout, first_row, all_rows, j, samples, budget):
             begin_due_sample(worlds, rollout, i, samples)
         steps = 1
         was_left, left = left, NOTHING
-        if have_it_next(worlds, rollout, j):
+        num_next, num_at_rest = ask_what_is_next(worlds, rollout, j)
+        if num_next + num_at_rest == LANES and num_at_rest <= MOST_AT_REST:
+            if num_at_rest > 0:
+                wake(worlds, rollout, j)  # in lanes there is no way around
             left = run_rows(worlds, rollout, first_row, all_rows, j, taken >= again)
             if left == NOTHING:
-                steps = min(ALONE, budget - taken)
+                steps = ALONE
             elif left == OF_FIRST_ROW and taken >= again:
                 again = taken + FEW
+        elif num_at_rest > MOST_AT_REST:
+            steps = MANY if num_at_rest == LANES else ALONE
         if left == NOTHING:
             take_what_is_left(worlds, rollout, first_row, all_rows, j, was_left)
+        steps = min(steps, budget - taken)
         if steps > 1:
             for i in range(j, j + LANES):
                 go_on(worlds, rollout, i, samples, steps)
