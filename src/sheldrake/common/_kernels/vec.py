@@ -388,6 +388,13 @@ def add_three_sixes(to, s, x, y, z):
     return add_scaled_six(add_scaled_six(add_scaled_six(to, s[0], x), s[1], y), s[2], z)
 
 
+@kernel
+def sum_of_sixes(s, x, y, z):
+    """s[0] x + s[1] y + s[2] z of six numbers."""
+    first = (s[0] * x[0], s[0] * x[1], s[0] * x[2], s[0] * x[3], s[0] * x[4], s[0] * x[5])
+    return add_scaled_six(add_scaled_six(first, s[1], y), s[2], z)
+
+
 @kernel(strict=True)  # as the event loop, which calls it, is
 def copy_numbers(to, at, source, begin, n):
     """Copies n numbers, four at a time."""
@@ -457,6 +464,16 @@ def pivots_of_two(L, row, above, n):
 def subtract_scaled_six(x, s, y):
     """x - s y of six numbers."""
     return (x[0] - s * y[0], x[1] - s * y[1], x[2] - s * y[2], x[3] - s * y[3], x[4] - s * y[4], x[5] - s * y[5])
+
+
+@kernel
+def add_six(x, y):
+    return (x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3], x[4] + y[4], x[5] + y[5])
+
+
+@kernel
+def sub_six(x, y):
+    return (x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3], x[4] - y[4], x[5] - y[5])
 
 
 @kernel

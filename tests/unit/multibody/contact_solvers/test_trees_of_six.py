@@ -79,3 +79,34 @@ def test_packed_triangles():
     block = np.zeros(40)
     put_packed_six(block, 4, packed, 3)
     np.testing.assert_array_equal(np.tril(block[4:].reshape(6, 6).T), np.tril(A))
+
+
+def alone(seed, name, contacts=1, few=True):
+    """A body with contacts, solved to rest; without room for impulses as unknowns unless `few`."""
+    problem = RandomProblem(np.random.default_rng(seed), name, sizes=(6, 2), contacts=contacts, to_rest=True)
+    if not few:
+        problem.work = problem.work._replace(factor=problem.work.factor._replace(small=np.zeros(0)))
+    assert problem.solve() == codes.SOLVED
+    return problem, problem.work.problem.iterations
+
+
+@pytest.mark.parametrize("name", ["lagged", "similar", "sap"])
+def test_one_contact_of_a_free_body_has_three_unknowns(name):
+    """The minimum is that with six velocities as unknowns, in no more steps."""
+    total = expected_total = 0
+    for seed in range(60):
+        (three, iterations), (six, expected) = alone(seed, name), alone(seed, name, few=False)
+        residual = three.A @ (three.v - three.v_star) - three.J.T @ three.gamma()
+        assert np.abs(residual).max() < 1e-8
+        np.testing.assert_allclose(three.v, six.v, rtol=0.0, atol=1e-8)
+        np.testing.assert_allclose(three.gamma(), six.gamma(), rtol=0.0, atol=1e-8)
+        assert three.work.factor.delassus.any() == (iterations > 0)
+        assert not six.work.factor.delassus.any()
+        total, expected_total = total + iterations, expected_total + expected
+    assert 60 < total <= expected_total
+
+
+def test_bodies_with_more_contacts_keep_six_unknowns():
+    problem, iterations = alone(1, "lagged", contacts=2)
+    assert iterations > 0
+    assert not problem.work.factor.delassus.any()

@@ -8,10 +8,12 @@ from sheldrake.common._kernels.generic import in_any, value_of
 from sheldrake.common._kernels.vec import (
     SIX,
     add3,
+    add_scaled_six,
     add_three_sixes,
     column3,
     copy_numbers,
     dot3,
+    dot_six,
     load_six,
     load_three_sixes,
     mul_symmetric,
@@ -20,7 +22,11 @@ from sheldrake.common._kernels.vec import (
     root,
     scale3,
     store_six,
+    store_six_of,
+    sub_six,
     subtract_dyad,
+    sum_of_sixes,
+    times_six,
     write_triangle,
 )
 from sheldrake.common.kernel import kernel
@@ -57,9 +63,11 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     dofs_of_island,
     is_chain_of_six,
     multiply_A,
+    other_dofs_of_island,
     put_velocity,
     row_velocities,
     rows_of_island,
+    sixes_of_island,
 )
 
 # ---- value, and slope along a line
@@ -115,7 +123,9 @@ def whole_cost(model, problem, contacts, rows):
 def along_direction(model, problem):
     """Slope of the cost at the iterate along dv [J]."""
     slope = 0.0
-    for k in dofs_of_island(model, problem):
+    for k in sixes_of_island(model, problem):
+        slope += dot_six(load_six(problem.dv, k), load_six(problem.gradient, k))
+    for k in other_dofs_of_island(model, problem):
         slope += problem.dv[k] * problem.gradient[k]
     return slope
 
@@ -137,14 +147,19 @@ def momentum_along_direction(model, problem):
 @kernel
 def put_v0(model, problem):
     """v = v0."""
-    for k in dofs_of_island(model, problem):
+    for k in sixes_of_island(model, problem):
+        store_six(problem.v, k, load_six(problem.v0, k))
+    for k in other_dofs_of_island(model, problem):
         problem.v[k] = problem.v0[k]
 
 
 @kernel
 def move_dofs(model, problem, alpha):
     """v += alpha dv, and with it momenta."""
-    for k in dofs_of_island(model, problem):
+    for k in sixes_of_island(model, problem):
+        store_six(problem.v, k, add_scaled_six(load_six(problem.v, k), alpha, load_six(problem.dv, k)))
+        store_six(problem.p, k, add_scaled_six(load_six(problem.p, k), alpha, load_six(problem.a_dv, k)))
+    for k in other_dofs_of_island(model, problem):
         problem.v[k] += alpha * problem.dv[k]
         problem.p[k] += alpha * problem.a_dv[k]
 
@@ -215,17 +230,26 @@ def optimality(model, problem, contacts, rows, steps):
         (excess, momentum, impulse): the square of the gradient over that of what is small against momentum and impulse;
         the squares of these two, weighted by the mobilities [J].
     """
-    for k in dofs_of_island(model, problem):
+    for k in sixes_of_island(model, problem):
+        store_six(problem.j_gamma, k, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    for k in other_dofs_of_island(model, problem):
         problem.j_gamma[k] = 0.0
     apply_contact_impulses(model, problem, contacts, steps)
     apply_row_impulses(problem, rows)
     residual = 0.0
     momentum = 0.0
     impulse = 0.0
-    for k in dofs_of_island(model, problem):
-        g = problem.p[k] - problem.p_star[k] - problem.j_gamma[k]
-        problem.gradient[k] = g
-        residual += g * g * problem.mobility[k]
+    for k in sixes_of_island(model, problem):
+        m, p, j = load_six(problem.mobility, k), load_six(problem.p, k), load_six(problem.j_gamma, k)
+        g = sub_six(sub_six(p, load_six(problem.p_star, k)), j)
+        store_six(problem.gradient, k, g)
+        residual += dot_six(times_six(g, m), g)
+        momentum += dot_six(times_six(p, m), p)
+        impulse += dot_six(times_six(j, m), j)
+    for k in other_dofs_of_island(model, problem):
+        g_k = problem.p[k] - problem.p_star[k] - problem.j_gamma[k]
+        problem.gradient[k] = g_k
+        residual += g_k * g_k * problem.mobility[k]
         momentum += problem.p[k] * problem.p[k] * problem.mobility[k]
         impulse += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
     scale = impulse if impulse > momentum else momentum
@@ -249,11 +273,17 @@ def full_step(model, problem, contacts, rows):
 
 
 @kernel
-def evaluate_v(model, problem, contacts, rows):
-    """`evaluate` where v is new: momenta and velocities of constraints first."""
+def put_iterate(model, problem, contacts, rows):
+    """Momenta and velocities of constraints where v is new."""
     multiply_A(model, problem, problem.v, problem.p)
     row_velocities(problem, rows, problem.v, VC)
     contact_velocities(problem, contacts, problem.v, VC)
+
+
+@kernel
+def evaluate_v(model, problem, contacts, rows):
+    """`evaluate` where v is new."""
+    put_iterate(model, problem, contacts, rows)
     return evaluate(model, problem, contacts, rows)
 
 
@@ -463,31 +493,39 @@ def put_momentum(model, problem, factor):
 
 
 @kernel
-def add_square(L, B, J, rows, columns, G):
-    """The block at B, 6 by 6, += J_rows^T G J_columns of a contact, each from its first column on."""
+def put_products(GJ, J, G, columns):
+    """G times six columns of a contact's J, into memory: there any of them can be had as a factor of vectors."""
+    x, y, z = load_three_sixes(J, 0, columns)
+    store_six_of(GJ, 0, 0, sum_of_sixes((G[0], G[1], G[3]), x, y, z))
+    store_six_of(GJ, 1, 0, sum_of_sixes((G[1], G[2], G[4]), x, y, z))
+    store_six_of(GJ, 2, 0, sum_of_sixes((G[3], G[4], G[5]), x, y, z))
+
+
+@kernel
+def add_square(L, B, J, rows, GJ):
+    """The block at B, 6 by 6, += J_rows^T GJ, of a contact's columns from `rows` on."""
     x, y, z = load_three_sixes(J, 0, rows)
     for j in range(SIX):
-        gx, gy, gz = times_G(G, column3(J, 0, columns + j))
         to = load_six(L, B + SIX * j)
-        store_six(L, B + SIX * j, add_three_sixes(to, (gx, gy, gz), x, y, z))
+        store_six(L, B + SIX * j, add_three_sixes(to, (GJ[0, j], GJ[1, j], GJ[2, j]), x, y, z))
 
 
 @kernel(outline=True)
 def add_free_contact(factor, contact):
     """`add_contact` of two free bodies, or of one and something fixed."""
-    L, J, G = factor.L, contact.J, contact.G
-    if contact.tree_a < 0:
-        add_square(L, factor.blocks[factor.trees[contact.tree_b].place].diagonal, J, FIRST, FIRST, G)
-        return
-    place_A = factor.trees[contact.tree_a].place
-    add_square(L, factor.blocks[place_A].diagonal, J, FIRST, FIRST, G)
-    if contact.tree_b >= 0:
+    L, J, G, GJ = factor.L, contact.J, contact.G, factor.spread
+    first = contact.tree_a if contact.tree_a >= 0 else contact.tree_b
+    place_A = factor.trees[first].place
+    put_products(GJ, J, G, FIRST)
+    add_square(L, factor.blocks[place_A].diagonal, J, FIRST, GJ)
+    if contact.sixes > 1:
         place_B = factor.trees[contact.tree_b].place
-        add_square(L, factor.blocks[place_B].diagonal, J, SIX, SIX, G)
         if place_B > place_A:
-            add_square(L, find_block(factor, place_B, place_A), J, SIX, FIRST, G)
-        else:
-            add_square(L, find_block(factor, place_A, place_B), J, FIRST, SIX, G)
+            add_square(L, find_block(factor, place_B, place_A), J, SIX, GJ)
+        put_products(GJ, J, G, SIX)
+        add_square(L, factor.blocks[place_B].diagonal, J, SIX, GJ)
+        if place_B < place_A:
+            add_square(L, find_block(factor, place_A, place_B), J, FIRST, GJ)
 
 
 @kernel(outline=True)

@@ -25,6 +25,7 @@ leaves the square of the error of lambda, not that of the slip. What slides has 
 from sheldrake.common._kernels.vec import (
     SIX,
     add3,
+    add_six,
     axes,
     column3,
     compose,
@@ -43,7 +44,9 @@ from sheldrake.common._kernels.vec import (
     store_six,
     store_six_of,
     sub3,
+    substitute_six,
     subtract_scaled_six,
+    sum_of_sixes,
     times_six,
     transpose,
     write3,
@@ -66,16 +69,18 @@ CHEAP = 2  # contacts whose operator costs less than even one iteration saves
 
 
 @kernel
-def few_contacts(model, problem, rows, factor, relative):
+def few_contacts(model, problem, contacts, rows, factor, relative):
     """How many contacts the island has, -1 where their impulses had better not be the unknowns.
 
-    `relative` is the square of the gradient at v0 over that of momentum or impulse.
+    Of a free body only one is so few. `relative` is the square of the gradient at v0 over that of momentum or impulse.
     """
     n = problem.contacts_end - problem.contacts_begin
     if problem.trees_end - problem.trees_begin > 1 or (n > CHEAP and relative < AT_HAND):
         return -1
     t = problem.trees[problem.trees_begin].order
-    if is_chain_of_six(model, t) or 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
+    if is_chain_of_six(model, t) and not touches_once(problem, contacts):
+        return -1
+    if 9 * n * (n + 1) // 2 > len(factor.small) or 3 * n > model.trees[t].num_dofs:
         return -1
     for place in range(problem.rows_begin, problem.rows_end):
         r = rows[place].order
@@ -88,6 +93,13 @@ def few_contacts(model, problem, rows, factor, relative):
 def contact_at(problem, contacts, c):
     """The island's contact c."""
     return contacts[contacts[problem.contacts_begin + c].order]
+
+
+@kernel
+def touches_once(problem, contacts):
+    """Whether an island of one tree is a body, moved by six dofs, with one contact and no rows."""
+    alone = problem.contacts_end - problem.contacts_begin == 1 and problem.rows_end == problem.rows_begin
+    return alone and contact_at(problem, contacts, 0).sixes == 1
 
 
 # ---- W
@@ -426,3 +438,75 @@ def put_velocities(model, problem, contacts, factor, n):
     substitute_branches(model, problem.L, factor.rhs, problem.dv, first, begin, end)
     for k in range(first, end):
         problem.v[k] += problem.dv[k]
+
+
+# ---- one contact of a free body
+#
+# W of a point of a free body has an inverse: with velocities of the contact as the unknowns, what takes part in a step
+# are three numbers, (W^-1 + G) dvc = gamma - lambda. The functions are those above for n = 1.
+
+
+@kernel(outline=True)
+def start_impulse(model, problem, contacts, factor, n):
+    """`start_impulses`, and W^-1."""
+    contact = contact_at(problem, contacts, 0)
+    first, L = contact.dofs[0], problem.L
+    at = model.dofs[first].row_start
+    x, y, z = load_three_sixes(contact.J, 0, 0)
+    x, y, z = eliminate_six(L, at, x), eliminate_six(L, at, y), eliminate_six(L, at, z)
+    m = packed_diagonal_six(L, at)
+    mx, my = times_six(m, x), times_six(m, y)
+    xy, xz, yz = dot_six(mx, y), dot_six(mx, z), dot_six(my, z)
+    W = (dot_six(mx, x), xy, xz, xy, dot_six(my, y), yz, xz, yz, dot_six(times_six(m, z), z))
+    write9(factor.delassus, 0, W)
+    write9(factor.small, 0, inverse_block(W))
+    v0 = contact.vc
+    contact.vc = with_drift(contact, velocity_at_contact(contact, problem.v_star), True)
+    write3(factor.impulse, 0, (0.0, 0.0, 0.0))
+    write3(factor.residual, 0, sub3(contact.gamma, times_G(contact.G, sub3(contact.vc, v0))))
+    g = load_six(problem.gradient, first)
+    return dot_six(times_six(g, g), load_six(problem.mobility, first))
+
+
+@kernel
+def no_factor(problem, contacts, factor, n):
+    """In the place of `factorise_impulses`: three rows are solved in each step."""
+
+
+@kernel(outline=True)
+def step_of_impulse(problem, contacts, factor, n, goes_on):
+    """`step_of_impulses`."""
+    contact = contact_at(problem, contacts, 0)
+    W_inverse, residual, impulse = read9(factor.small, 0), read3(factor.residual, 0), read3(factor.impulse, 0)
+    xx, xy, yy, xz, yz, zz = contact.G
+    a, b, d, _, c, e, _, _, f = W_inverse
+    b, d, e = b + xy, d + xz, e + yz
+    dvc = rotate(inverse_block((a + xx, b, d, b, c + yy, e, d, e, f + zz)), residual)
+    contact.vc = add3(contact.vc, dvc) if goes_on > 0.0 else contact.vc
+    write3(factor.impulse, 0, add3(impulse, rotate(W_inverse, dvc)) if goes_on > 0.0 else impulse)
+    return dot3(residual, dvc)
+
+
+@kernel(outline=True)
+def evaluate_impulse(model, problem, contacts, factor, n):
+    """`evaluate_impulses`."""
+    contact = contact_at(problem, contacts, 0)
+    W, impulse = read9(factor.delassus, 0), read3(factor.impulse, 0)
+    u = holding_velocity(model, contact, impulse, 0.5 * (W[0] + W[4]))
+    contact.gamma, contact.G = contact_impulse(model, contact, u)
+    residual = sub3(sub3(contact.gamma, impulse), times_G(contact.G, sub3(contact.vc, u)))
+    write3(factor.residual, 0, residual)
+    return dot3(rotate(W, residual), residual)
+
+
+@kernel(outline=True)
+def go_to_impulse(model, problem, contacts, rows, factor, n):
+    """The iterate whose velocity is that of the impulse; the contact's is known."""
+    contact = contact_at(problem, contacts, 0)
+    first, L = contact.dofs[0], problem.L
+    at = model.dofs[first].row_start
+    x, y, z = load_three_sixes(contact.J, 0, 0)
+    push = sum_of_sixes(read3(factor.impulse, 0), x, y, z)
+    store_six(problem.p, first, add_six(push, load_six(problem.p_star, first)))
+    dv = substitute_six(L, at, eliminate_six(L, at, push))
+    store_six(problem.v, first, add_six(dv, load_six(problem.v_star, first)))

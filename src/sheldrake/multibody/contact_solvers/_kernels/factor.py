@@ -34,10 +34,11 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     contacts_of_island,
     diagonal,
     dofs_above_from,
-    dofs_of_island,
     dofs_of_tree,
     is_chain_of_six,
+    other_dofs_of_island,
     rows_of_island,
+    sixes_of_island,
 )
 
 # ---- the graph of trees
@@ -957,16 +958,27 @@ def substitute(factor, n):
 @kernel
 def scatter(model, problem, factor):
     """dv from the solution by slots."""
-    for dof in dofs_of_island(model, problem):
-        problem.dv[dof] = factor.rhs[factor.slot[dof]]
+    for k in sixes_of_island(model, problem):
+        store_six(problem.dv, k, load_six(factor.rhs, factor.slot[k]))
+    for k in other_dofs_of_island(model, problem):
+        problem.dv[k] = factor.rhs[factor.slot[k]]
+
+
+@kernel
+def put_right_hand_side(model, problem, factor):
+    """-gradient by slots."""
+    for k in sixes_of_island(model, problem):
+        a, b, c, d, e, f = load_six(problem.gradient, k)
+        store_six(factor.rhs, factor.slot[k], (-a, -b, -c, -d, -e, -f))
+    for k in other_dofs_of_island(model, problem):
+        factor.rhs[factor.slot[k]] = -problem.gradient[k]
 
 
 @kernel(outline=True)
 def solve_blocks(model, problem, factor, fresh):
     """dv = -H^-1 gradient by blocks, of H in their places if `fresh` is 1, else of the last factor; a status."""
-    x, n = factor.rhs, problem.trees_end - problem.trees_begin
-    for dof in dofs_of_island(model, problem):
-        x[factor.slot[dof]] = -problem.gradient[dof]
+    n = problem.trees_end - problem.trees_begin
+    put_right_hand_side(model, problem, factor)
     if fresh == 0:
         eliminate_columns(factor, n)
     elif factorise(factor, n) != SOLVED:

@@ -6,7 +6,7 @@ that stop it.
 """
 
 from sheldrake.common._kernels.generic import has_slopes, in_any, sqrt
-from sheldrake.common._kernels.vec import dot3, magnitude
+from sheldrake.common._kernels.vec import add_six, dot3, load_six, magnitude, store_six
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import (
     advance,
@@ -21,16 +21,23 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     momentum_along_direction,
     newton_direction,
     optimality,
+    put_iterate,
     put_v0,
     whole_cost,
 )
 from sheldrake.multibody.contact_solvers._kernels.delassus import (
+    evaluate_impulse,
     evaluate_impulses,
     factorise_impulses,
     few_contacts,
+    go_to_impulse,
+    no_factor,
     put_velocities,
+    start_impulse,
     start_impulses,
+    step_of_impulse,
     step_of_impulses,
+    touches_once,
 )
 from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import (
@@ -52,9 +59,11 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     dofs_of_island,
     mul_A,
     multiply_A,
+    other_dofs_of_island,
     put_velocity,
     row_velocities,
     rows_of_island,
+    sixes_of_island,
     with_drift,
 )
 
@@ -275,22 +284,24 @@ SHRINKS = 0.25  # times the last excess, at most, or full steps lead nowhere
 
 
 @kernel(outline=True)
-def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left):
+def iterate_on_impulses(
+    model, problem, contacts, rows, factor, n, excess, left, start, factorise, step, remaining, end
+):
     """Full steps with the impulses of n contacts as unknowns; the excess they leave.
 
     `left` is the decrement that is round-off [J]. Rows that meet a bound on the way leave an excess. Where one more
-    step with the last factor will do, it has that.
+    step with the last factor will do, it has that. How steps are taken the kernels say that come last.
     """
-    scale = excess / start_impulses(model, problem, contacts, factor, n)
+    scale = excess / start(model, problem, contacts, factor, n)
     fresh = 1
     goes_on = 1.0  # in lanes, worlds wait for each other
     for k in range(FULL_STEPS if n > 0 else 0):
         if fresh == 1:
-            factorise_impulses(problem, contacts, factor, n)
-        gain = step_of_impulses(problem, contacts, factor, n, goes_on)
+            factorise(problem, contacts, factor, n)
+        gain = step(problem, contacts, factor, n, goes_on)
         problem.iterations += 1
         before = excess
-        there = scale * evaluate_impulses(model, problem, contacts, factor, n)
+        there = scale * remaining(model, problem, contacts, factor, n)
         excess = there if goes_on > 0.0 else excess
         goes_on = 0.0 if excess <= ENOUGH else goes_on
         if k > 0:
@@ -300,9 +311,30 @@ def iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, left)
             break
         if k > 0:
             fresh = 1 - will_do_once_more(goes_on, excess, before)
-    put_velocities(model, problem, contacts, factor, n)
-    excess, _, _ = evaluate_v(model, problem, contacts, rows)
+    end(model, problem, contacts, rows, factor, n)
+    excess, _, _ = evaluate(model, problem, contacts, rows)
     return excess
+
+
+@kernel
+def go_to_impulses(model, problem, contacts, rows, factor, n):
+    """The iterate whose velocities are those of the impulses."""
+    put_velocities(model, problem, contacts, factor, n)
+    put_iterate(model, problem, contacts, rows)
+
+
+@kernel
+def iterate_on_few(model, problem, contacts, rows, factor, n, excess, left):
+    """`iterate_on_impulses`: of a free body's only contact, or of few contacts of any tree."""
+    if n == 1 and touches_once(problem, contacts):
+        return iterate_on_impulses(
+            model, problem, contacts, rows, factor, n, excess, left,
+            start_impulse, no_factor, step_of_impulse, evaluate_impulse, go_to_impulse,
+        )  # fmt: skip
+    return iterate_on_impulses(
+        model, problem, contacts, rows, factor, n, excess, left,
+        start_impulses, factorise_impulses, step_of_impulses, evaluate_impulses, go_to_impulses,
+    )  # fmt: skip
 
 
 @kernel
@@ -339,9 +371,9 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
         initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
-    n = few_contacts(model, problem, rows, factor, relative)
+    n = few_contacts(model, problem, contacts, rows, factor, relative)
     if n >= 0:
-        excess = iterate_on_impulses(model, problem, contacts, rows, factor, n, excess, DECREMENT * size)
+        excess = iterate_on_few(model, problem, contacts, rows, factor, n, excess, DECREMENT * size)
         if excess <= 1.0:
             return SOLVED
         if soft:
@@ -518,7 +550,9 @@ def start(model, problem, rows):
     put_v0(model, problem)
     mul_A(model, problem, problem.v, problem.p)
     row_velocities(problem, rows, problem.v, VC)
-    for k in dofs_of_island(model, problem):
+    for k in sixes_of_island(model, problem):
+        store_six(problem.p_star, k, add_six(load_six(problem.p_star, k), load_six(problem.p, k)))
+    for k in other_dofs_of_island(model, problem):
         problem.p_star[k] += problem.p[k]
 
 

@@ -353,7 +353,8 @@ class Factor(NamedTuple):
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
     the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`.
     The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and a column a dof; W by
-    blocks, and the roots of G; and the factor of the matrix of three rows a contact.
+    blocks, and the roots of G; and the factor of the matrix of three rows a contact. While blocks are put together,
+    `spread` has G J of a contact of free bodies.
     """
 
     slot: IntVector
@@ -414,6 +415,22 @@ def dofs_of_island(model, problem):
     """The dofs of the island at hand, tree after tree."""
     for t in trees_of_island(problem):
         yield from dofs_of_tree(model, t)
+
+
+@kernel
+def sixes_of_island(model, problem):
+    """The first dofs of the island's trees of six dofs: what is done to each dof is done to six at once."""
+    for t in trees_of_island(problem):
+        if model.trees[t].num_dofs == SIX:
+            yield model.trees[t].first_dof
+
+
+@kernel
+def other_dofs_of_island(model, problem):
+    """The dofs of the island's other trees."""
+    for t in trees_of_island(problem):
+        if model.trees[t].num_dofs != SIX:
+            yield from dofs_of_tree(model, t)
 
 
 @kernel
