@@ -7,6 +7,7 @@ import pytest
 from tests.unit.multibody.contact_solvers.packed import put_factor
 
 from sheldrake.multibody.contact_solvers import _arrays
+from sheldrake.multibody.contact_solvers._kernels import newton
 from sheldrake.multibody.contact_solvers._kernels import problem as codes
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactLaw, ContactState, DofVectors, Participation
 from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
@@ -114,6 +115,27 @@ def test_full_steps_and_line_searches_find_the_same_minimum(name):
             assert problem.stages.solve.native(problem.model, *problem.work) == codes.SOLVED
             results.append(problem.v.copy())
         np.testing.assert_allclose(results[0], results[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["lagged", "similar", "sap"])
+def test_steps_that_go_too_far_are_shortened_until_the_slope_is_small(name, monkeypatch):
+    found, original = [], newton.shorten
+
+    def shorten(model, problem, contacts, rows, slope, slope_there, size):
+        back, status = original(model, problem, contacts, rows, slope, slope_there, size)
+        of_constraints, _ = newton.constraint_slope(model, problem, contacts, rows, back)
+        of_momentum, curvature = newton.momentum_along_direction(model, problem)
+        found.append((of_constraints + of_momentum + back * curvature) / slope)
+        assert status == 1 and -1.0 < back < 0.0 and slope < 0.0 < slope_there
+        return back, status
+
+    monkeypatch.setattr(newton, "shorten", shorten)
+    for seed in range(60):
+        problem = RandomProblem(np.random.default_rng(seed), name, sizes=(9, 5), to_rest=True)
+        problem.prepare()
+        assert (problem.stages.solve(problem.model, *problem.work) or 0) == codes.SOLVED
+    assert len(found) > 2
+    assert np.abs(found).max() <= 1e-2
 
 
 def sliding_problem(seed, name, to_rest):

@@ -77,7 +77,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
 ALPHA_MAX = 1.5
 TOLERANCE = 1e-8
 EVALUATIONS = 100
-FULL_STEP = 0.1
+FULL_STEP, FULL_STEP_OF_TREE = 0.1, 0.3  # times the slope, at most, at the end of a full step; of one tree with joints
+SEARCHED = 1e-2  # times the slope, at most, where a step of the latter that went farther is shortened to
+STEPS_OF_NEWTON = 5  # to there; if they do not do, the line is bisected
 COST_ABSOLUTE = 1e-30
 COST_RELATIVE = 1e-15
 
@@ -245,6 +247,33 @@ def search(model, problem, contacts, rows, slope):
 
 
 @kernel(outline=True)
+def shorten(model, problem, contacts, rows, slope, slope_there, size):
+    """How much less than a full step, at whose end the iterate is, to go; and whether that was found.
+
+    Until the slope is a hundredth of what it was at the beginning: by Newton's method from where a straight line between
+    the slopes at both ends is zero, safeguarded with bisection. Nothing less where slopes are round-off of `size` [J].
+    """
+    if -slope <= COST_RELATIVE * size:
+        return 0.0 * slope, 1
+    slope_A, curvature_A = momentum_along_direction(model, problem)
+    low, high = -1.0 + 0.0 * slope, 0.0 * slope
+    x = slope_there / (slope - slope_there)
+    for k in range(EVALUATIONS):
+        slope_x, curvature = constraint_slope(model, problem, contacts, rows, x)
+        slope_x += slope_A + x * curvature_A
+        if magnitude(slope_x) <= -SEARCHED * slope or high - low < TOLERANCE:
+            return x, 1
+        if slope_x < 0.0:
+            low = x
+        else:
+            high = x
+        x -= slope_x / (curvature + curvature_A)
+        if k >= STEPS_OF_NEWTON or x <= low or x >= high:
+            x = 0.5 * (low + high)
+    return x, 0
+
+
+@kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
     """Drake's Newton iterations, from an iterate whose `optimality` is known; a status.
 
@@ -363,10 +392,11 @@ def will_do(model, problem, excess, momentum, impulse):
 def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     """Iterations until what can rest does, from an iterate whose `optimality` is known; a status.
 
-    The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
-    being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
-    where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
-    has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
+    The full step is taken where it leaves a part of the slope; else the line is searched, less thoroughly of one tree
+    with joints, whose next step costs little more. What a step can still gain being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and
+    impulse, less strictly so where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like
+    it would do, the next one has its factor: a new one costs twice as much as the rest. `soft` tells whether friction
+    has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
@@ -380,6 +410,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
             initial_duals(model, problem, contacts, 1.0)
     if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
+    most = FULL_STEP if problem.along_branches == 0 else FULL_STEP_OF_TREE
     fresh = 1
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, fresh)
@@ -391,12 +422,17 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         problem.iterations += 1
         excess, momentum, impulse = full_step(model, problem, contacts, rows)
         slope_there = along_direction(model, problem)
-        if not (will_do(model, problem, excess, momentum, impulse) or slope_there <= -FULL_STEP * slope):
-            advance(model, problem, contacts, rows, -alpha)
-            alpha, found = search(model, problem, contacts, rows, slope)
+        if not (will_do(model, problem, excess, momentum, impulse) or slope_there <= -most * slope):
+            if problem.along_branches == 0:
+                advance(model, problem, contacts, rows, -alpha)
+                alpha, found = search(model, problem, contacts, rows, slope)
+                change = alpha
+            else:
+                change, found = shorten(model, problem, contacts, rows, slope, slope_there, momentum + impulse)
+                alpha += change
             if found == 0:
                 return LINE_SEARCH_FAILED
-            advance(model, problem, contacts, rows, alpha)
+            advance(model, problem, contacts, rows, change)
             excess, momentum, impulse = evaluate(model, problem, contacts, rows)
         left = DECREMENT if excess < STALLED * before else STALLED_DECREMENT
         if will_do(model, problem, excess, momentum, impulse) or -slope <= left * (momentum + impulse):
