@@ -5,6 +5,7 @@ import pytest
 from tests.unit.multibody.contact_solvers.test_factor import Island
 from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
 
+import sheldrake.all as lib
 from sheldrake.common.kernel import IntVector, kernel
 from sheldrake.multibody.contact_solvers._kernels import newton
 from sheldrake.multibody.contact_solvers._kernels.cost import newton_direction
@@ -93,3 +94,46 @@ def test_the_solution_is_that_without_parts(seed, monkeypatch):
     v_parts, _ = solved(seed)
     assert iterations > 2 and moved and max(moved) < 8
     np.testing.assert_allclose(v_parts, v, rtol=0.0, atol=1e-8 * np.abs(v).max())
+
+
+def test_a_heap_of_many_is_in_balance_after_each_step():
+    """Balls in a sheet that push each other apart, some much harder: A (v - v*) = J^T gamma, from the contacts."""
+    side, r = 19, 0.05
+    assert side * side >= newton.MANY_TREES
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 1e-3)
+    rng = np.random.default_rng(4)
+    balls = []
+    for k in range(side * side):
+        ball = plant.AddRigidBody(f"ball{k}", lib.SpatialInertia.SolidSphereWithMass(0.3, r))
+        plant.RegisterCollisionGeometry(
+            ball, lib.RigidTransform(), lib.Sphere(r), f"b{k}", lib.CoulombFriction(0.5, 0.5)
+        )
+        balls.append(ball)
+    plant.Finalize()
+    diagram = builder.Build()
+    simulator = lib.Simulator(diagram)
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    for k, ball in enumerate(balls):
+        p = 1.96 * r * np.array([k % side, k // side, 0.0]) + rng.uniform(-2e-4, 2e-4, 3)
+        plant.SetFreeBodyPose(context, ball, lib.RigidTransform(p))
+        plant.SetFreeBodySpatialVelocity(context, ball, lib.SpatialVelocity(rng.normal(0.0, 0.1, 6)))
+    for step in range(1, 11):
+        simulator.AdvanceTo(1e-3 * step)
+        work = context._store.scratch(context._node)
+        problem, contacts = work.problem, work.contacts
+        assert problem.trees_end - problem.trees_begin == side * side  # one island
+        pushed = np.zeros(6 * side * side)
+        for c in range(problem.num_contacts):
+            contact = contacts[c]
+            n = contact.width
+            pushed[np.array(contact.dofs[:n])] += np.asarray(contact.J)[:, :n].T @ contact.gamma
+        off = np.asarray(problem.p) - np.asarray(problem.p_star) - pushed
+        size = max(
+            np.linalg.norm(problem.p * np.sqrt(problem.mobility)), np.linalg.norm(pushed * np.sqrt(problem.mobility))
+        )
+        assert np.linalg.norm(off * np.sqrt(problem.mobility)) <= 1.01e-9 * size
+        np.testing.assert_array_equal(
+            [contacts[c].order for c in range(problem.num_contacts)], np.arange(problem.num_contacts)
+        )
+        np.testing.assert_array_equal(problem.tree[:, Participation.order], np.arange(side * side))
