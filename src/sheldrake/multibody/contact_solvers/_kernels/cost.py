@@ -31,6 +31,7 @@ from sheldrake.common._kernels.vec import (
 )
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.factor import (
+    columns_not_held,
     dofs_of,
     factorise_branches,
     find_block,
@@ -236,6 +237,13 @@ def optimality(model, problem, contacts, rows, steps):
         problem.j_gamma[k] = 0.0
     apply_contact_impulses(model, problem, contacts, steps)
     apply_row_impulses(problem, rows)
+    _, excess, momentum, impulse = weigh_gradient(model, problem)
+    return excess, momentum, impulse
+
+
+@kernel
+def weigh_gradient(model, problem):
+    """The gradient of momenta and impulses along dofs that are there; its square [J], and `optimality`."""
     residual = 0.0
     momentum = 0.0
     impulse = 0.0
@@ -254,7 +262,7 @@ def optimality(model, problem, contacts, rows, steps):
         impulse += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
     scale = impulse if impulse > momentum else momentum
     limit = model.relative_tolerance * root(scale) + model.absolute_tolerance
-    return residual / (limit * limit), momentum, impulse
+    return residual, residual / (limit * limit), momentum, impulse
 
 
 @kernel(outline=True)
@@ -473,12 +481,33 @@ def assemble_branches(model, problem, contacts, rows, factor):
 
 
 @kernel
+def clear(L, begin, end):
+    for at in range(begin, end):
+        L[at] = 0.0
+
+
+@kernel
+def clear_part(problem, factor):
+    """Zero for the blocks of trees that are not held."""
+    for place in columns_not_held(factor, problem.columns):
+        block = factor.blocks[place]
+        clear(factor.L, block.diagonal, block.diagonal + block.size * block.size)
+        for e in range(block.below_begin, block.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            if row.held == 0:
+                clear(factor.L, entry.address, entry.address + row.size * block.size)
+
+
+@kernel
 def put_momentum(model, problem, factor):
     """H = A: all blocks zero but those of the trees."""
     L = factor.L
-    for at in range(problem.factor_size):
-        L[at] = 0.0
-    for place in range(problem.trees_end - problem.trees_begin):
+    if problem.trees_end - problem.trees_begin == problem.columns:
+        clear(L, 0, problem.factor_size)
+    else:
+        clear_part(problem, factor)
+    for place in columns_not_held(factor, problem.columns):
         block = factor.blocks[place]
         n = block.size
         first = model.trees[block.tree].first_dof

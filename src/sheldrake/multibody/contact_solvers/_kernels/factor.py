@@ -412,6 +412,7 @@ def lay_out_alone(model, problem, factor):
     block.below_begin = 0
     block.below_end = 0
     block.row = NOBODY
+    block.held = 0
     return block.size * block.size
 
 
@@ -434,6 +435,7 @@ def lay_out_trees(model, problem, contacts, rows, factor):
         block.size = model.trees[block.tree].num_dofs
         block.below_begin = node.rows_begin
         block.below_end = node.rows_end
+        block.held = 0
         factor.trees[block.tree].place = place
     for e in range(entries):
         entry = factor.entries[e]
@@ -466,6 +468,7 @@ def symbolic_factor(model, problem, contacts, rows, factor):
     if size < 0 or size > factor.L.shape[0]:
         return FACTOR_CAPACITY
     problem.factor_size = size
+    problem.columns = n
     slot = 0
     for place in range(n):
         block = factor.blocks[place]
@@ -817,7 +820,7 @@ def ask_for_block(L, B):
 
 @kernel
 def take_from_columns_before(factor, k):
-    """Takes the products of earlier columns off column k."""
+    """Takes the products of earlier columns off column k; no products of what is held."""
     L, column = factor.L, factor.blocks[k]
     for e in range(column.below_begin, column.below_end):
         factor.blocks[factor.entries[e].place].at = factor.entries[e].address
@@ -828,11 +831,13 @@ def take_from_columns_before(factor, k):
             ask_for_block(L, factor.entries[entry.next].address)
         before = factor.blocks[entry.column]
         inner, B = before.size, entry.address
-        subtract_product(L, column.diagonal, B, B, column.size, column.size, inner)
-        for f in range(e + 1, before.below_end):
-            below = factor.entries[f]
-            row = factor.blocks[below.place]
-            subtract_product(L, row.at, below.address, B, row.size, column.size, inner)
+        if before.held == 0:
+            subtract_product(L, column.diagonal, B, B, column.size, column.size, inner)
+            for f in range(e + 1, before.below_end):
+                below = factor.entries[f]
+                row = factor.blocks[below.place]
+                if row.held == 0:
+                    subtract_product(L, row.at, below.address, B, row.size, column.size, inner)
         e = entry.next
 
 
@@ -914,22 +919,32 @@ def eliminate_column(factor, k):
     for e in range(column.below_begin, column.below_end):
         entry = factor.entries[e]
         row = factor.blocks[entry.place]
-        subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
+        if row.held == 0:
+            subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
+
+
+@kernel
+def columns_not_held(factor, n):
+    """Those of the first n block columns whose trees may move, in order."""
+    for k in range(n):
+        if factor.blocks[k].held == 0:
+            yield k
 
 
 @kernel(outline=True)
 def factorise(factor, n):
     """Factorises the n block columns in place and takes each off the right-hand side while it is at hand; a status."""
     L = factor.L
-    for k in range(n):
+    for k in columns_not_held(factor, n):
         take_from_columns_before(factor, k)
         column = factor.blocks[k]
         if factorise_diagonal(L, column.diagonal, column.size) != SOLVED:
             return HESSIAN_NOT_POSITIVE
         for e in range(column.below_begin, column.below_end):
             entry = factor.entries[e]
-            rows = factor.blocks[entry.place].size
-            divide(L, entry.address, rows, column.diagonal, column.size, column.size, 1, 0)  # by L^T
+            row = factor.blocks[entry.place]
+            if row.held == 0:
+                divide(L, entry.address, row.size, column.diagonal, column.size, column.size, 1, 0)  # by L^T
         eliminate_column(factor, k)
     return SOLVED
 
@@ -947,11 +962,14 @@ def substitute(factor, n):
     L, x = factor.L, factor.rhs
     for k in range(n - 1, -1, -1):
         column = factor.blocks[k]
+        if column.held != 0:
+            continue
         size, at = column.size, column.first_slot
         for e in range(column.below_begin, column.below_end):
             entry = factor.entries[e]
             row = factor.blocks[entry.place]
-            subtract_transpose_times(L, entry.address, row.size, size, x, at, row.first_slot)
+            if row.held == 0:
+                subtract_transpose_times(L, entry.address, row.size, size, x, at, row.first_slot)
         backwards(L, column.diagonal, size, x, at)
 
 
@@ -977,7 +995,7 @@ def put_right_hand_side(model, problem, factor):
 @kernel(outline=True)
 def solve_blocks(model, problem, factor, fresh):
     """dv = -H^-1 gradient by blocks, of H in their places if `fresh` is 1, else of the last factor; a status."""
-    n = problem.trees_end - problem.trees_begin
+    n = problem.columns
     put_right_hand_side(model, problem, factor)
     if fresh == 0:
         eliminate_columns(factor, n)

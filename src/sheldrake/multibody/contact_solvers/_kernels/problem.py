@@ -144,6 +144,7 @@ class Counts(Record):
     begins = integers(3, "of trees, contacts and rows", same_as=trees_begin)
     ends = integers(3, "of trees, contacts and rows", same_as=trees_end)
     factor_size = integer("numbers in the island's factor")
+    columns = integer("its block columns")
     along_branches = integer("1 if they are rows along the branches of a tree, 0 if blocks")
 
 
@@ -247,6 +248,7 @@ class Block(Record):
     of_tree = integer("see `PlaceOfTree`: counted by trees")
     row = integer("first entry of its row, -1 for none; see `Entry.next`")
     at = integer("while a column is made: address of its block in this row")
+    held = integer("not 0: its tree keeps its velocity, and has no part in the matrix, see `settle_parts`")
 
 
 class Node(Record):
@@ -401,6 +403,19 @@ def trees_of_island(problem):
     """The trees of the island at hand."""
     for place in range(problem.trees_begin, problem.trees_end):
         yield problem.trees[place].order
+
+
+@kernel
+def island_of_tree(problem, tree):
+    """The island of a tree, -1 if no constraint touches it."""
+    return tree.root if tree.active == 1 else -1
+
+
+@kernel
+def island_of_constraint(problem, constraint):
+    """The island of a contact or row; the first one's if it touches no tree."""
+    t = constraint.tree_a if constraint.tree_a >= 0 else constraint.tree_b
+    return problem.trees[t].root if t >= 0 else 0
 
 
 @kernel

@@ -29,6 +29,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_of_tree,
     is_chain_of_six,
+    island_of_constraint,
+    island_of_tree,
     put_sixes,
     put_velocity,
     solve_in_lanes,
@@ -122,19 +124,6 @@ def connect(problem, constraints, count):
         if a >= 0 and b >= 0 and a != b:
             root_a, root_b = find_root(problem, a), find_root(problem, b)
             problem.trees[max(root_a, root_b)].root = min(root_a, root_b)
-
-
-@kernel
-def island_of_tree(problem, tree):
-    """The island of a tree, -1 if no constraint touches it."""
-    return tree.root if tree.active == 1 else -1
-
-
-@kernel
-def island_of_constraint(problem, constraint):
-    """The island of a contact or row; the first one's if it touches no tree."""
-    t = constraint.tree_a if constraint.tree_a >= 0 else constraint.tree_b
-    return problem.trees[t].root if t >= 0 else 0
 
 
 @kernel
