@@ -1,6 +1,6 @@
 """The nearest neighbours of points, found in a tree that divides them at medians.
 
-J. L. Bentley, "Multidimensional binary search trees used for associative searching", Communications of the ACM 18, 1975.
+J. L. Bentley, "Multidimensional binary search trees used for associative searching", Communications of the ACM, 1975.
 The tree is an order of the points: the middle of a range of them divides the rest of it, along the axis in which they
 are spread most.
 """
