@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import _register_value_type
+from sheldrake.geometry._kernels.nearest import DEPTH, divide_points, find_nearest
 from sheldrake.geometry._kernels.planes import normals_of_planes
 
 if TYPE_CHECKING:
@@ -369,6 +370,22 @@ def _finite_rows(values: np.ndarray) -> np.ndarray | slice:
     return slice(None) if finite.all() else finite.all(axis=1)
 
 
+def nearest_neighbours(points: np.ndarray, radius: float, most: int) -> np.ndarray:
+    """Returns the numbers of each point's nearest neighbours, itself among them, shape (n, most); n for none.
+
+    Args:
+        points: Shape (n, 3) [m], finite.
+        radius: How far they are less than [m].
+        most: How many at most.
+    """
+    n = len(points)
+    order, axes, waiting = np.arange(n), np.zeros(n, np.int64), np.zeros((DEPTH, 2), np.int64)
+    divide_points.native(points, order, axes, waiting)
+    near = np.empty((n, most), np.int64)
+    find_nearest.native(points, order, axes, float(radius), waiting, np.zeros(DEPTH), np.zeros(most), near)
+    return near
+
+
 def fitted_normals(points: np.ndarray, radius: float, num_closest: int) -> tuple[np.ndarray, bool]:
     """Returns unit normals, shape (n, 3), of planes through each point's neighbours, and whether all had three.
 
@@ -379,18 +396,14 @@ def fitted_normals(points: np.ndarray, radius: float, num_closest: int) -> tuple
         radius: How far neighbours may be [m].
         num_closest: How many count at most.
     """
-    from scipy.spatial import cKDTree
-
     normals = np.full(points.shape, np.nan)
     finite = np.flatnonzero(np.isfinite(points).all(axis=1))
     if not len(finite):
         return normals, not len(points)
     known = np.ascontiguousarray(points[finite])
-    farthest = np.nextafter(radius, np.inf)  # the query leaves out what is exactly there
-    # Missing neighbours have the number len(finite).
-    _, near = cKDTree(known).query(known, k=list(range(1, num_closest + 1)), distance_upper_bound=farthest)
+    near = nearest_neighbours(known, np.nextafter(radius, np.inf), num_closest)  # with what is exactly there
     counts, found = np.zeros(len(finite), np.int64), np.full(known.shape, np.nan)
-    normals_of_planes.native(known, np.ascontiguousarray(near, np.int64), counts, found)
+    normals_of_planes.native(known, near, counts, found)
     normals[finite] = found
     return normals, bool(len(finite) == len(points) and (counts >= 3).all())
 
