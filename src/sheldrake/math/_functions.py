@@ -225,6 +225,8 @@ def wrap_to(value: Any, low: Scalar, high: Scalar) -> Any:
     span = high - low
     if isinstance(value, _REAL) and isinstance(span, _REAL):
         value, span = float(value), float(span)
+        if span == 0.0:
+            return math.nan
     return value - span * floor((value - low) / span)
 
 

@@ -1,5 +1,6 @@
 """Calls of classes that need no plant, their arguments made from Drake's signatures, give what they give in Drake."""
 
+import importlib
 import warnings
 
 import numpy as np
@@ -208,3 +209,20 @@ def test_derivatives_of_one_and_of_three_variables_do_not_mix(combine):
     for a, b in ((one, three), (three, one)):
         with pytest.raises(RuntimeError, match="derivatives"):
             getattr(a, combine)(b)
+
+
+def test_vectors_as_matrices_of_one_column():
+    for lib in LIBRARIES:
+        symbolic = importlib.import_module(f"{lib.__package__}.symbolic")
+        x = lib.Variable("x")
+        assert str(symbolic.positive_semidefinite(np.array([x + 0.0]))) == "positive_semidefinite(x)"
+        assert str(symbolic.inv(np.array([x + 0.0]))[0, 0]) == "(1 / x)"
+        for call in (symbolic.positive_semidefinite, symbolic.inv):
+            with pytest.raises(RuntimeError):
+                call(np.array([x + 0.0, x + 1.0]))
+            with pytest.raises(TypeError):
+                call(x + 0.0)
+
+
+def test_wrapping_to_an_interval_without_length():
+    assert np.isnan([lib.wrap_to(0.3, 1.0, 1.0) for lib in LIBRARIES]).all()
