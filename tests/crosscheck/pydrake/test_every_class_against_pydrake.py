@@ -172,6 +172,9 @@ def test_points_in_sets_and_constraints_asked_often():
             odd = [] if ask is asked[3] else [nothing[:n]]  # for Drake no number is near any point
             for point in [*points[:, :n], *odd]:
                 found.append([ask(point.copy()), ask(point.copy(), 0.5), ask(list(point))])
+            if (owner := ask.__self__) in bounds:
+                each = [ask(point.copy(), 0.5) for point in points[:, :n]]
+                assert owner.CheckSatisfiedVectorized(points[:, :n].T, 0.5) == each
             with pytest.raises(TypeError):
                 ask(None)
             if lib is sheldrake:  # Drake ends the process
