@@ -28,10 +28,9 @@ def _sum(a, b):
         return b
     if b is None:
         return a
-    try:
-        return a + b
-    except ValueError:
-        raise _sizes_differ(a, b) from None
+    if a.size != b.size:
+        raise _sizes_differ(a, b)
+    return a + b
 
 
 def _sizes_differ(a, b) -> RuntimeError:
@@ -175,7 +174,7 @@ class AutoDiffXd:
 
     def __pow__(self, other):
         if isinstance(other, _REAL):
-            return self.pow(other)
+            return self._to_the(float(other))
         if other.__class__ is AutoDiffXd:
             value = power(self._v, other._v)
             d_base = None if self._d is None else _scaled(self._d, other._v * power(self._v, other._v - 1.0))
@@ -283,8 +282,11 @@ class AutoDiffXd:
         """Returns this number raised to a float `exponent`."""
         if not isinstance(exponent, _REAL):
             return self.__pow__(exponent)
-        exponent = float(exponent)
-        return self._chain(power(self._v, exponent), lambda x, y: exponent * power(x, exponent - 1.0))
+        return self._to_the(float(exponent))
+
+    def _to_the(self, exponent: float):
+        x, d = self._v, self._d
+        return _make(power(x, exponent), None if d is None else _scaled(d, exponent * power(x, exponent - 1.0)))
 
     def atan2(self, x):
         """Returns the angle [rad] of the point (x, self)."""

@@ -202,10 +202,12 @@ class Obb(_Bounds):
         return bool(self._pose.IsExactlyEqualTo(other._pose) and np.all(self._half_width == other._half_width))
 
     def __copy__(self) -> Obb:
-        return Obb(self._pose, self._half_width)
+        new = object.__new__(Obb)
+        new._pose, new._half_width = self._pose, self._half_width  # neither is given away, nor changes
+        return new
 
     def __deepcopy__(self, memo: dict) -> Obb:
-        return copy.copy(self)
+        return self.__copy__()
 
 
 def _check_half_width(name: str, half_width: np.ndarray) -> None:

@@ -89,8 +89,8 @@ class Rgba:
 
     def scale_rgb(self, scale: float) -> Rgba:
         """This colour with red, green and blue times `scale`, clamped to [0, 1]; the opacity stays."""
-        r, g, b, a = self._values
-        return Rgba(*[min(max(x * float(scale), 0.0), 1.0) for x in (r, g, b)], a)
+        r, g, b = (min(max(x * float(scale), 0.0), 1.0) for x in self._values[:3])
+        return Rgba(r, g, b, self._values[3])
 
     def __mul__(self, other: Rgba) -> Rgba:
         if not isinstance(other, Rgba):

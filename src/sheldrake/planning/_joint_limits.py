@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common import quick
 from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.planning._dof_mask import DofMask
 from sheldrake.solvers import _arrays
+from sheldrake.solvers._kernels.inside import inside_box
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -109,13 +111,16 @@ class JointLimits:
 
     def _within(self, call: str, k: int, value: Any, tolerance: float) -> bool:
         lower, upper = self._limits[2 * k], self._limits[2 * k + 1]
+        inside = _inside(lower, upper, value, tolerance)
+        if inside is not None and tolerance >= 0.0 and (inside or not np.isnan(value).any()):
+            return bool(inside)
         value = np.array(value, dtype=float).ravel()
         if value.size != lower.size or np.isnan(value).any() or not tolerance >= 0.0:
             raise RuntimeError(
                 f"{call}(): expected {lower.size} values, none of them nan, and a tolerance that is not negative; got "
                 f"{value} and {tolerance}."
             )
-        return bool(np.all(value >= lower - tolerance) and np.all(value <= upper + tolerance))
+        return bool((value >= lower - tolerance).all() and (value <= upper + tolerance).all())
 
     def CheckInPositionLimits(self, position: ArrayLike, tolerance: float = 0.0) -> bool:
         """Tells whether positions are within limits.
@@ -153,3 +158,6 @@ def _selected(limits: list[np.ndarray], mask: DofMask) -> list[np.ndarray]:
     if any(v.size != mask.size() for v in limits):
         raise RuntimeError(f"JointLimits(): the mask has size {mask.size()}, the limits {[v.size for v in limits]}.")
     return [v[mask.GetSelectedToFullIndex()] for v in limits]
+
+
+_inside = quick.short_way(globals(), "_inside", inside_box, quick.ANY, quick.ANY, quick.ANY, float, gives=bool)

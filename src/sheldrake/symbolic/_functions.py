@@ -111,9 +111,17 @@ def forall(vars: Variables, f: Symbolics) -> Formula:
     return _formula.for_all(vars, _as_formula("forall", f))
 
 
+def _as_matrix(m: Symbolics) -> np.ndarray:
+    """An array in which a vector is a column."""
+    array = np.asarray(m, dtype=object)
+    if array.ndim not in (1, 2):
+        raise TypeError(f"incompatible function arguments: expected a matrix, got one of {array.ndim} dimensions.")
+    return array.reshape(-1, 1) if array.ndim == 1 else array
+
+
 def positive_semidefinite(m: Symbolics) -> Formula:
     """Returns the formula that a symmetric matrix, shape `(n, n)`, has no negative eigenvalue."""
-    array = np.asarray(m, dtype=object)
+    array = _as_matrix(m)
     flat = np.empty(array.size, dtype=object)
     for i, x in enumerate(array.flat):
         flat[i] = _build.expect("positive_semidefinite", x)
@@ -126,7 +134,7 @@ def inv(m: Symbolics) -> np.ndarray:
     Raises:
         RuntimeError: the matrix is not square or larger.
     """
-    matrix = np.asarray(m, dtype=object)
+    matrix = _as_matrix(m)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape[0] > 4:
         raise RuntimeError(f"inv(): expected a square matrix of up to 4 rows, got one of shape {matrix.shape}.")
     n = matrix.shape[0]

@@ -1,5 +1,6 @@
 """Calls of classes that need no plant, their arguments made from Drake's signatures, give what they give in Drake."""
 
+import importlib
 import warnings
 
 import numpy as np
@@ -171,6 +172,9 @@ def test_points_in_sets_and_constraints_asked_often():
             odd = [] if ask is asked[3] else [nothing[:n]]  # for Drake no number is near any point
             for point in [*points[:, :n], *odd]:
                 found.append([ask(point.copy()), ask(point.copy(), 0.5), ask(list(point))])
+            if (owner := ask.__self__) in bounds:
+                each = [ask(point.copy(), 0.5) for point in points[:, :n]]
+                assert owner.CheckSatisfiedVectorized(points[:, :n].T, 0.5) == each
             with pytest.raises(TypeError):
                 ask(None)
             if lib is sheldrake:  # Drake ends the process
@@ -181,3 +185,47 @@ def test_points_in_sets_and_constraints_asked_often():
     assert all(type(answer) is bool for row in found for answer in row)
     np.testing.assert_array_equal(ours, drakes)
     assert 0.1 < ours.mean() < 0.9
+
+
+def test_joint_limits_asked_often():
+    """As in Drake in and out of the limits, also what is refused."""
+    rng = np.random.default_rng(0)
+    values, found = 0.8 * rng.normal(size=(260, 2)), []
+    for lib in LIBRARIES:
+        limits = lib.JointLimits(*[sign * np.array([1.0, 0.5]) for _ in range(3) for sign in (-1, 1)])
+        answers = [limits.CheckInPositionLimits(value, 0.1) for value in values]
+        answers += [limits.CheckInVelocityLimits(value) for value in values]
+        for wrong in ([np.nan, 0.0], [0.0, np.nan], [0.0], np.array([np.nan, 5.0])):
+            with pytest.raises((RuntimeError, SystemExit)):
+                limits.CheckInPositionLimits(np.array(wrong), 0.1)
+        with pytest.raises((RuntimeError, SystemExit)):
+            limits.CheckInPositionLimits(np.zeros(2), -0.1)
+        found.append(answers)
+    assert found[0] == found[1] and all(type(answer) is bool for answer in found[0])
+    assert 0.1 < np.mean(found[0]) < 0.9
+
+
+@pytest.mark.parametrize("combine", ["__add__", "__sub__", "__mul__", "__truediv__", "__pow__", "atan2"])
+def test_derivatives_of_one_and_of_three_variables_do_not_mix(combine):
+    """Nor do the three take the one for all; Drake reads what is not there."""
+    one, three = sheldrake.AutoDiffXd(1.0, [1.0]), sheldrake.AutoDiffXd(2.0, [1.0, 2.0, 3.0])
+    for a, b in ((one, three), (three, one)):
+        with pytest.raises(RuntimeError, match="derivatives"):
+            getattr(a, combine)(b)
+
+
+def test_vectors_as_matrices_of_one_column():
+    for lib in LIBRARIES:
+        symbolic = importlib.import_module(f"{lib.__package__}.symbolic")
+        x = lib.Variable("x")
+        assert str(symbolic.positive_semidefinite(np.array([x + 0.0]))) == "positive_semidefinite(x)"
+        assert str(symbolic.inv(np.array([x + 0.0]))[0, 0]) == "(1 / x)"
+        for call in (symbolic.positive_semidefinite, symbolic.inv):
+            with pytest.raises(RuntimeError):
+                call(np.array([x + 0.0, x + 1.0]))
+            with pytest.raises(TypeError):
+                call(x + 0.0)
+
+
+def test_wrapping_to_an_interval_without_length():
+    assert np.isnan([lib.wrap_to(0.3, 1.0, 1.0) for lib in LIBRARIES]).all()

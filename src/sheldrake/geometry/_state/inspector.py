@@ -290,7 +290,8 @@ class SceneGraphInspector:
         """The oriented bounding box in the geometry's frame; None for a half space."""
         from sheldrake.geometry._bounding import bounding_box
 
-        return copy.copy(bounding_box(self.GetShape(geometry_id)))
+        box = bounding_box(self.GetShape(geometry_id))
+        return None if box is None else box.__copy__()
 
     def maybe_get_hydroelastic_mesh(self, geometry_id: GeometryId) -> TriangleSurfaceMesh | VolumeMesh | None:
         """The mesh that stands for a geometry in hydroelastic contact: triangles if rigid, tetrahedra if compliant.

@@ -379,19 +379,23 @@ class GeometryState:
 
     def collision_filtered(self, a: GeometryId, b: GeometryId) -> bool:
         """True if the pair can not touch."""
+        one, other = self.geometries.get(a), self.geometries.get(b)
+        if one is None or other is None or not (one.has(Role.kProximity) and other.has(Role.kProximity)):
+            raise self._no_filter_status(a, b)
+        if self.never_touch(one, other):
+            return True
+        return ordered_pair(a, b) in self.filter.excluded((a, b))
+
+    def _no_filter_status(self, a: GeometryId, b: GeometryId) -> RuntimeError:
         numbers = number_of(a, GeometryId), number_of(b, GeometryId)
         about = f"Can't report collision filter status between geometries {numbers[0]} and {numbers[1]}; "
         for geometry_id in (a, b):
             if geometry_id not in self.geometries:
-                raise RuntimeError(f"{about}{geometry_id.get_value()} is not a valid geometry")
+                return RuntimeError(f"{about}{geometry_id.get_value()} is not a valid geometry")
         without = [i for i in (a, b) if Role.kProximity not in self.geometries[i].roles]
         if len(without) == 2:
-            raise RuntimeError(f"{about}neither id has a proximity role")
-        if without:
-            raise RuntimeError(f"{about}{without[0].get_value()} does not have a proximity role")
-        if self.never_touch(self.geometries[a], self.geometries[b]):
-            return True
-        return ordered_pair(a, b) in self.filter.excluded((a, b))
+            return RuntimeError(f"{about}neither id has a proximity role")
+        return RuntimeError(f"{about}{without[0].get_value()} does not have a proximity role")
 
     # ---- defaults
 

@@ -290,7 +290,7 @@ class BoundingBoxConstraint(LinearConstraint):
         Raises:
             RuntimeError: the matrix is another.
         """
-        A = _arrays.float_matrix(new_A)
+        A: Any = _arrays.float_matrix(new_A)
         A = A.toarray() if _arrays.is_sparse(A) else A
         if not np.array_equal(A, np.eye(self._num_vars)):
             raise RuntimeError(

@@ -244,7 +244,8 @@ class Constraint(EvaluatorBase):
     @checked
     def CheckSatisfiedVectorized(self, x: ArrayLike, tol: float) -> list[bool]:
         """Tells for each column of x whether it satisfies the constraint."""
-        return [bool(self.CheckSatisfied(column, tol)) for column in np.atleast_2d(np.asarray(x, dtype=float)).T]
+        columns = np.ascontiguousarray(np.atleast_2d(np.asarray(x, dtype=float)).T)
+        return [bool(self.CheckSatisfied(column, tol)) for column in columns]
 
     def _display(self, vars: np.ndarray) -> str:
         named = f" described as '{self._description}'" if self._description else ""

@@ -393,7 +393,8 @@ class OutputPort(_Port):
 
     def EvalAbstract(self, context: Context) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
-        return _as_abstract(context._store, self._slot(context))
+        slot = self._slot(context)
+        return _as_abstract(context._store, slot)
 
     def EvalBasicVector(self, context: Context) -> BasicVector:
         """A vector port's value as a BasicVector.

@@ -132,7 +132,7 @@ class SystemPorts(SystemBase):
                     return BasicVector._view(value)
         except (AttributeError, IndexError, TypeError):
             pass
-        port = self.get_input_port(port_index)
+        port = self._numbered_input("EvalVectorInput", port_index)
         if port.get_data_type() is PortDataType.kAbstractValued:
             raise RuntimeError(
                 f"System::EvalVectorInput(): vector port required, but input port {port.get_name()!r} (index "
@@ -142,7 +142,12 @@ class SystemPorts(SystemBase):
 
     def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | Any:
         """Value of an input port as an AbstractValue; None without one, for type checkers as in `EvalVectorInput`."""
-        return self.get_input_port(port_index)._abstract_if_any(context)
+        return self._numbered_input("EvalAbstractInput", port_index)._abstract_if_any(context)
+
+    def _numbered_input(self, call: str, port_index: int) -> InputPort:
+        if port_index is None:
+            raise Mismatch(f"{call}(): incompatible function arguments: expected the index of a port, got None.")
+        return self.get_input_port(port_index)
 
     @checked
     def AllocateInputVector(self, input_port: InputPort) -> BasicVector:
