@@ -294,3 +294,108 @@ def test_refusal_is_the_same(call, kind, words):
     for lib in LIBRARIES:
         with pytest.raises(kind, match=re.compile(words, re.DOTALL)):
             call(lib)
+
+
+# ---- numbers in arrays without dimensions, columns, arrays to be written
+
+
+HALF = np.array(0.5)
+
+
+def described(value):
+    """Its type and number, or text."""
+    return type(value).__name__.partition("_")[0], str(value)
+
+
+def numbers_without_dimensions(lib):
+    x = lib.Variable("x")
+    e = lib.Expression(x) + 1
+    found = [getattr(lib, name)(HALF) for name in ("sin", "sqrt", "abs", "floor", "isnan")]
+    found += [lib.max(HALF, 0.3), lib.atan2(0.3, HALF), lib.pow(HALF, 2), lib.Expression(HALF), e + HALF, e == HALF]
+    found += [
+        e < HALF,
+        e.Evaluate({x: HALF}),
+        importlib.import_module(f"{lib.package}.symbolic").Polynomial(x).Evaluate({x: HALF}),
+    ]
+    return [*map(described, found), lib.Parallelism(np.bool_(False)).num_threads()]
+
+
+def cones_of_columns(lib):
+    prog = lib.MathematicalProgram()
+    column = np.array([[lib.Expression(v)] for v in prog.NewContinuousVariables(3)])
+    adds = (
+        prog.AddExponentialConeConstraint, prog.AddLorentzConeConstraint, prog.AddRotatedLorentzConeConstraint
+    )  # fmt: skip
+    return [add(column).evaluator().num_vars() for add in adds]
+
+
+def threads_of_options(lib):
+    options = [lib.GraphOfConvexSetsOptions(), lib.FindSeparationCertificateOptions()]
+    for each in options:
+        each.parallelism = False
+    return [each.parallelism.num_threads() for each in options]
+
+
+def values_of_whole_numbers(lib):
+    prog = small_program(lib)
+    cost = prog.linear_costs()[0]
+    values = prog.GetBindingVariableValues(cost, np.array([1, 2]))
+    return str(values.dtype), values.tolist(), lib.Intersection(np.array([lib.Point([1.0])])).num_elements()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [numbers_without_dimensions, cones_of_columns, threads_of_options, values_of_whole_numbers],
+    ids=lambda a: a.__name__,
+)
+def test_answer_to_odd_arguments_is_the_same(answer):
+    assert answer(LIBRARIES[0]) == answer(LIBRARIES[1])
+
+
+@pytest.mark.parametrize("array", [np.zeros(1, dtype=int), np.zeros(1, dtype=np.float32), "read-only"])
+def test_arrays_that_cannot_hold_what_is_written_are_refused(array):
+    """Fractions would be lost."""
+    if isinstance(array, str):
+        array = np.zeros(1)
+        array.setflags(write=False)
+    for lib in LIBRARIES:
+        plant = arm(lib)
+        instance = plant.GetModelInstanceByName("arm")
+        network = lib.MultilayerPerceptron([1, 1])
+        context = network.CreateDefaultContext()
+        for call in (
+            lambda: plant.SetPositionsInArray(instance, [0.5], array),
+            lambda: plant.SetVelocitiesInArray(instance, [0.5], array),
+            lambda: plant.SetActuationInArray(instance, [0.5], array),
+            lambda: network.BatchOutput(context, np.ones((1, 1)), array.reshape(1, 1)),
+        ):
+            with pytest.raises(TypeError, match="incompatible function arguments"):
+                call()
+        assert array.tolist() == [0.0]
+
+
+def integrator_of_a_part(lib):
+    """With the context of a plant in a diagram, and a time step of another kind of float."""
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.01)
+    lib.Parser(plant).AddModelsFromString(ARM, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
+    plant.Finalize()
+    diagram = builder.Build()
+    context = plant.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    plant.SetPositions(context, [0.25])
+    module = importlib.import_module(f"{lib.package}.multibody.inverse_kinematics")
+    integrator = module.DifferentialInverseKinematicsIntegrator(
+        plant,
+        plant.GetFrameByName("l1"),
+        np.float32(0.5),
+        module.DifferentialInverseKinematicsParameters(1, 1),
+        robot_context=context,
+    )
+    found = integrator.CreateDefaultContext()
+    integrator.ExecuteInitializationEvents(found)
+    return found.get_discrete_state(0).value().tolist()
+
+
+def test_integrator_of_a_plant_in_a_diagram():
+    assert integrator_of_a_part(LIBRARIES[0]) == integrator_of_a_part(LIBRARIES[1]) == [0.0]

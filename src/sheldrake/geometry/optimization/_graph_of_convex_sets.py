@@ -66,7 +66,7 @@ class GraphOfConvexSetsOptions(Options):
     solver_options: SolverOptions = SolverOptions()
     restriction_solver_options: SolverOptions | None = None
     preprocessing_solver_options: SolverOptions | None = None
-    parallelism: Any = Parallelism.Max()
+    parallelism: Parallelism = Parallelism.Max()
 
 
 class GcsGraphvizOptions(Options):
