@@ -24,8 +24,7 @@ class Parallelism:
         if (
             len(values) > 1
             or not kwargs.keys() <= {"parallelize", "num_threads"}
-            or not hasattr(value, "__index__")
-            and not isinstance(value, np.bool_)
+            or (not hasattr(value, "__index__") and not isinstance(value, np.bool_))
         ):
             raise incompatible(
                 "Parallelism", ["()", "(parallelize: bool)", "(num_threads: int)"], args, kwargs, constructor=True

@@ -216,7 +216,7 @@ def variable(v: Variable) -> Expression:
 
 
 def as_expression(x: object) -> Expression | None:
-    """x as an expression, if it is an expression, a variable or a number (or an array without dimensions); else None."""
+    """x as an expression, if it is an expression, a variable or a number (also as a 0-d array); else None."""
     if x.__class__ is Expression:
         return x  # type: ignore[return-value]
     if x.__class__ is Variable:

@@ -363,14 +363,14 @@ def test_arrays_that_cannot_hold_what_is_written_are_refused(array):
         instance = plant.GetModelInstanceByName("arm")
         network = lib.MultilayerPerceptron([1, 1])
         context = network.CreateDefaultContext()
-        for call in (
-            lambda: plant.SetPositionsInArray(instance, [0.5], array),
-            lambda: plant.SetVelocitiesInArray(instance, [0.5], array),
-            lambda: plant.SetActuationInArray(instance, [0.5], array),
-            lambda: network.BatchOutput(context, np.ones((1, 1)), array.reshape(1, 1)),
+        for call, *args in (
+            (plant.SetPositionsInArray, instance, [0.5], array),
+            (plant.SetVelocitiesInArray, instance, [0.5], array),
+            (plant.SetActuationInArray, instance, [0.5], array),
+            (network.BatchOutput, context, np.ones((1, 1)), array.reshape(1, 1)),
         ):
             with pytest.raises(TypeError, match="incompatible function arguments"):
-                call()
+                call(*args)
         assert array.tolist() == [0.0]
 
 

@@ -234,7 +234,8 @@ class MultilayerPerceptron(LeafSystem):
                 writable("BatchOutput", name, given)
         if dYdX is not None and self._layers[-1] != 1:
             raise RuntimeError(
-                "BatchOutput: dYdX != nullptr, but BatchOutput only supports gradients when the output layer has size 1."
+                "BatchOutput: dYdX != nullptr, but BatchOutput only supports gradients when the output layer has size "
+                "1."
             )
         X = np.asarray(X, float)
         values = self._forward(context, X)
