@@ -399,3 +399,21 @@ def integrator_of_a_part(lib):
 
 def test_integrator_of_a_plant_in_a_diagram():
     assert integrator_of_a_part(LIBRARIES[0]) == integrator_of_a_part(LIBRARIES[1]) == [0.0]
+
+
+def test_directives_for_model_instances_that_exist():
+    """A number goes behind the name where the parser renames; it is an error otherwise."""
+    found = []
+    for lib in LIBRARIES:
+        parsing = importlib.import_module(f"{lib.package}.multibody.parsing")
+        directives = parsing.LoadModelDirectivesFromString("directives:\n- add_model_instance: {name: foo}\n")
+        plant = lib.MultibodyPlant(0.0)
+        parser = lib.Parser(plant)
+        parsing.ProcessModelDirectives(directives, parser)
+        with pytest.raises(RuntimeError, match="already .*a model instance named 'foo'"):
+            parsing.ProcessModelDirectives(directives, parser)
+        parser.SetAutoRenaming(True)
+        for _ in range(2):
+            parsing.ProcessModelDirectives(directives, parser)
+        found.append([plant.GetModelInstanceName(lib.ModelInstanceIndex(i)) for i in range(2, 5)])
+    assert found[0] == found[1] == ["foo", "foo_1", "foo_2"]
