@@ -410,10 +410,38 @@ def test_directives_for_model_instances_that_exist():
         plant = lib.MultibodyPlant(0.0)
         parser = lib.Parser(plant)
         parsing.ProcessModelDirectives(directives, parser)
-        with pytest.raises(RuntimeError, match="already .*a model instance named 'foo'"):
+        with pytest.raises(RuntimeError, match=r"already .*a model instance named 'foo'"):
             parsing.ProcessModelDirectives(directives, parser)
         parser.SetAutoRenaming(True)
         for _ in range(2):
             parsing.ProcessModelDirectives(directives, parser)
         found.append([plant.GetModelInstanceName(lib.ModelInstanceIndex(i)) for i in range(2, 5)])
     assert found[0] == found[1] == ["foo", "foo_1", "foo_2"]
+
+
+def pose_of_a_free_body(lib, wrong):
+    plant = lib.MultibodyPlant(0.0)
+    body = plant.AddRigidBody("b", lib.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    plant.SetDefaultFloatingBaseBodyPose(body, wrong)
+
+
+OF_WRONG_CLASSES = {
+    "controllability": lambda lib, wrong: lib.IsControllable(wrong),
+    "observability": lambda lib, wrong: lib.ObservabilityMatrix(wrong),
+    "detectability": lambda lib, wrong: lib.IsDetectable(sys=wrong),
+    "settings of a simulator": lambda lib, wrong: lib.ExtractSimulatorConfig(wrong),
+    "settings": lambda lib, wrong: lib.ApplySimulatorConfig(wrong, lib.Simulator(lib.Adder(1, 1))),
+    "pose": pose_of_a_free_body,
+    "status": lambda lib, wrong: lib.EventStatus.DidNothing().KeepMoreSevere(wrong),
+    "system": lambda lib, wrong: lib.DiagramBuilder().AddNamedSystem("x", wrong),
+    "geometry": lambda lib, wrong: lib.SceneGraph().RenameGeometry(wrong, "x"),
+    "scoped name": lambda lib, wrong: lib.ScopedName.Parse(wrong),
+}
+
+
+@pytest.mark.parametrize("what", OF_WRONG_CLASSES)
+@pytest.mark.parametrize("wrong", [3, [1.0], {}], ids=str)
+def test_wrong_classes_are_type_errors(what, wrong):
+    for lib in LIBRARIES:
+        with pytest.raises(TypeError, match="incompatible"):
+            OF_WRONG_CLASSES[what](lib, wrong)
