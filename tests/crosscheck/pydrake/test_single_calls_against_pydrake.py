@@ -445,3 +445,35 @@ def test_wrong_classes_are_type_errors(what, wrong):
     for lib in LIBRARIES:
         with pytest.raises(TypeError, match="incompatible"):
             OF_WRONG_CLASSES[what](lib, wrong)
+
+
+SETTINGS = {
+    "GraphOfConvexSetsOptions": ["solver", "restriction_solver", "preprocessing_solver", "parallelism"],
+    "IrisOptions": ["prog_with_additional_constraints", "solver_options"],
+    "IrisNp2Options": ["sampled_iris_options", "ray_sampler_options", "parameterization", "solver", "solver_options"],
+    "CommonSampledIrisOptions": ["parallelism", "prog_with_additional_constraints"],
+    "IrisZoOptions": ["sampled_iris_options", "parameterization"],
+    "IrisFromCliqueCoverOptions": ["parallelism"],
+}
+
+
+def which_are_taken(lib, options, name):
+    """Of values of many classes, the names of those that the setting takes."""
+    values = (
+        None, 3, "x", True, lib.ClarabelSolver(), lib.ClarabelSolver, lib.SolverOptions(), lib.MathematicalProgram(),
+        lib.Parallelism(1), lib.CommonSampledIrisOptions(), lib.RaySamplerOptions(), lib.IrisParameterizationFunction(),
+    )  # fmt: skip
+    taken = []
+    for value in values:
+        try:
+            setattr(getattr(lib, options)(), name, value)
+        except TypeError:
+            continue
+        taken.append(type(value).__name__)
+    return taken
+
+
+@pytest.mark.parametrize(("options", "name"), [(options, name) for options in SETTINGS for name in SETTINGS[options]])
+def test_settings_take_values_of_the_same_classes(options, name):
+    ours, theirs = (which_are_taken(lib, options, name) for lib in LIBRARIES)
+    assert ours == theirs and 0 < len(ours) < 4
