@@ -297,9 +297,10 @@ class FreeTest:
     def __init__(
         self, checker: CollisionChecker, options: CommonSampledIrisOptions, function: IrisParameterizationFunction
     ):
-        prog = options.prog_with_additional_constraints
-        constraints = [] if prog is None else prog.GetAllConstraints()
-        self._constraints = [(c.evaluator(), prog.FindDecisionVariableIndices(c.variables())) for c in constraints]
+        prog = options.prog_with_additional_constraints or MathematicalProgram()
+        self._constraints = [
+            (c.evaluator(), prog.FindDecisionVariableIndices(c.variables())) for c in prog.GetAllConstraints()
+        ]
         self._checker, self._threads = checker, options.parallelism
         self._to_q = function.get_parameterization_double()
 
