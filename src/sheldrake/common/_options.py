@@ -16,6 +16,7 @@ import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._parallelism import Parallelism
 from sheldrake.common._scalars import as_array, float_vector, frozen
 
 if TYPE_CHECKING:
@@ -240,10 +241,17 @@ def _as_array(value: Any) -> Any:
         return _MISFIT
 
 
+def _as_parallelism(value: Any) -> Any:
+    if isinstance(value, bool | np.bool_):
+        return Parallelism(value)
+    return value if isinstance(value, Parallelism) else _MISFIT
+
+
 _CONVERSIONS: dict[Any, Callable[[Any], Any]] = {
     bool: _as_bool,
     int: _as_int,
     float: _as_float,
     list: _as_list,
     np.ndarray: _as_array,
+    Parallelism: _as_parallelism,
 }

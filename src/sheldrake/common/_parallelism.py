@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+import numpy as np
+
 from sheldrake.common._overloads import incompatible
 
 
@@ -19,11 +21,15 @@ class Parallelism:
         """
         values = [*args, *kwargs.values()]
         value = values[0] if values else 1
-        if len(values) > 1 or not kwargs.keys() <= {"parallelize", "num_threads"} or not hasattr(value, "__index__"):
+        if (
+            len(values) > 1
+            or not kwargs.keys() <= {"parallelize", "num_threads"}
+            or (not hasattr(value, "__index__") and not isinstance(value, np.bool_))
+        ):
             raise incompatible(
                 "Parallelism", ["()", "(parallelize: bool)", "(num_threads: int)"], args, kwargs, constructor=True
             )
-        if isinstance(value, bool):
+        if isinstance(value, bool | np.bool_):
             value = _machine() if value else 1
         self._num_threads = int(value)  # type: ignore[call-overload]
         if self._num_threads < 1:

@@ -100,6 +100,22 @@ def as_array(T: type, value: object, shape: tuple[int, ...]) -> np.ndarray:
 _FLOAT64 = np.dtype(np.float64)
 
 
+def writable(call: str, name: str, array: object) -> np.ndarray:
+    """An array that a caller gave to have results written into it.
+
+    Raises:
+        TypeError: it is none, cannot be written, or cannot hold the numbers: whole numbers would lose their fractions.
+    """
+    if isinstance(array, np.ndarray) and array.flags.writeable and array.dtype in (_FLOAT64, np.dtype(object)):
+        return array
+    found = repr(array)
+    if isinstance(array, np.ndarray):
+        found = f"an array of {array.dtype}" if array.flags.writeable else "one that is read-only"
+    raise Mismatch(
+        f"{call}(): incompatible function arguments: {name} must be a writable array of float64, not {found}."
+    )
+
+
 def any_array(T: type, value: object) -> np.ndarray:
     """A new array of numbers of type `T`, of whatever shape `value` has.
 

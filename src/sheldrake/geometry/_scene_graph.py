@@ -285,6 +285,7 @@ class SceneGraph(LeafSystem):
         """Removes a geometry: `([context,] source_id, geometry_id)`."""
         self._mutable_state(context).remove_geometry(source_id, geometry_id)
 
+    @checked
     def RenameGeometry(self, geometry_id: GeometryId, name: str) -> None:
         """Renames a geometry."""
         self._model.rename_geometry(geometry_id, name)

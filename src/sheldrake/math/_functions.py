@@ -61,6 +61,11 @@ def _kind(x: Scalar) -> str | None:
     return _SYMBOL if type(x).__module__.startswith("sheldrake.symbolic") else None
 
 
+def _plain(x: Any) -> Any:
+    """An array without dimensions as its number, all else as it is."""
+    return x.item() if isinstance(x, np.ndarray) and x.ndim == 0 else x
+
+
 def _symbolic(name: str, *args: Any) -> Any:
     return getattr(importlib.import_module("sheldrake.symbolic"), name)(*args)
 
@@ -78,6 +83,7 @@ def _unary(name: str, what: str) -> Callable[[Any], Any]:
                 return exact(x)
             except (ValueError, OverflowError):
                 return ieee.real(name, x)
+        x = _plain(x)
         kind = _kind(x)
         if kind is _FLOAT:
             return ieee.real(name, float(x))
@@ -108,6 +114,7 @@ sqrt = _unary("sqrt", "Square root")
 
 def abs(x: Any, /) -> Any:
     """Absolute value."""
+    x = _plain(x)
     kind = _kind(x)
     if kind is _FLOAT:
         return math.fabs(x)
@@ -117,6 +124,7 @@ def abs(x: Any, /) -> Any:
 
 
 def _rounded(name: str, x: Any) -> Any:
+    x = _plain(x)
     kind = _kind(x)
     if kind is _FLOAT:
         return float(getattr(np, name)(np.float64(x)))
@@ -139,6 +147,7 @@ def floor(x: Scalar, /) -> Any:
 
 def isnan(x: Any) -> Any:
     """Whether the value is not a number; a Formula for an Expression."""
+    x = _plain(x)
     kind = _kind(x)
     if kind is _FLOAT:
         return math.isnan(x)
@@ -163,6 +172,8 @@ def _dual(x: Any) -> Any:
 
 def max(a: Any, b: Any, /) -> Any:
     """The larger of two numbers."""
+    a, b = _plain(a), _plain(b)
+    a, b = _plain(a), _plain(b)
     kind = _pair(a, b)
     if kind is _FLOAT:
         a, b = float(a), float(b)
@@ -176,6 +187,8 @@ def max(a: Any, b: Any, /) -> Any:
 
 def min(a: Any, b: Any, /) -> Any:
     """The smaller of two numbers."""
+    a, b = _plain(a), _plain(b)
+    a, b = _plain(a), _plain(b)
     kind = _pair(a, b)
     if kind is _FLOAT:
         a, b = float(a), float(b)
@@ -189,6 +202,7 @@ def min(a: Any, b: Any, /) -> Any:
 
 def pow(base: Any, exponent: Any, /) -> Any:
     """`base` to the power of `exponent`; the exponent of an AutoDiffXd is a float."""
+    base, exponent = _plain(base), _plain(exponent)
     kind = _pair(base, exponent)
     if kind is _FLOAT:
         return ieee.power(float(base), float(exponent))
@@ -201,6 +215,7 @@ def pow(base: Any, exponent: Any, /) -> Any:
 
 def atan2(y: Any, x: Any) -> Any:
     """Angle of the point (x, y) [rad]."""
+    y, x = _plain(y), _plain(x)
     kind = _pair(y, x)
     if kind is _FLOAT:
         return math.atan2(y, x)

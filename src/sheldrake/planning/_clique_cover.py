@@ -51,7 +51,7 @@ class IrisFromCliqueCoverOptions(Options):
     num_points_per_coverage_check: int = 1000
     minimum_clique_size: int = 3
     num_points_per_visibility_round: int = 200
-    parallelism: Any = Parallelism.Max()
+    parallelism: Parallelism = Parallelism.Max()
     rank_tol_for_minimum_volume_circumscribed_ellipsoid: float = 1e-6
     point_in_set_tol: float = 1e-6
 

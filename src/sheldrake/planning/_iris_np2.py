@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from sheldrake.planning._sampled_iris import (
     nearest_first,
 )
 from sheldrake.planning._scene_graph_checker import SceneGraphCollisionChecker
-from sheldrake.solvers import Constraint, SolverOptions, _arrays
+from sheldrake.solvers import Constraint, SolverInterface, SolverOptions, _arrays
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
@@ -53,13 +53,13 @@ class IrisNp2Options(Options):
         solver_options: Of the solver.
     """
 
-    sampled_iris_options: Any = CommonSampledIrisOptions()
+    sampled_iris_options: CommonSampledIrisOptions = CommonSampledIrisOptions()
     sampling_strategy: str = "greedy"
-    ray_sampler_options: Any = RaySamplerOptions()
+    ray_sampler_options: RaySamplerOptions = RaySamplerOptions()
     add_hyperplane_if_solve_fails: bool = False
-    parameterization: Any = IrisParameterizationFunction()
-    solver: Any = None
-    solver_options: Any = SolverOptions()
+    parameterization: IrisParameterizationFunction = IrisParameterizationFunction()
+    solver: SolverInterface | None = None
+    solver_options: SolverOptions = SolverOptions()
 
 
 class _Composed(Constraint):

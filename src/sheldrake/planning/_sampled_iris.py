@@ -21,7 +21,7 @@ from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
 from sheldrake.geometry.optimization._iris import tangent
 from sheldrake.multibody.rational import RationalForwardKinematics
 from sheldrake.planning._kernels.walks import walk_all
-from sheldrake.solvers import _arrays
+from sheldrake.solvers import MathematicalProgram, _arrays
 from sheldrake.solvers import _kinds as kinds
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class CommonSampledIrisOptions(Options):
     max_iterations: int = 3
     max_iterations_separating_planes: int = 20
     max_separating_planes_per_iteration: int = 10
-    parallelism: Any = Parallelism.Max()
+    parallelism: Parallelism = Parallelism.Max()
     verbose: bool = False
     require_sample_point_is_contained: bool = True
     configuration_space_margin: float = 0.01
@@ -78,7 +78,7 @@ class CommonSampledIrisOptions(Options):
     random_seed: int = 1234
     mixing_steps: int = 50
     sample_particles_in_parallel: bool = False
-    prog_with_additional_constraints: Any = None
+    prog_with_additional_constraints: MathematicalProgram | None = None
 
 
 class IrisParameterizationFunction:
@@ -297,9 +297,10 @@ class FreeTest:
     def __init__(
         self, checker: CollisionChecker, options: CommonSampledIrisOptions, function: IrisParameterizationFunction
     ):
-        prog = options.prog_with_additional_constraints
-        constraints = [] if prog is None else prog.GetAllConstraints()
-        self._constraints = [(c.evaluator(), prog.FindDecisionVariableIndices(c.variables())) for c in constraints]
+        prog = options.prog_with_additional_constraints or MathematicalProgram()
+        self._constraints = [
+            (c.evaluator(), prog.FindDecisionVariableIndices(c.variables())) for c in prog.GetAllConstraints()
+        ]
         self._checker, self._threads = checker, options.parallelism
         self._to_q = function.get_parameterization_double()
 
@@ -325,8 +326,8 @@ class IrisZoOptions(Options):
     """
 
     bisection_steps: int = 10
-    sampled_iris_options: Any = CommonSampledIrisOptions()
-    parameterization: Any = IrisParameterizationFunction()
+    sampled_iris_options: CommonSampledIrisOptions = CommonSampledIrisOptions()
+    parameterization: IrisParameterizationFunction = IrisParameterizationFunction()
 
 
 def IrisZo(

@@ -216,7 +216,7 @@ def variable(v: Variable) -> Expression:
 
 
 def as_expression(x: object) -> Expression | None:
-    """x as an expression, if it is an expression, a variable or a number; else None."""
+    """x as an expression, if it is an expression, a variable or a number (also as a 0-d array); else None."""
     if x.__class__ is Expression:
         return x  # type: ignore[return-value]
     if x.__class__ is Variable:
@@ -225,7 +225,7 @@ def as_expression(x: object) -> Expression | None:
         return constant(x)
     if isinstance(x, Variable):
         return variable(x)
-    return None
+    return as_expression(x.item()) if isinstance(x, np.ndarray) and x.ndim == 0 else None
 
 
 def expect(call: str, x: object) -> Expression:

@@ -79,6 +79,8 @@ def numbers_by_variable(call: str, env: Mapping[Variable, float] | None) -> dict
         if v.__class__ is Variable and (value.__class__ is float or value.__class__ is np.float64) and value == value:
             out[v] = float(value)
             continue
+        if isinstance(value, np.ndarray) and value.ndim == 0:
+            value = value.item()
         if not isinstance(v, Variable) or not isinstance(value, _build._REAL):
             raise Mismatch(
                 f"{call}(): incompatible function arguments; expected a dict of Variable to float, "

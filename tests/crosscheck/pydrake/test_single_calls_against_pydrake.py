@@ -294,3 +294,186 @@ def test_refusal_is_the_same(call, kind, words):
     for lib in LIBRARIES:
         with pytest.raises(kind, match=re.compile(words, re.DOTALL)):
             call(lib)
+
+
+# ---- numbers in arrays without dimensions, columns, arrays to be written
+
+
+HALF = np.array(0.5)
+
+
+def described(value):
+    """Its type and number, or text."""
+    return type(value).__name__.partition("_")[0], str(value)
+
+
+def numbers_without_dimensions(lib):
+    x = lib.Variable("x")
+    e = lib.Expression(x) + 1
+    found = [getattr(lib, name)(HALF) for name in ("sin", "sqrt", "abs", "floor", "isnan")]
+    found += [lib.max(HALF, 0.3), lib.atan2(0.3, HALF), lib.pow(HALF, 2), lib.Expression(HALF), e + HALF, e == HALF]
+    found += [
+        e < HALF,
+        e.Evaluate({x: HALF}),
+        importlib.import_module(f"{lib.package}.symbolic").Polynomial(x).Evaluate({x: HALF}),
+    ]
+    return [*map(described, found), lib.Parallelism(np.bool_(False)).num_threads()]
+
+
+def cones_of_columns(lib):
+    prog = lib.MathematicalProgram()
+    column = np.array([[lib.Expression(v)] for v in prog.NewContinuousVariables(3)])
+    adds = (
+        prog.AddExponentialConeConstraint, prog.AddLorentzConeConstraint, prog.AddRotatedLorentzConeConstraint
+    )  # fmt: skip
+    return [add(column).evaluator().num_vars() for add in adds]
+
+
+def threads_of_options(lib):
+    options = [lib.GraphOfConvexSetsOptions(), lib.FindSeparationCertificateOptions()]
+    for each in options:
+        each.parallelism = False
+    return [each.parallelism.num_threads() for each in options]
+
+
+def values_of_whole_numbers(lib):
+    prog = small_program(lib)
+    cost = prog.linear_costs()[0]
+    values = prog.GetBindingVariableValues(cost, np.array([1, 2]))
+    return str(values.dtype), values.tolist(), lib.Intersection(np.array([lib.Point([1.0])])).num_elements()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [numbers_without_dimensions, cones_of_columns, threads_of_options, values_of_whole_numbers],
+    ids=lambda a: a.__name__,
+)
+def test_answer_to_odd_arguments_is_the_same(answer):
+    assert answer(LIBRARIES[0]) == answer(LIBRARIES[1])
+
+
+@pytest.mark.parametrize("array", [np.zeros(1, dtype=int), np.zeros(1, dtype=np.float32), "read-only"])
+def test_arrays_that_cannot_hold_what_is_written_are_refused(array):
+    """Fractions would be lost."""
+    if isinstance(array, str):
+        array = np.zeros(1)
+        array.setflags(write=False)
+    for lib in LIBRARIES:
+        plant = arm(lib)
+        instance = plant.GetModelInstanceByName("arm")
+        network = lib.MultilayerPerceptron([1, 1])
+        context = network.CreateDefaultContext()
+        for call, *args in (
+            (plant.SetPositionsInArray, instance, [0.5], array),
+            (plant.SetVelocitiesInArray, instance, [0.5], array),
+            (plant.SetActuationInArray, instance, [0.5], array),
+            (network.BatchOutput, context, np.ones((1, 1)), array.reshape(1, 1)),
+        ):
+            with pytest.raises(TypeError, match="incompatible function arguments"):
+                call(*args)
+        assert array.tolist() == [0.0]
+
+
+def integrator_of_a_part(lib):
+    """With the context of a plant in a diagram, and a time step of another kind of float."""
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.01)
+    lib.Parser(plant).AddModelsFromString(ARM, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
+    plant.Finalize()
+    diagram = builder.Build()
+    context = plant.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    plant.SetPositions(context, [0.25])
+    module = importlib.import_module(f"{lib.package}.multibody.inverse_kinematics")
+    integrator = module.DifferentialInverseKinematicsIntegrator(
+        plant,
+        plant.GetFrameByName("l1"),
+        np.float32(0.5),
+        module.DifferentialInverseKinematicsParameters(1, 1),
+        robot_context=context,
+    )
+    found = integrator.CreateDefaultContext()
+    integrator.ExecuteInitializationEvents(found)
+    return found.get_discrete_state(0).value().tolist()
+
+
+def test_integrator_of_a_plant_in_a_diagram():
+    assert integrator_of_a_part(LIBRARIES[0]) == integrator_of_a_part(LIBRARIES[1]) == [0.0]
+
+
+def test_directives_for_model_instances_that_exist():
+    """A number goes behind the name where the parser renames; it is an error otherwise."""
+    found = []
+    for lib in LIBRARIES:
+        parsing = importlib.import_module(f"{lib.package}.multibody.parsing")
+        directives = parsing.LoadModelDirectivesFromString("directives:\n- add_model_instance: {name: foo}\n")
+        plant = lib.MultibodyPlant(0.0)
+        parser = lib.Parser(plant)
+        parsing.ProcessModelDirectives(directives, parser)
+        with pytest.raises(RuntimeError, match=r"already .*a model instance named 'foo'"):
+            parsing.ProcessModelDirectives(directives, parser)
+        parser.SetAutoRenaming(True)
+        for _ in range(2):
+            parsing.ProcessModelDirectives(directives, parser)
+        found.append([plant.GetModelInstanceName(lib.ModelInstanceIndex(i)) for i in range(2, 5)])
+    assert found[0] == found[1] == ["foo", "foo_1", "foo_2"]
+
+
+def pose_of_a_free_body(lib, wrong):
+    plant = lib.MultibodyPlant(0.0)
+    body = plant.AddRigidBody("b", lib.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    plant.SetDefaultFloatingBaseBodyPose(body, wrong)
+
+
+OF_WRONG_CLASSES = {
+    "controllability": lambda lib, wrong: lib.IsControllable(wrong),
+    "observability": lambda lib, wrong: lib.ObservabilityMatrix(wrong),
+    "detectability": lambda lib, wrong: lib.IsDetectable(sys=wrong),
+    "settings of a simulator": lambda lib, wrong: lib.ExtractSimulatorConfig(wrong),
+    "settings": lambda lib, wrong: lib.ApplySimulatorConfig(wrong, lib.Simulator(lib.Adder(1, 1))),
+    "pose": pose_of_a_free_body,
+    "status": lambda lib, wrong: lib.EventStatus.DidNothing().KeepMoreSevere(wrong),
+    "system": lambda lib, wrong: lib.DiagramBuilder().AddNamedSystem("x", wrong),
+    "geometry": lambda lib, wrong: lib.SceneGraph().RenameGeometry(wrong, "x"),
+    "scoped name": lambda lib, wrong: lib.ScopedName.Parse(wrong),
+}
+
+
+@pytest.mark.parametrize("what", OF_WRONG_CLASSES)
+@pytest.mark.parametrize("wrong", [3, [1.0], {}], ids=str)
+def test_wrong_classes_are_type_errors(what, wrong):
+    for lib in LIBRARIES:
+        with pytest.raises(TypeError, match="incompatible"):
+            OF_WRONG_CLASSES[what](lib, wrong)
+
+
+SETTINGS = {
+    "GraphOfConvexSetsOptions": ["solver", "restriction_solver", "preprocessing_solver", "parallelism"],
+    "IrisOptions": ["prog_with_additional_constraints", "solver_options"],
+    "IrisNp2Options": ["sampled_iris_options", "ray_sampler_options", "parameterization", "solver", "solver_options"],
+    "CommonSampledIrisOptions": ["parallelism", "prog_with_additional_constraints"],
+    "IrisZoOptions": ["sampled_iris_options", "parameterization"],
+    "IrisFromCliqueCoverOptions": ["parallelism"],
+}
+
+
+def which_are_taken(lib, options, name):
+    """Of values of many classes, the names of those that the setting takes."""
+    values = (
+        None, 3, "x", True, lib.ClarabelSolver(), lib.ClarabelSolver, lib.SolverOptions(), lib.MathematicalProgram(),
+        lib.Parallelism(1), lib.CommonSampledIrisOptions(), lib.RaySamplerOptions(), lib.IrisParameterizationFunction(),
+    )  # fmt: skip
+    taken = []
+    for value in values:
+        try:
+            setattr(getattr(lib, options)(), name, value)
+        except TypeError:
+            continue
+        taken.append(type(value).__name__)
+    return taken
+
+
+@pytest.mark.parametrize(("options", "name"), [(options, name) for options in SETTINGS for name in SETTINGS[options]])
+def test_settings_take_values_of_the_same_classes(options, name):
+    ours, theirs = (which_are_taken(lib, options, name) for lib in LIBRARIES)
+    assert ours == theirs and 0 < len(ours) < 4

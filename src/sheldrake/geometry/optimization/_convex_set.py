@@ -437,7 +437,7 @@ def sets_of(args: tuple, kwargs: dict) -> list[ConvexSet] | None:
     if not kwargs.keys() <= {"sets", "setA", "setB"}:
         return None
     values = [*args, *(kwargs[n] for n in ("sets", "setA", "setB") if n in kwargs)]
-    if len(values) == 1 and isinstance(values[0], (list, tuple)):
+    if len(values) == 1 and isinstance(values[0], (list, tuple, np.ndarray)):
         values = list(values[0])
     elif len(values) != 2:
         return None

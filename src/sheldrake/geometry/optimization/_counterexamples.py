@@ -13,8 +13,8 @@ from sheldrake.solvers._engines.quadratic import solve_quadratic_program
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
-    from sheldrake.geometry.optimization import GraphOfConvexSetsOptions
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import SolverOptions
     from sheldrake.systems.framework import Context
 
 
@@ -188,7 +188,7 @@ def _by_solver(
     region: HPolyhedron,
     guess: np.ndarray,
     solver: Any,
-    options: GraphOfConvexSetsOptions,
+    options: SolverOptions | None,
 ) -> np.ndarray | None:
     prog = MathematicalProgram()
     q = prog.NewContinuousVariables(guess.size, "q")

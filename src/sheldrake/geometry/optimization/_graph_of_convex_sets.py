@@ -60,13 +60,13 @@ class GraphOfConvexSetsOptions(Options):
     max_rounding_trials: int = 100
     flow_tolerance: float = 1e-5
     rounding_seed: int = 0
-    solver: Any = None
-    restriction_solver: Any = None
-    preprocessing_solver: Any = None
+    solver: SolverInterface | None = None
+    restriction_solver: SolverInterface | None = None
+    preprocessing_solver: SolverInterface | None = None
     solver_options: SolverOptions = SolverOptions()
     restriction_solver_options: SolverOptions | None = None
     preprocessing_solver_options: SolverOptions | None = None
-    parallelism: Any = Parallelism.Max()
+    parallelism: Parallelism = Parallelism.Max()
 
 
 class GcsGraphvizOptions(Options):

@@ -20,6 +20,7 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._vpolytope import VPolytope
+from sheldrake.solvers import MathematicalProgram, SolverOptions
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -61,11 +62,11 @@ class IrisOptions(Options):
     starting_ellipse: Hyperellipsoid | None = None
     bounding_region: HPolyhedron | None = None
     verify_domain_boundedness: bool = True
-    prog_with_additional_constraints: Any = None
+    prog_with_additional_constraints: MathematicalProgram | None = None
     num_additional_constraint_infeasible_samples: int = 5
     random_seed: int = 1234
     mixing_steps: int = 10
-    solver_options: Any = None
+    solver_options: SolverOptions | None = None
 
 
 def first_ellipsoid(options: IrisOptions, sample: np.ndarray) -> Hyperellipsoid:

@@ -237,7 +237,8 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
     step starts from the state of the robot instead of the last output. Output port: `joint_positions`.
 
     Called as `(robot, [frame_A,] frame_E, time_step, parameters, robot_context=None,
-    log_only_when_result_state_changes=True)`; frame A is the world if absent.
+    log_only_when_result_state_changes=True)`; frame A is the world if absent. Of the robot's context the parameters
+    count; positions start from zero, or where `SetPositions` or the port `robot_state` says.
     """
 
     _NAMES = ("robot", "frame_A", "frame_E", "time_step", "parameters")
@@ -252,14 +253,15 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         self._time_step = float(values["time_step"])
         self._parameters: DifferentialInverseKinematicsParameters = values["parameters"]
         self._parameters.set_time_step(self._time_step)
-        given = values["robot_context"]
-        self._robot_context = (given if given is not None else robot.CreateDefaultContext()).Clone()
+        self._robot_context = robot.CreateDefaultContext()
+        if values["robot_context"] is not None:
+            self._robot_context.SetTimeStateAndParametersFrom(values["robot_context"])
         nq = robot.num_positions()
         self._X_AE_port = self.DeclareAbstractInputPort("X_AE_desired", Value(RigidTransform()))
         self._X_WE_port = self.DeclareAbstractInputPort("X_WE_desired", Value(RigidTransform()))
         self._state_port = self.DeclareVectorInputPort("robot_state", nq + robot.num_velocities())
         self._use_port = self.DeclareAbstractInputPort("use_robot_state", Value(False))
-        self.DeclareDiscreteState(np.array(robot.GetPositions(self._robot_context)))
+        self.DeclareDiscreteState(nq)
         self._remembers = bool(values["log_only_when_result_state_changes"])
         if self._remembers:
             self.DeclareDiscreteState(np.array([float(DifferentialInverseKinematicsStatus.kSolutionFound.value)]))
@@ -276,7 +278,7 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
 
     def _read(self, args: tuple, kwargs: dict) -> dict[str, Any]:
         names: tuple[str, ...] = self._NAMES
-        if "frame_A" not in kwargs and (len(args) < 3 or isinstance(args[2], (int, float))):
+        if "frame_A" not in kwargs and (len(args) < 3 or isinstance(args[2], (int, float, np.number))):
             names = tuple(n for n in names if n != "frame_A")
         optional = {"robot_context": None, "log_only_when_result_state_changes": True}
         values = {**optional, **kwargs, **dict(zip((*names, *optional), args))}

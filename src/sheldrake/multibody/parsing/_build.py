@@ -28,6 +28,15 @@ from ._model.description import (
 )
 
 
+def unused_name(plant, wanted: str) -> str:
+    """The name for a model instance, with a number behind it where a plant has one of that name."""
+    name, number = wanted, 0
+    while plant.HasModelInstanceNamed(name):
+        number += 1
+        name = f"{wanted}_{number}"
+    return name
+
+
 class ModelBuilder:
     """Adds described models to a plant."""
 
@@ -90,19 +99,13 @@ class ModelBuilder:
 
     def _model_name(self, model: ModelDescription, prefix: str) -> str:
         wanted = f"{prefix}::{model.name}" if prefix else model.name
-        taken = self._plant.HasModelInstanceNamed
-        if not taken(wanted):
-            return wanted
-        if not self._auto_rename:
+        if not self._auto_rename and self._plant.HasModelInstanceNamed(wanted):
             self._policy.Error(
                 model,
                 f"The plant already has a model instance named '{wanted}'. Call parser.SetAutoRenaming(True), or give "
                 "another name or model_name_prefix.",
             )
-        number = 1
-        while taken(f"{wanted}_{number}"):
-            number += 1
-        return f"{wanted}_{number}"
+        return unused_name(self._plant, wanted)
 
     def _add(self, model: ModelDescription, full_name: str) -> list:
         instance = self._call(model, self._plant.AddModelInstance, full_name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from sheldrake.common._checked import checked
+
 _SEPARATOR = "::"
 
 
@@ -25,6 +27,7 @@ class ScopedName:
             self._namespace = self._element = ""
 
     @staticmethod
+    @checked
     def Make(namespace_name: str, element_name: str) -> ScopedName | None:
         """The scoped name, or None when the parts do not make one."""
         if not element_name or _SEPARATOR in element_name:
@@ -41,6 +44,7 @@ class ScopedName:
         return ScopedName.Parse(f"{name1}{_SEPARATOR}{name2}" if name1 and name2 else name1 or name2)
 
     @staticmethod
+    @checked
     def Parse(scoped_name: str) -> ScopedName:
         """Splits at the last '::'; leading and trailing '::' are ignored."""
         while scoped_name.startswith(_SEPARATOR):
@@ -67,6 +71,7 @@ class ScopedName:
         """The same as `get_full`."""
         return self.get_full()
 
+    @checked
     def set_namespace(self, namespace_name: str) -> None:
         """Changes the namespace.
 
@@ -77,6 +82,7 @@ class ScopedName:
             raise RuntimeError(f"ScopedName.set_namespace(): {namespace_name!r} starts or ends with '::'.")
         self._namespace = namespace_name
 
+    @checked
     def set_element(self, element_name: str) -> None:
         """Changes the element's name.
 

@@ -148,10 +148,10 @@ class LinearConstraint(Constraint):
         """Sets coefficients of at most this size to zero.
 
         Raises:
-            RuntimeError: the tolerance is negative.
+            ValueError: the tolerance is negative.
         """
         if tol < 0.0:
-            raise RuntimeError("RemoveTinyCoefficient: tol should be non-negative")
+            raise ValueError("RemoveTinyCoefficient: tol should be non-negative")
         self._leave_row()
         A = self._A.toarray() if _arrays.is_sparse(self._A) else self._A.copy()
         A[np.abs(A) <= tol] = 0.0

@@ -310,6 +310,8 @@ class ProgramBindings:
             RuntimeError: the number of values is another than that of decision variables, or a variable is none.
         """
         values = np.asarray(prog_var_vals)
+        if values.dtype != object:
+            values = values.astype(float, copy=False)
         if values.ndim == 2 and 1 in values.shape:
             values = values.ravel()
         count = self._variables.num_vars()

@@ -343,7 +343,7 @@ class ProgramCones:
 def _lorentz_of_expressions(
     v: np.ndarray, eval_type: LorentzConeConstraint.EvalType
 ) -> BindingBase[LorentzConeConstraint]:
-    a = coefficients.affine_vector(list(v), "AddLorentzConeConstraint")
+    a = coefficients.affine_vector(list(v.ravel()), "AddLorentzConeConstraint")
     return parse.lorentz(a.A, a.c, a.vars, eval_type)
 
 
@@ -355,7 +355,7 @@ def _lorentz_of_squares(
 
 
 def _rotated_of_expressions(v: np.ndarray) -> BindingBase[RotatedLorentzConeConstraint]:
-    a = coefficients.affine_vector(list(v), "AddRotatedLorentzConeConstraint")
+    a = coefficients.affine_vector(list(v.ravel()), "AddRotatedLorentzConeConstraint")
     return parse.rotated_lorentz(a.A, a.c, a.vars)
 
 
@@ -371,7 +371,7 @@ def _exponential(A: Matrix, b: np.ndarray, vars: np.ndarray) -> BindingBase[Expo
 
 
 def _exponential_of_expressions(z: np.ndarray) -> BindingBase[ExponentialConeConstraint]:
-    a = coefficients.affine_vector(list(z), "AddExponentialConeConstraint")
+    a = coefficients.affine_vector(list(z.ravel()), "AddExponentialConeConstraint")
     return _exponential(a.A, a.c, a.vars)
 
 

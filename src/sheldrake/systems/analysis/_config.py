@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
+from sheldrake.common._overloads import expect
 from sheldrake.systems.analysis._schemes import ResetIntegratorFromFlags
 from sheldrake.systems.analysis._simulator import Simulator
 from sheldrake.systems.framework._vector import plain
@@ -37,6 +39,8 @@ def ApplySimulatorConfig(config: Any, simulator: Simulator) -> None:
     """Gives a simulator these settings; `Initialize` follows."""
     if isinstance(config, Simulator):  # the order of before 2022
         config, simulator = simulator, config
+    expect("ApplySimulatorConfig", config, SimulatorConfig)
+    expect("ApplySimulatorConfig", simulator, Simulator)
     integrator = ResetIntegratorFromFlags(simulator, config.integration_scheme, config.max_step_size)
     if integrator._supports_error_estimation:
         integrator.set_fixed_step_mode(not config.use_error_control)
@@ -47,6 +51,7 @@ def ApplySimulatorConfig(config: Any, simulator: Simulator) -> None:
     simulator._publish_at_initialization = config.publish_every_time_step
 
 
+@checked
 def ExtractSimulatorConfig(simulator: Simulator) -> SimulatorConfig:
     """The settings of a simulator."""
     integrator = simulator.get_integrator()
@@ -62,6 +67,7 @@ def ExtractSimulatorConfig(simulator: Simulator) -> SimulatorConfig:
     )
 
 
+@checked
 def PrintSimulatorStatistics(simulator: Simulator, /) -> None:
     """Prints what a simulator counted."""
     integrator = simulator.get_integrator()

@@ -70,7 +70,7 @@ class DiagramBuilder:
         """Names a system, adds it and gives it back."""
         if not isinstance(name, str):
             raise Mismatch(f"AddNamedSystem(): incompatible function arguments: {name!r} is no str")
-        system.set_name(name)
+        expect("AddNamedSystem", system, System).set_name(name)
         return self.AddSystem(system)
 
     def RemoveSystem(self, system: System) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.kernel import Kernel
@@ -102,6 +103,7 @@ class EventStatus:
         """What the system said."""
         return self._message
 
+    @checked
     def KeepMoreSevere(self, candidate: EventStatus) -> EventStatus:
         """Becomes `candidate` if that is worse; gives itself."""
         if candidate._severity.value > self._severity.value:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
 from sheldrake.systems.framework._event import Event, WitnessFunction
 from sheldrake.systems.framework._system_base import SystemBase
-from sheldrake.systems.framework._vector import VectorBase
+from sheldrake.systems.framework._vector import BasicVector
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -191,7 +191,7 @@ def _rebound(value: Any, old: object, new: object) -> Any:
         return {k: _rebound(v, old, new) for k, v in value.items()}
     if isinstance(value, types.MethodType) and value.__self__ is old:
         return types.MethodType(value.__func__, new)
-    if isinstance(value, VectorBase):
+    if isinstance(value, BasicVector):
         return value.Clone()
     if isinstance(value, (WitnessFunction, Event)):
         own = copy.copy(value)

@@ -11,6 +11,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import writable
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._context import defaults
 from sheldrake.systems.framework._declarations import DISCRETE
@@ -187,6 +188,8 @@ class System(ScalarConversion, SystemPorts):
         Raises:
             RuntimeError: there are more or fewer proposed derivatives than continuous states.
         """
+        if residual is not None:
+            writable("CalcImplicitTimeDerivativesResidual", "residual", residual)
         proposed = proposed_derivatives.CopyToVector()
         if len(proposed) != self.num_continuous_states():
             raise RuntimeError(

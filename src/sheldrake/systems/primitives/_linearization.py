@@ -147,6 +147,7 @@ def _by_conversion(
     return split(np.concatenate(found) if found else np.empty(0), n + m)
 
 
+@checked
 def ControllabilityMatrix(linear_system: LinearSystem, /) -> np.ndarray:
     """[B, A B, ..., A^(n-1) B], shape (n, n m)."""
     A, block, blocks = linear_system.A(), linear_system.B(), []
@@ -156,6 +157,7 @@ def ControllabilityMatrix(linear_system: LinearSystem, /) -> np.ndarray:
     return np.hstack(blocks)
 
 
+@checked
 def ObservabilityMatrix(linear_system: LinearSystem, /) -> np.ndarray:
     """[C; C A; ...; C A^(n-1)], shape (n k, n)."""
     A, block, blocks = linear_system.A(), linear_system.C(), []
@@ -171,11 +173,13 @@ def _rank(matrix: np.ndarray, threshold: float | None) -> int:
     return int(np.sum(s > limit * np.max(s, initial=0.0)))
 
 
+@checked
 def IsControllable(sys: LinearSystem, threshold: float | None = None) -> bool:
     """Whether input can steer every state."""
     return _rank(ControllabilityMatrix(sys), threshold) == sys.num_states()
 
 
+@checked
 def IsObservable(sys: LinearSystem, threshold: float | None = None) -> bool:
     """Whether output tells every state."""
     return _rank(ObservabilityMatrix(sys), threshold) == sys.num_states()
@@ -190,11 +194,13 @@ def _hautus(A: np.ndarray, B: np.ndarray, discrete: bool, threshold: float | Non
     return True
 
 
+@checked
 def IsStabilizable(sys: LinearSystem, threshold: float | None = None) -> bool:
     """Whether input can bring every state to rest that does not come to rest by itself."""
     return _hautus(sys.A(), sys.B(), sys.time_period() > 0, threshold)
 
 
+@checked
 def IsDetectable(sys: LinearSystem, threshold: float | None = None) -> bool:
     """Whether output tells every state that does not come to rest by itself."""
     return _hautus(sys.A().T, sys.C().T, sys.time_period() > 0, threshold)

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._kinds import instance_of, integers, list_of
 from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._scalars import writable
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.primitives._kernels import perceptron as kernels
 
@@ -228,17 +229,20 @@ class MultilayerPerceptron(LeafSystem):
     ) -> np.ndarray | None:
         """Outputs for columns of inputs; into `Y` if given, with gradients into `dYdX` for a single output."""
         self.ValidateContext(context)
+        for name, given in (("Y", Y), ("dYdX", dYdX)):
+            if given is not None:
+                writable("BatchOutput", name, given)
+        if dYdX is not None and self._layers[-1] != 1:
+            raise RuntimeError(
+                "BatchOutput: dYdX != nullptr, but BatchOutput only supports gradients when the output layer has size "
+                "1."
+            )
         X = np.asarray(X, float)
         values = self._forward(context, X)
         if Y is None:
             return values[-1]
         Y[...] = values[-1]
         if dYdX is not None:
-            if self._layers[-1] != 1:
-                raise RuntimeError(
-                    "BatchOutput: dYdX != nullptr, but BatchOutput only supports gradients when the output layer has "
-                    "size 1."
-                )
             _, slopes = self._backward(context, values, np.ones_like(values[-1]))
             dYdX[...] = self._input_slopes(X, slopes)
         return None
@@ -274,6 +278,7 @@ class MultilayerPerceptron(LeafSystem):
             dloss_dparams: Shape (num_parameters,).
         """
         self.ValidateContext(context)
+        writable("Backpropagation", "dloss_dparams", dloss_dparams)
         values = self._forward(context, np.asarray(X, float))
         slopes = np.zeros_like(values[-1], order="F")
         value = loss(values[-1], slopes)

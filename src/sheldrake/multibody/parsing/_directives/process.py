@@ -7,6 +7,7 @@ import contextlib
 import copy
 import os
 
+from .._build import unused_name
 from .._files.diagnostics import DiagnosticPolicy, Location, ParseError
 from .._files.package_map import PackageMap, resolve_uri
 from .._model.description import FilterGroupDescription
@@ -210,9 +211,13 @@ class DirectivesProcessor:
 
     def _add_model_instance(self, model_instance, namespace: str, where: Location) -> None:
         name = join_names(namespace, model_instance.name)
-        if self._plant.HasModelInstanceNamed(name):
-            self._policy.Error(where, f"add_model_instance: the plant already has a model instance named '{name}'.")
-        self._plant.AddModelInstance(name)
+        if not self._parser.GetAutoRenaming() and self._plant.HasModelInstanceNamed(name):
+            self._policy.Error(
+                where,
+                f"add_model_instance: the plant already has a model instance named '{name}'. Call "
+                "parser.SetAutoRenaming(True), or give another name.",
+            )
+        self._plant.AddModelInstance(unused_name(self._plant, name))
 
     def _add_frame(self, frame, namespace: str, where: Location) -> None:
         from sheldrake.multibody.tree import FixedOffsetFrame

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import Mismatch, overload, overloaded
+from sheldrake.common._scalars import writable
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -427,13 +428,13 @@ class Coordinates:
     def SetPositionsInArray(self, model_instance: ModelInstanceIndex, q_instance: ArrayLike, q: np.ndarray) -> None:
         """Writes the positions of a model instance into an array of all, in place."""
         at = self.indices("SetPositionsInArray", "q", model_instance)
-        _set_in_array("q", q, self._model.nq, at, q_instance)
+        _set_in_array(writable("SetPositionsInArray", "q", q), "q", self._model.nq, at, q_instance)
 
     @checked
     def SetVelocitiesInArray(self, model_instance: ModelInstanceIndex, v_instance: ArrayLike, v: np.ndarray) -> None:
         """Writes the velocities of a model instance into an array of all, in place."""
         at = self.indices("SetVelocitiesInArray", "v", model_instance)
-        _set_in_array("v", v, self._model.nv, at, v_instance)
+        _set_in_array(writable("SetVelocitiesInArray", "v", v), "v", self._model.nv, at, v_instance)
 
     @checked
     def GetActuationFromArray(self, model_instance: ModelInstanceIndex, u: ArrayLike) -> np.ndarray:
@@ -445,7 +446,7 @@ class Coordinates:
     def SetActuationInArray(self, model_instance: ModelInstanceIndex, u_instance: ArrayLike, u: np.ndarray) -> None:
         """Writes the actuation of a model instance into an array of all, in place."""
         at = self.input_indices("SetActuationInArray", model_instance)
-        _set_in_array("u", u, self._model.nu, at, u_instance)
+        _set_in_array(writable("SetActuationInArray", "u", u), "u", self._model.nu, at, u_instance)
 
     # --- defaults
 
@@ -541,7 +542,7 @@ class Coordinates:
         return csc_matrix(self.actuation_matrix("MakeActuationMatrixPseudoinverse").T)
 
 
-def _set_in_array(name: str, whole: np.ndarray, size: int, at: np.ndarray, part: ArrayLike) -> None:
+def _set_in_array(whole: np.ndarray, name: str, size: int, at: np.ndarray, part: ArrayLike) -> None:
     """Writes numbers of a model instance into an array of all, in place."""
     _of_size(name, whole, size)
     numbers = _of_size(f"{name}_instance", part, len(at))

@@ -229,6 +229,7 @@ class FreeBodies:
             raise RuntimeError(f"{call}(): Body '{body.name()}' is not a floating base body.")
         return joint
 
+    @checked
     def SetDefaultFloatingBaseBodyPose(self, body: RigidBody, X_WB: RigidTransform) -> None:
         """Sets the pose that a floating base body has in default contexts; before or after Finalize()."""
         self._set_default_free_pose("SetDefaultFloatingBaseBodyPose", body, X_WB)
@@ -240,7 +241,7 @@ class FreeBodies:
 
     def _set_default_free_pose(self, call: str, body: RigidBody, X: RigidTransform) -> None:
         self._elements.require_mine(call, body)
-        finite(call, "the pose", X.GetAsMatrix34())
+        finite(call, "the pose", expect(call, X, RigidTransform).GetAsMatrix34())
         self.default_poses[int(body.index())] = X
         if (joint := self._made_joint(call, body)) is not None:
             joint.SetDefaultPose(X)
