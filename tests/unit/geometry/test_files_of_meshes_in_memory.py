@@ -18,7 +18,7 @@ def load(supporting_files, caplog):
 def test_a_missing_file_is_named_with_those_there_are(caplog):
     loaded, said = load({"n.mtl": MemoryFile("newmtl a\nKd 1 0 0\n", ".mtl", "n.mtl")}, caplog)
     assert len(loaded.faces) == 1 and not loaded.has_materials
-    assert "q.obj: the mesh names 'm.mtl', which is not among its supporting files: ['n.mtl']. It is drawn without" in said
+    assert "q.obj: the mesh names 'm.mtl', which is not among its supporting files: ['n.mtl']. It is drawn" in said
 
 
 def test_a_file_that_is_not_on_disk_is_named(caplog, tmp_path):
