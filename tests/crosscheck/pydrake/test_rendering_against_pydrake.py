@@ -160,3 +160,44 @@ def test_meshes_with_materials(tmp_path):
     for eye in (EYE, np.array([-1.0, 1.3, 1.2])):
         depth, color = compare([GROUND, roof], looking_from(eye))
         assert depth == 0.0 and color < 0.02
+
+
+OBJ = """mtllib m.mtl
+usemtl a
+v -1 -1 0
+v 1 -1 0
+v 1 1 0
+v -1 1 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+vn 0 0 1
+f 1/1/1 2/2/1 3/3/1
+f 1/1/1 3/3/1 4/4/1
+"""
+MTL = "newmtl a\nKd 1 1 1\nmap_Kd t.png\n"
+
+
+@pytest.mark.parametrize("where", ["on disk", "in memory", "in memory, with files on disk"])
+def test_textures_that_meshes_name_wherever_they_are(where, tmp_path):
+    from PIL import Image
+
+    Image.new("RGB", (4, 4), (200, 30, 40)).save(tmp_path / "t.png")
+    (tmp_path / "q.obj").write_text(OBJ)
+    (tmp_path / "m.mtl").write_text(MTL)
+    found = []
+    for library in ("pydrake", "sheldrake"):
+        g = importlib.import_module(f"{library}.geometry")
+        MemoryFile = importlib.import_module(f"{library}.common").MemoryFile
+        supporting = {name: tmp_path / name for name in ("m.mtl", "t.png")}
+        if where == "in memory":
+            supporting = {n: MemoryFile(p.read_bytes(), p.suffix, n) for n, p in supporting.items()}
+        mesh = tmp_path / "q.obj"
+        if where != "on disk":
+            mesh = g.InMemoryMesh(mesh_file=MemoryFile(OBJ, ".obj", "q.obj"), supporting_files=supporting)
+        shape = "Mesh", (mesh,), (0, 0, 0), (0, 0, 0), (0.0, 1.0, 0.0, 1.0)  # green is overruled
+        color, _, _ = pictures(library, [shape], looking_from(np.array([0.01, 0.0, 3.0])))
+        found.append(color[60, 80])
+    np.testing.assert_allclose(*found, atol=8)  # of 255: lights differ by as much
+    assert found[1][0] > 2 * found[1][1]

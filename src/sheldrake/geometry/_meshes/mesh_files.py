@@ -63,7 +63,7 @@ def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
         return _read_file(path, path.stat().st_mtime_ns)
     mesh = source.in_memory()
     contents = mesh.mesh_file.contents()
-    return parse(contents, source.extension(), source.description(), _MemoryFiles(mesh.supporting_files))
+    return parse(contents, source.extension(), source.description(), MemoryFiles(mesh.supporting_files))
 
 
 def check_mesh(source: MeshSource, call: str) -> None:
@@ -103,14 +103,14 @@ def bytes_of(path: Path) -> bytes:
         raise RuntimeError(f"cannot read the mesh file '{path}': {error.strerror}.") from None
 
 
-def parse(data: bytes, extension: str, name: str, files: _MemoryFiles | DiskFiles | None = None) -> MeshData:
+def parse(data: bytes, extension: str, name: str, files: MemoryFiles | DiskFiles | None = None) -> MeshData:
     """The mesh in the bytes of a file; `files` gives others that it names, where it is not `IN_ONE_FILE`.
 
     Raises:
         RuntimeError: whatever a reader stumbles over; the message names the file.
     """
     try:
-        mesh = _read(data, extension, name, files or _MemoryFiles({}))
+        mesh = _read(data, extension, name, files or MemoryFiles({}))
     except Exception as error:
         if type(error) is RuntimeError:  # of our own readers
             raise
@@ -130,7 +130,7 @@ def what_is_wrong(error: Exception) -> str:
     return str(error)[:200] or type(error).__name__
 
 
-def _read(data: bytes, extension: str, name: str, files: _MemoryFiles | DiskFiles) -> MeshData:
+def _read(data: bytes, extension: str, name: str, files: MemoryFiles | DiskFiles) -> MeshData:
     tetrahedra = None
     if extension == ".obj":
         vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)
@@ -267,16 +267,27 @@ class DiskFiles:
     __getitem__ = get  # trimesh asks in either way
 
 
-class _MemoryFiles:
-    """The same from the supporting files of an InMemoryMesh."""
+class MemoryFiles:
+    """The same from the supporting files of an InMemoryMesh, in memory or on disk."""
 
     def __init__(self, files: dict[str, Any]) -> None:
         self._files = files
+        self.problems: list[str] = []
 
     def get(self, name: str) -> bytes:
         found = self._files.get(name, self._files.get(name.strip()))
         if found is None:
-            raise KeyError(f"the in-memory mesh has no supporting file {name!r}; it has {sorted(self._files)}")
-        return found.contents() if hasattr(found, "contents") else regular_bytes(found)
+            self.problems.append(
+                f"the mesh names {name!r}, which is not among its supporting files: {list(self._files)}."
+            )
+            raise KeyError(self.problems[-1])
+        try:
+            data = bytes(found.contents()) if hasattr(found, "contents") else regular_bytes(found)
+            if Path(name.strip()).suffix.lower() in _PICTURES:
+                check_picture(data)
+        except OSError as error:
+            self.problems.append(f"the mesh names the file {name!r}: {(error.strerror or str(error)).rstrip('.')}.")
+            raise
+        return data
 
     __getitem__ = get

@@ -14,14 +14,13 @@ from sheldrake.common._files import regular_bytes
 
 from .check_gltf import check_gltf
 from .dae_looks import dae_scene
-from .mesh_files import SUPPORTED, DiskFiles, check_corners, read_mesh, what_is_wrong
+from .mesh_files import SUPPORTED, DiskFiles, MemoryFiles, check_corners, read_mesh, what_is_wrong
 from .mesh_source import MeshSource
 from .read_obj import first_fault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from sheldrake.common._files import MemoryFile
     from sheldrake.geometry._shapes import Convex, Mesh
 
 log = logging.getLogger("drake")
@@ -157,8 +156,8 @@ def load_mesh(shape: Mesh | Convex, call: str = "Meshcat.SetObject()") -> Loaded
     scale = (x, y, z)
     if not source.is_path():
         mesh = source.in_memory()
-        files = _MemoryResolver({name: _bytes_of(file) for name, file in mesh.supporting_files.items()})
-        return _load(lambda: _bytes_of(mesh.mesh_file), source, files, scale, call)
+        files = MemoryFiles(mesh.supporting_files)
+        return _said(_load(lambda: bytes(mesh.mesh_file.contents()), source, files, scale, call), source, files)
     path = Path(source.path())
     if not path.exists():
         raise RuntimeError(f"{call}: mesh file '{path}' does not exist.")
@@ -168,15 +167,23 @@ def load_mesh(shape: Mesh | Convex, call: str = "Meshcat.SetObject()") -> Loaded
 
 @functools.lru_cache(maxsize=64)
 def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, float], call: str) -> LoadedMesh:
-    files = DiskFiles(path.parent)
-    mesh = _load(lambda: regular_bytes(path), MeshSource(path), files, scale, call)
+    source, files = MeshSource(path), DiskFiles(path.parent)
+    return _said(_load(lambda: regular_bytes(path), source, files, scale, call), source, files)
+
+
+def _said(mesh: LoadedMesh, source: MeshSource, files: DiskFiles | MemoryFiles) -> LoadedMesh:
+    """The mesh, after it is said which of the files that it names could not be given."""
     for problem in dict.fromkeys(files.problems):
-        log.warning("%s: %s It is drawn without.", path, problem)
+        log.warning("%s: %s It is drawn without.", source.description(), problem)
     return mesh
 
 
 def _load(
-    read: Callable[[], bytes], source: MeshSource, files: Any, scale: tuple[float, float, float], call: str
+    read: Callable[[], bytes],
+    source: MeshSource,
+    files: DiskFiles | MemoryFiles,
+    scale: tuple[float, float, float],
+    call: str,
 ) -> LoadedMesh:
     """The triangles of a mesh with the files that it names, scaled.
 
@@ -222,24 +229,6 @@ def _check_numbers(part: Any) -> None:
     if uv is not None and (np.shape(uv)[:1] != (count,) or np.ndim(uv) != 2 or np.shape(uv)[1] < 2):
         found = f"its texture coordinates have shape {np.shape(uv)}"
         raise ValueError(f"{found}; expected two for each of {count} vertices")
-
-
-def _bytes_of(file: MemoryFile | Path) -> bytes:
-    if isinstance(file, (str, Path)):
-        return regular_bytes(file)
-    content = file.contents()
-    return content if isinstance(content, bytes) else bytes(content)
-
-
-class _MemoryResolver:
-    """Gives trimesh the files which a mesh names, from memory."""
-
-    def __init__(self, files: dict[str, bytes]):
-        self._files = files
-
-    def get(self, name: str) -> bytes:
-        """Returns the content of a file named in the mesh."""
-        return self._files[name]
 
 
 def _scaled(scene: Any, source: MeshSource, scale: tuple[float, float, float]) -> Any:

@@ -16,7 +16,7 @@ from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace, column_space
 from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box
 from sheldrake.geometry.optimization._from_geometry import box_vertices, corners, geometry_overload
-from sheldrake.geometry.optimization._hulls import extreme_points, vertices_of
+from sheldrake.geometry.optimization._hulls import extreme_points, vertices_of, volume
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
 
@@ -196,15 +196,7 @@ class VPolytope(ConvexSet):
         return column_space(self._vertices - start[:, None], tol), start
 
     def _volume(self) -> float:
-        from scipy.spatial import ConvexHull
-
-        if self._vertices.shape[1] < self._dimension + 1:
-            return 0.0
-        if self._dimension == 1:
-            return float(np.ptp(self._vertices))
-        if column_space(self._vertices - self._vertices[:, :1], 1e-12).shape[1] < self._dimension:
-            return 0.0
-        return float(ConvexHull(self._vertices.T).volume)
+        return volume(self._vertices, 1e-12)
 
     def _shape(self) -> tuple[Shape, RigidTransform]:
         return self.ToShapeConvex(), RigidTransform()
