@@ -241,8 +241,9 @@ def search(model, problem, contacts, rows, slope):
 def shorten(model, problem, contacts, rows, slope, slope_there, size):
     """How much less than a full step, at whose end the iterate is, to go; and whether that was found.
 
-    Until the slope is a hundredth of what it was at the beginning: by Newton's method from where a straight line between
-    the slopes at both ends is zero, safeguarded with bisection. Nothing less where slopes are round-off of `size` [J].
+    Until the slope is a hundredth of what it was at the beginning: by Newton's method from where a straight line
+    between the slopes at both ends is zero, safeguarded with bisection. Nothing less where slopes are round-off of
+    `size` [J].
     """
     if -slope <= COST_RELATIVE * size:
         return 0.0 * slope, 1
@@ -361,10 +362,10 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     """Iterations until what can rest does, from an iterate whose `optimality` is known; a status.
 
     The full step is taken where it leaves a part of the slope; else the line is searched, less thoroughly of one tree
-    with joints, whose next step costs little more. What a step can still gain being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and
-    impulse, less strictly so where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like
-    it would do, the next one has its factor: a new one costs twice as much as the rest. `soft` tells whether friction
-    has duals.
+    with joints, whose next step costs little more. What a step can still gain being round-off is the other reason to
+    stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so where the gradient has ceased to
+    shrink. Where a step was so good that `CHORDS` more like it would do, the next one has its factor: a new one costs
+    twice as much as the rest. `soft` tells whether friction has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
