@@ -570,8 +570,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     with joints, whose next step costs little more. What a step can still gain being round-off is the other reason to
     stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so where the gradient has ceased to
     shrink. Where a step was so good that `CHORDS` more like it would do, the next one has its factor: a new one costs
-    twice as much as the rest. `soft` tells whether friction
-    has duals.
+    twice as much as the rest. `soft` tells whether friction has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
     if soft:
