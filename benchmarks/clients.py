@@ -524,6 +524,190 @@ def timing(lib: Any, solver: str) -> tuple[str, float]:
     return "Toppra", times.end_time()
 
 
+@program("iLQR")
+def ilqr(lib: Any, solver: str) -> tuple[str, float]:
+    """iLQR by hand: derivatives of a cart-pole's steps with AutoDiffXd, four sweeps over 30 steps."""
+    plant = lib.MultibodyPlant(0.0)
+    lib.Parser(plant).AddModelsFromString(CART_POLE, "urdf")
+    plant.Finalize()
+    dual = plant.ToAutoDiffXd()
+    context, dual_context = plant.CreateDefaultContext(), dual.CreateDefaultContext()
+    port, dual_port = plant.get_actuation_input_port(), dual.get_actuation_input_port()
+    dt, N = 0.05, 30
+    Q, R, Qf, goal = 0.1 * np.eye(4), 0.01, 50.0 * np.eye(4), np.array([0.0, np.pi, 0.0, 0.0])
+
+    def step(x, u):
+        plant.SetPositionsAndVelocities(context, x)
+        port.FixValue(context, u)
+        return x + dt * plant.EvalTimeDerivatives(context).CopyToVector()
+
+    def slopes(x, u):
+        z = lib.InitializeAutoDiff(np.concatenate([x, u])).ravel()
+        dual.SetPositionsAndVelocities(dual_context, z[:4])
+        dual_port.FixValue(dual_context, z[4:])
+        following = z[:4] + dt * dual.EvalTimeDerivatives(dual_context).CopyToVector()
+        J = lib.ExtractGradient(following)
+        return J[:, :4], J[:, 4:]
+
+    xs, us = [np.array([0.0, 0.3, 0.0, 0.0])], [np.zeros(1) for _ in range(N)]
+    for u in us:
+        xs.append(step(xs[-1], u))
+
+    def cost(xs, us):
+        end = xs[-1] - goal
+        return sum(((x - goal) @ Q @ (x - goal) + R * u @ u) for x, u in zip(xs, us)) + end @ Qf @ end
+
+    best = cost(xs, us)
+    for _ in range(4):
+        Vx, Vxx, gains = Qf @ (xs[-1] - goal), Qf, []
+        for x, u in zip(xs[-2::-1], us[::-1]):
+            A, B = slopes(x, u)
+            Qx, Qu = Q @ (x - goal) + A.T @ Vx, R * u + B.T @ Vx
+            Qxx, Quu, Qux = Q + A.T @ Vxx @ A, R + B.T @ Vxx @ B, B.T @ Vxx @ A
+            k, K = -np.linalg.solve(Quu, Qu), -np.linalg.solve(Quu, Qux)
+            gains.append((k, K))
+            Vx, Vxx = Qx + K.T @ Quu @ k + K.T @ Qu + Qux.T @ k, Qxx + K.T @ Quu @ K + K.T @ Qux + Qux.T @ K
+        for scale in (1.0, 0.5, 0.25, 0.1):
+            ys, vs = [xs[0]], []
+            for x, u, (k, K) in zip(xs, us, gains[::-1]):
+                vs.append(u + scale * k + K @ (ys[-1] - x))
+                ys.append(step(ys[-1], vs[-1]))
+            if np.isfinite(ys[-1]).all() and cost(ys, vs) < best:
+                xs, us, best = ys, vs, cost(ys, vs)
+                break
+    return "iLQR", float(best)
+
+
+@program("differential inverse kinematics")
+def diffik(lib: Any, solver: str) -> tuple[str, float]:
+    """A seven-joint arm whose tip goes around a circle: Jacobian, quadratic program with limits; 100 steps."""
+    plant = lib.MultibodyPlant(0.0)
+    lib.Parser(plant).AddModelsFromString(arm_urdf(), "urdf")
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    tip, world = plant.GetFrameByName("link7"), plant.world_frame()
+    q = np.full(7, 0.4)
+    total = 0.0
+    for k in range(100):
+        plant.SetPositions(context, q)
+        J = plant.CalcJacobianSpatialVelocity(context, lib.JacobianWrtVariable.kV, tip, np.zeros(3), world, world)
+        V = np.array([0.0, 0.1, 0.0, 0.2 * np.cos(0.06 * k), 0.2 * np.sin(0.06 * k), 0.05])
+        prog = lib.MathematicalProgram()
+        v = prog.NewContinuousVariables(7, "v")
+        prog.Add2NormSquaredCost(J, V, v)
+        prog.AddQuadraticCost(1e-3 * np.eye(7), np.zeros(7), v)
+        prog.AddBoundingBoxConstraint(-1.0, 1.0, v)
+        result = lib.Solve(prog)
+        q = q + 0.02 * result.GetSolution(v)
+        total += float(result.get_optimal_cost())
+    return result.get_solver_id().name(), total + float(q.sum())
+
+
+@program("tree of configurations")
+def rrt(lib: Any, solver: str) -> tuple[str, float]:
+    """A rapidly exploring random tree with a collision checker."""
+    diagram, plant, _ = station(lib)
+    context = diagram.CreateDefaultContext()
+    plant_context = plant.GetMyContextFromRoot(context)
+    n = plant.num_positions()
+    rng = np.random.default_rng(0)
+    query_port = plant.get_geometry_query_input_port()
+
+    def free(q):
+        plant.SetPositions(plant_context, q)
+        return not query_port.Eval(plant_context).HasCollisions()
+
+    nodes = [np.zeros(n)]
+    for _ in range(150):
+        sample = rng.uniform(-1.5, 1.5, n)
+        near = int(np.argmin(np.linalg.norm(np.array(nodes) - sample, axis=1)))
+        step = sample - nodes[near]
+        length = np.linalg.norm(step)
+        new = nodes[near] + step * min(1.0, 0.3 / length)
+        if all(free(nodes[near] + s * (new - nodes[near])) for s in np.linspace(0.1, 1.0, 6)):
+            nodes.append(new)
+    return "tree", float(len(nodes))
+
+
+@program("regulator along a trajectory")
+def tvlqr(lib: Any, solver: str) -> tuple[str, float]:
+    """Time-varying LQR of an acrobot along a trajectory, then a simulation with it."""
+    models = importlib.import_module(f"{lib.__name__.split('.')[0]}.examples")
+    plant = models.AcrobotPlant()
+    context = plant.CreateDefaultContext()
+    times = np.linspace(0.0, 1.0, 11)
+    states = np.array([[0.3 * np.sin(t), -0.2 * t, 0.3 * np.cos(t), -0.2] for t in times]).T
+    x_traj = lib.PiecewisePolynomial.CubicShapePreserving(times, states)
+    u_traj = lib.PiecewisePolynomial.FirstOrderHold(times, np.sin(times)[None, :])
+    options = lib.FiniteHorizonLinearQuadraticRegulatorOptions()
+    options.x0, options.u0, options.Qf = x_traj, u_traj, np.eye(4)
+    regulator = lib.MakeFiniteHorizonLinearQuadraticRegulator(plant, context, 0.0, 1.0, np.eye(4), np.eye(1), options)
+    builder = lib.DiagramBuilder()
+    own = builder.AddSystem(models.AcrobotPlant())
+    controller = builder.AddSystem(regulator)
+    builder.Connect(own.get_output_port(0), controller.get_input_port(0))
+    builder.Connect(controller.get_output_port(0), own.get_input_port(0))
+    diagram = builder.Build()
+    simulator = lib.Simulator(diagram)
+    simulator.get_mutable_context().SetContinuousState(states[:, 0] + 0.01)
+    simulator.AdvanceTo(1.0)
+    return "TVLQR", float(np.sum(simulator.get_context().get_continuous_state_vector().CopyToVector()))
+
+
+@program("system identification")
+def sysid(lib: Any, solver: str) -> tuple[str, float]:
+    """Lumped parameters of a cart-pole by symbols, then least squares over simulated data."""
+    plant = lib.MultibodyPlant(0.0)
+    lib.Parser(plant).AddModelsFromString(CART_POLE, "urdf")
+    plant.Finalize()
+    sym = plant.ToSymbolic()
+    context = sym.CreateDefaultContext()
+    q, v, vd, tau = (lib.MakeVectorVariable(2, s) for s in ("q", "v", "a", "t"))
+    m = lib.Variable("m")
+    sym.GetBodyByName("pole").SetMass(context, m)
+    sym.SetPositions(context, q)
+    sym.SetVelocities(context, v)
+    sym.get_actuation_input_port().FixValue(context, [tau[0]])
+    forces = lib.MultibodyForces_[lib.Expression](sym)
+    sym.CalcForceElementsContribution(context, forces)
+    residual = sym.CalcInverseDynamics(context, vd, forces)
+    W, _, w0 = lib.DecomposeLumpedParameters(residual - np.array([tau[0], 0.0]), [m])
+    rng = np.random.default_rng(0)
+    rows, right = [], []
+    for _ in range(40):
+        env = dict(zip([*q, *v, *vd, tau[0]], rng.uniform(-1.0, 1.0, 7)))
+        rows.append(lib.Evaluate(W, env))
+        right.append(lib.Evaluate(w0, env))
+    found = np.linalg.lstsq(np.vstack(rows), -np.vstack(right), rcond=None)[0]
+    return "least squares", float(found.sum())
+
+
+@program("antipodal grasps")
+def grasps(lib: Any, solver: str) -> tuple[str, float]:
+    """Clouds of a box from two sides: cropped, down-sampled, normals, candidates of grasps."""
+    rng = np.random.default_rng(0)
+    clouds = []
+    for side in range(2):
+        xyz = rng.uniform(-0.1, 0.1, (3, 4000))
+        xyz[side] = 0.05
+        cloud = lib.PointCloud(4000)
+        cloud.mutable_xyzs()[:] = xyz
+        cloud.EstimateNormals(0.1, 30)
+        cloud.FlipNormalsTowardPoint([0.3, 0.3, 0.5])
+        clouds.append(cloud)
+    merged = lib.Concatenate(clouds).Crop([-0.09, -0.09, -0.09], [0.09, 0.09, 0.09]).VoxelizedDownSample(0.008)
+    p, n = merged.xyzs().astype(float), merged.normals().astype(float)
+    best = 0.0
+    for i in range(merged.size()):
+        R = lib.RotationMatrix.MakeFromOneVector(n[:, i], 0)
+        for angle in (-0.5, 0.5):
+            X = lib.RigidTransform(R @ lib.RotationMatrix.MakeXRotation(angle), p[:, i])
+            inside = X.inverse() @ p
+            between = (np.abs(inside) < [[0.05], [0.02], [0.03]]).all(axis=0)
+            best = max(best, float(np.sum((n[:, between].T @ R.matrix()[:, 0]) ** 2)))
+    return "grasps", round(best, 3)
+
+
 def run(title: str, package: str, solver: str, repeat: int) -> None:
     """Runs a program and prints its numbers as JSON."""
     lib = importlib.import_module(f"{package}.all")
