@@ -128,7 +128,8 @@ def test_regions_do_not_depend_on_threads():
     for threads in (1, 2):
         options = planning.IrisZoOptions()
         common = options.sampled_iris_options
-        common.max_iterations, common.max_iterations_separating_planes, common.parallelism = 1, 3, threads
+        common.max_iterations, common.max_iterations_separating_planes = 1, 3
+        common.parallelism = Parallelism(threads)
         found.append(planning.IrisZo(c, start, domain, options))
     assert np.array_equal(found[0].A(), found[1].A()) and np.array_equal(found[0].b(), found[1].b())
     assert len(found[0].b()) > 6

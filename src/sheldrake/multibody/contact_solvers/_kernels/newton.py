@@ -498,7 +498,7 @@ def iterate_on_impulses(
     scale = excess / start(model, problem, contacts, factor, n)
     fresh = 1
     goes_on = 1.0  # in lanes, worlds wait for each other
-    for k in range(FULL_STEPS if n > 0 else 0):
+    for k in range(min(FULL_STEPS, model.max_iterations) if n > 0 else 0):
         if fresh == 1:
             factorise(problem, contacts, factor, n)
         gain = step(problem, contacts, factor, n, goes_on)

@@ -140,19 +140,28 @@ def at_rest(program, run, side, kind):
 
 
 @inner
+def one_repeats(program, side, kind):
+    """Whether one of the triggered updates of a kind repeats."""
+    for g in range(program.num_groups):
+        if due(program, side, g, kind) and program.groups[g].repeats != 0:
+            return True
+    return False
+
+
+@inner
 def change_nothing(program, S, side, kind):
     """Whether triggered updates of a kind, one of which repeats, have made x+ that is x-; Python may have made more.
 
     What repeats calls Python at most for what it reads, which writes nothing.
     """
-    repeats = False
+    if not one_repeats(program, side, kind):
+        return False
     for g in range(program.num_groups):
         if due(program, side, g, kind):
             group = program.groups[g]
             if (group.python != 0 and group.repeats == 0) or not changes_nothing(program, S, g):
                 return False
-            repeats = repeats or group.repeats != 0
-    return repeats
+    return True
 
 
 @inner
