@@ -49,7 +49,6 @@ class Calls:
         self._templates, self._packed = templates if self.native else None, packed
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
-        self._keep: list[np.ndarray] = []  # words of stages
         self._blocks: dict = {}  # what kernels on the same NamedTuples have in common
 
     def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
@@ -83,8 +82,7 @@ class Calls:
                 self._runs[bit] = _plain_run(kernel, args)
                 continue
             words = self._stage_words(kernel, args)
-            self._runs[bit] = functools.partial(kernel.function, _time(kernel, args), None, HERE.place(words))
-            self._keep.append(words)
+            self._runs[bit] = _native_run(kernel, args, words)
             self._table[3 * i + 1 : 3 * i + 3] = HERE.address(kernel), HERE.place(words)
 
     def _stage_words(self, kernel: Kernel, args: tuple) -> np.ndarray:
@@ -264,6 +262,10 @@ def object_query(cls: type, **fields: Query) -> Query:
 def _time(kernel: Kernel, args: tuple) -> float:
     """What is given for the ABI's time."""
     return next((a for p, a in zip(kernel.parameters, args) if p.kind == "t"), 0.0)
+
+
+def _native_run(kernel: Kernel, args: tuple, words: np.ndarray) -> Callable[[], int]:
+    return lambda: kernel.function(_time(kernel, args), None, HERE.place(words))
 
 
 def _plain_run(kernel: Kernel, args: tuple) -> Callable[[], int]:

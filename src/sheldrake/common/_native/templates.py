@@ -79,16 +79,20 @@ class Templates:
         begins: list[int] = []
         owners: list[int] = []
         for arg in args:
-            if isinstance(arg, tuple) and id(arg) in self._fixed:
+            if type(arg) is np.ndarray:
+                parts: tuple = (arg,)
+            elif id(arg) in self._fixed:
                 common.append(id(arg))
                 owners += [-1] * len(arg)
                 continue
-            if arg is packed[0]:
+            elif arg is packed[0]:
                 owners += [len(begins)] * len(arg)
                 common.append(type(arg))
                 begins.append(HERE.place(packed[1]) >> 3)
                 continue
-            for part in arg if isinstance(arg, tuple) else (arg,):
+            else:
+                parts = arg if isinstance(arg, tuple) else (arg,)
+            for part in parts:
                 if not isinstance(part, np.ndarray):
                     common.append(part.hex() if isinstance(part, float) else part)  # -0.0 is not 0.0
                     continue

@@ -137,7 +137,6 @@ class View:
         self.twists: dict[RigidBody, Callable[[], SpatialVelocity]] = {}
         self.velocities_of: dict[tuple[Frame, Frame, Frame], Callable[[], SpatialVelocity]] = {}
         self._inertias: dict[int, Callable[[], SpatialInertia] | None] = {}
-        self.mask = np.ones(self.nb, np.int64)
         self._chosen: np.ndarray | None = None
 
     # --- arrays
@@ -303,6 +302,11 @@ class View:
             needs=self.POSES | self.INERTIAS | self.VELOCITIES,
             answer=tau,
         )
+
+    @cached_property
+    def mask(self) -> np.ndarray:
+        """1 for each body, by row, that queries of mass, momentum and centre of mass are of."""
+        return np.ones(self.nb, np.int64)
 
     def choose(self, rows: np.ndarray) -> None:
         """Says of which bodies queries of mass, momentum and centre of mass are; `rows` must stay as they are."""
