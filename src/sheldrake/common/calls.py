@@ -50,6 +50,7 @@ class Calls:
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
         self._blocks: dict = {}  # what kernels on the same NamedTuples have in common
+        self._open_blocks: dict = {}  # the same with relocations
 
     def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Adds a stage; stages run in the order in which they were added.
@@ -92,8 +93,9 @@ class Calls:
         key = kernel, sites.common
         words = templates.filled(key, sites.begins)
         if words is None:
-            words = arguments(kernel, args, self._blocks, HERE)[0].words
-            templates.keep(key, words, 0, kernel, args, sites)
+            described = arguments(kernel, args, self._open_blocks)[0]
+            words = described.placed()
+            templates.keep(key, words, described, sites)
         return words
 
     def query(
@@ -163,13 +165,15 @@ class Calls:
     ) -> Query:
         templates = self._templates
         if templates is None or (sites := templates.sites(args, self._packed)) is None:
-            block, _ = self._block(kernel, args, given, needs, frozen)
+            words = arguments(kernel, args, self._blocks, HERE)[0].words
+            block = self._block(kernel, args, given, needs, frozen, words)
         else:
             key = kernel, given, needs, frozen, sites.common
             known = templates.filled(key, sites.begins)
             if known is None:
-                block, first = self._block(kernel, args, given, needs, frozen)
-                templates.keep(key, block, first, kernel, args, sites)
+                described = arguments(kernel, args, self._open_blocks)[0]
+                block = self._block(kernel, args, given, needs, frozen, described.placed())
+                templates.keep(key, block, described, sites)
             else:
                 block = known
         block[7:10] = self._own
@@ -178,10 +182,9 @@ class Calls:
         return builtin.make(block, (self, args, answer))
 
     def _block(
-        self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, frozen: bool
-    ) -> tuple[np.ndarray, int]:
-        """The block of a builtin function, but for what is of these calls, and where the kernel's words begin in it."""
-        words = arguments(kernel, args, self._blocks, HERE)[0].words
+        self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, frozen: bool, words: np.ndarray
+    ) -> np.ndarray:
+        """The block of a builtin function, but for what is of these calls; at its end the kernel's words."""
         first = builtin.HEAD + builtin.PER_ARGUMENT * len(given)
         time = np.float64(_time(kernel, args))
         head = [HERE.address(kernel), int(time.view(np.int64)), *builtin.constants(), len(given), needs]
@@ -190,7 +193,7 @@ class Calls:
         for slot, shape in self._given(kernel, args, given):
             head.append(slot)
             head += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]
-        return np.array([*head, *words.tolist()], np.int64), first
+        return np.array([*head, *words.tolist()], np.int64)
 
     def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
         bound, slots = kernel.bind(*args, blocks=self._blocks), self._given(kernel, args, given)

@@ -6,14 +6,11 @@ that memory is: a template has all else, and what stands at each address relativ
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._native.binding import HERE, arguments
-
-if TYPE_CHECKING:
-    from sheldrake.common.kernel import Kernel
+from sheldrake.common._native.binding import HERE, Words
 
 _MOST = 512
 """How many templates are kept of one system; what is bound beyond them is bound the long way."""
@@ -112,23 +109,21 @@ class Templates:
         words[found.at] += np.array(begins)[found.of]
         return words
 
-    def keep(self, key: tuple, words: np.ndarray, first: int, kernel: Kernel, args: tuple, sites: Sites) -> None:
+    def keep(self, key: tuple, words: np.ndarray, described: Words, sites: Sites) -> None:
         """Keeps words for others.
 
         Args:
             key: What those have in common with this one, `Sites.common` among it.
-            words: Complete; the kernel's stand behind `first` others.
-            first: How many.
-            kernel: What they are for.
-            args: Its arguments.
+            words: Complete; those of the kernel's arguments are the last.
+            described: These, with a relocation for each array.
             sites: Of the same call.
         """
         if len(self._known) >= _MOST:
             return
-        addresses = arguments(kernel, args)[0].relocations
-        own = [(r, i) for r, i in zip(addresses, sites.owners, strict=True) if i >= 0]
+        own = [(r, i) for r, i in zip(described.relocations, sites.owners, strict=True) if i >= 0]
         if any(r.absolute for r, _ in own):
             return  # a model that this context has for itself
+        first = len(words) - len(described.words)
         at = np.array([first + r.at for r, _ in own], np.int64)
         of = np.array([i for _, i in own], np.int64)
         relative = words.copy()
