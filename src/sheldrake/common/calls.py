@@ -6,6 +6,7 @@ duals and symbols, or with kernels as plain Python, a closure that does the same
 
 from __future__ import annotations
 
+import functools
 import types
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._kernels.only_stages import only_stages
-from sheldrake.common._native.binding import HERE, first_words
+from sheldrake.common._native import builtin
+from sheldrake.common._native.binding import HERE, arguments, first_words
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
 if TYPE_CHECKING:
+    from sheldrake.common._native.templates import Templates
     from sheldrake.common._types import KernelArgument
 
 Query = Callable[..., Any]
@@ -29,15 +32,25 @@ class Calls:
         counter: One integer, shape (1,), that changes whenever what the stages read was written.
         native: False runs kernels as Python, on arrays of any scalar.
         refuse: Raises the error of a stage that gives a status; without it, queries give that status.
+        templates: What was bound on other sets of arrays of the same shapes, and is taken for this one.
+        packed: A NamedTuple that is among the arguments of many queries, and the memory that has all its arrays.
     """
 
-    def __init__(self, counter: np.ndarray, native: bool = True, refuse: Callable[[], Any] | None = None):
+    def __init__(
+        self,
+        counter: np.ndarray,
+        native: bool = True,
+        refuse: Callable[[], Any] | None = None,
+        templates: Templates | None = None,
+        packed: tuple[Any, Any] = (None, None),
+    ):
         self.native, self._refuse = native and jit_enabled(), refuse
         self._counter, self._kept = counter, np.array([-1, 0], np.int64)
-        self._table: np.ndarray = np.zeros(0, np.int64)
+        self._templates, self._packed = templates if self.native else None, packed
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
         self._blocks: dict = {}  # what kernels on the same NamedTuples have in common
+        self._open_blocks: dict = {}  # the same with relocations
 
     def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Adds a stage; stages run in the order in which they were added.
@@ -48,9 +61,17 @@ class Calls:
             The bit that stands for it in what a query needs. All stages come before the first query.
         """
         self._stages.append((kernel, args))
-        bit = 1 << (len(self._stages) - 1)
-        self._table = np.concatenate([self._table, np.array([bit, 0, 0], np.int64)])
-        return bit
+        return 1 << (len(self._stages) - 1)
+
+    @functools.cached_property
+    def _table(self) -> np.ndarray:
+        """Of each stage its bit, its function and the address of its words, once it is bound."""
+        return np.array([word for i in range(len(self._stages)) for word in (1 << i, 0, 0)], np.int64)
+
+    @functools.cached_property
+    def _own(self) -> tuple[int, int, int]:
+        """Words 7 to 9 of the block of every query."""
+        return HERE.place(self._counter), HERE.place(self._kept), HERE.place(self._table)
 
     def _bind_stages(self, needs: int) -> None:
         """Makes those stages among `needs` that no query has needed before."""
@@ -61,9 +82,21 @@ class Calls:
             if not self.native:
                 self._runs[bit] = _plain_run(kernel, args)
                 continue
-            self._runs[bit] = bound = kernel.bind(*args, blocks=self._blocks)
-            words, _ = bound.keep
+            words = self._stage_words(kernel, args)
+            self._runs[bit] = _native_run(kernel, args, words)
             self._table[3 * i + 1 : 3 * i + 3] = HERE.address(kernel), HERE.place(words)
+
+    def _stage_words(self, kernel: Kernel, args: tuple) -> np.ndarray:
+        templates = self._templates
+        if templates is None or (sites := templates.sites(args, self._packed)) is None:
+            return arguments(kernel, args, self._blocks, HERE)[0].words
+        key = kernel, sites.common
+        words = templates.filled(key, sites.begins)
+        if words is None:
+            described = arguments(kernel, args, self._open_blocks)[0]
+            words = described.placed()
+            templates.keep(key, words, described, sites)
+        return words
 
     def query(
         self,
@@ -91,8 +124,6 @@ class Calls:
         """
         self._bind_stages(needs)
         if self.native:
-            from sheldrake.common._native import builtin
-
             if builtin.available():
                 return self._builtin(kernel, args, given, needs, answer, frozen)
         make = self._through_ctypes if self.native else self._interpreted
@@ -132,21 +163,37 @@ class Calls:
     def _builtin(
         self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, answer: np.ndarray | None, frozen: bool
     ) -> Query:
-        from sheldrake.common._native import builtin
+        templates = self._templates
+        if templates is None or (sites := templates.sites(args, self._packed)) is None:
+            words = arguments(kernel, args, self._blocks, HERE)[0].words
+            block = self._block(kernel, args, given, needs, frozen, words)
+        else:
+            key = kernel, given, needs, frozen, sites.common
+            known = templates.filled(key, sites.begins)
+            if known is None:
+                described = arguments(kernel, args, self._open_blocks)[0]
+                block = self._block(kernel, args, given, needs, frozen, described.placed())
+                templates.keep(key, block, described, sites)
+            else:
+                block = known
+        block[7:10] = self._own
+        block[12] = 0 if answer is None else id(answer)
+        block[15] = 0 if self._refuse is None else id(self._refuse)
+        return builtin.make(block, (self, args, answer))
 
-        bound = kernel.bind(*args, blocks=self._blocks)
-        words, _ = bound.keep
-        time = next((a for p, a in zip(kernel.parameters, args) if p.kind == "t"), 0.0)
-        head = [HERE.address(kernel), int(np.float64(time).view(np.int64)), *builtin.constants(), len(given), needs]
-        head += [HERE.place(self._counter), HERE.place(self._kept), HERE.place(self._table), len(self._stages)]
-        head.append(builtin.HEAD + builtin.PER_ARGUMENT * len(given))
-        head += [0 if answer is None else id(answer), builtin.new_copy()]
-        head.append(builtin.READ_ONLY if frozen else builtin.ALL_FLAGS)
-        head += [0 if self._refuse is None else id(self._refuse), builtin.caller()]
+    def _block(
+        self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, frozen: bool, words: np.ndarray
+    ) -> np.ndarray:
+        """The block of a builtin function, but for what is of these calls; at its end the kernel's words."""
+        first = builtin.HEAD + builtin.PER_ARGUMENT * len(given)
+        time = np.float64(_time(kernel, args))
+        head = [HERE.address(kernel), int(time.view(np.int64)), *builtin.constants(), len(given), needs]
+        head += [0, 0, 0, len(self._stages), first, 0, builtin.new_copy()]
+        head += [builtin.READ_ONLY if frozen else builtin.ALL_FLAGS, 0, builtin.caller()]
         for slot, shape in self._given(kernel, args, given):
             head.append(slot)
             head += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]
-        return builtin.make([*head, *words.tolist()], (self, self._table, bound, answer))
+        return np.array([*head, *words.tolist()], np.int64)
 
     def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
         bound, slots = kernel.bind(*args, blocks=self._blocks), self._given(kernel, args, given)
@@ -213,6 +260,15 @@ def object_query(cls: type, **fields: Query) -> Query:
         return new
 
     return make
+
+
+def _time(kernel: Kernel, args: tuple) -> float:
+    """What is given for the ABI's time."""
+    return next((a for p, a in zip(kernel.parameters, args) if p.kind == "t"), 0.0)
+
+
+def _native_run(kernel: Kernel, args: tuple, words: np.ndarray) -> Callable[[], int]:
+    return lambda: kernel.function(_time(kernel, args), None, HERE.place(words))
 
 
 def _plain_run(kernel: Kernel, args: tuple) -> Callable[[], int]:

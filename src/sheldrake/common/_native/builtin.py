@@ -283,7 +283,7 @@ class _Method(ctypes.Structure):
     ]
 
 
-def make(words: list[int], keep: Any, method: _Method | None = None) -> Any:
+def make(words: list[int] | np.ndarray, keep: Any, method: _Method | None = None) -> Any:
     """A builtin function of the block `words`; only where `available`. `method` stands for another code than CODE."""
     block = np.array(words, np.int64).view(Block)
     block.keep = keep

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._copies import deep_copy
+from sheldrake.common._native.templates import Packed, Templates
 from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree import (
     BodyIndex,
@@ -26,7 +27,7 @@ from sheldrake.multibody.tree import (
 from sheldrake.multibody.tree._force_element import _JointSpring
 from sheldrake.multibody.tree._forest import Step
 from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
-from sheldrake.multibody.tree._kernels.model import TreeModel
+from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
 
 
 class Parameters:
@@ -238,7 +239,19 @@ class FrozenModel:
         arrays = zip(tables, empty_force_model())
         return ForceModel(*(np.array(rows, np.int64).reshape(-1, empty.shape[1]) for rows, empty in arrays))
 
+    @cached_property
+    def blank_work(self) -> Packed:
+        """What the stages of queries work in."""
+        return Packed(make_work(self.tree))
+
+    @cached_property
+    def templates(self) -> Templates:
+        """Of queries on contexts of floats."""
+        return Templates(self.tree, self.forces)
+
     def __deepcopy__(self, memo: dict) -> FrozenModel:
         """A copy for copies of the elements, with the same arrays."""
         names = ("steps", "joints", "actuators", "row_bodies", "inboard")
-        return dataclasses.replace(self, **{name: deep_copy(getattr(self, name), memo) for name in names})
+        new = dataclasses.replace(self, **{name: deep_copy(getattr(self, name), memo) for name in names})
+        new.__dict__.update(blank_work=self.blank_work, templates=self.templates)
+        return new

@@ -16,6 +16,7 @@ from sheldrake.multibody.plant._building.surface_axes import SurfaceAxes
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Joint
 from sheldrake.systems.framework import BasicVector, Context, ContinuousStateIndex, LeafSystem, State
+from sheldrake.systems.framework._engine.store import CONSTANT
 from sheldrake.systems.framework._vector import lifted, plain
 
 if TYPE_CHECKING:
@@ -174,8 +175,13 @@ class Contexts:
 
     def write_numbers(self, context: Context, group: int, values: ArrayLike) -> None:
         """Sets a group of numeric parameters."""
-        self.view(context)
-        context.get_mutable_numeric_parameter(group).SetFromVector(values)
+        view = self.view(context)
+        place = view.frozen.parameters.of(group)
+        if view.T is float and isinstance(values, np.ndarray) and values.shape == (place.stop - place.start,):
+            context._store.touch(CONSTANT, ("pn", context._place.parameters[0] + group))  # first: it refuses threads
+            view.p[place] = values
+        else:
+            context.get_mutable_numeric_parameter(group).SetFromVector(values)
 
     def parameter_columns(self, what: str) -> np.ndarray:
         """Numbers of a plant's parameters, all groups in turn: columns of `BatchSimulator.parameters(plant)`.

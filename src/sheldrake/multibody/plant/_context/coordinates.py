@@ -52,9 +52,11 @@ def _setter(call: str, parts: str, quick: str) -> Callable[..., None]:
                 context._store.check_thread()
             if view.family is self._contexts.family and not named:
                 whole = values if not rest else self._with_part(view, parts, values, *rest)
+                if type(whole) is list:
+                    whole = np.array(whole)  # of floats, or `_write` says what it is
                 if whole is not None and not writer(view)(whole):
                     return
-        except AttributeError:
+        except (AttributeError, ValueError):
             pass
         self._write(call, context, parts, (values, *rest), named)
 

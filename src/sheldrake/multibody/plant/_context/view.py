@@ -26,13 +26,14 @@ from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.ports import write_finite, write_number, write_pose
 from sheldrake.multibody.tree import Frame, Joint, QuaternionFloatingJoint, RigidBody
 from sheldrake.multibody.tree._kernels import dynamics, integrate, jacobians, kinematics, queries
-from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
+from sheldrake.multibody.tree._kernels.model import BodyPose, TreeWork, make_work
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
     from sheldrake.common._types import KernelArgument
     from sheldrake.multibody.math import SpatialInertia
+    from sheldrake.systems.framework import System
 
 _LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
 _MOST_PLACES = 256
@@ -43,8 +44,8 @@ def _refuse(*_: object) -> int:
     return MISFIT
 
 
-def _refuse_poses(joints: Sequence[Joint], q: np.ndarray, plant: str) -> None:
-    raise RuntimeError(f"{plant}: {no_rotation(joints, q)}.")
+def _refuse_poses(joints: Sequence[Joint], q: np.ndarray, plant: System) -> None:
+    raise RuntimeError(f"{plant._describe()}: {no_rotation(joints, q)}.")
 
 
 def no_rotation(joints: Sequence[Joint], q: np.ndarray) -> str:
@@ -103,7 +104,9 @@ class View:
         self.applied_force: np.ndarray | None = None
         """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
         self.model, self.native = frozen.tree, store.native
-        self.work = make_work(self.model, float if store.S.dtype == float else object)
+        is_float = store.S.dtype == float
+        work, memory = frozen.blank_work.new() if is_float else (make_work(self.model, object), None)
+        self.work: TreeWork = work
         self.dtype = store.S.dtype
         self.T, self.family = context._system._scalar, family
         self._types: dict[Any, Any] = {}
@@ -116,11 +119,11 @@ class View:
         self.V_WB = self.zeros(self.nb, 6)
 
         counter = store.I[self.level : self.level + 1]
-        refuse = partial(_refuse_poses, frozen.joints, self.q, context._system._describe())
+        refuse = partial(_refuse_poses, frozen.joints, self.q, context._system)
         if self.T is AutoDiffXd:
             self.calls: Any = DualCalls(counter, store.I[:1], self.x, self.p, (self.q, self.v), refuse)
         else:
-            self.calls = Calls(counter, self.native, refuse)
+            self.calls = Calls(counter, self.native, refuse, frozen.templates, (self.work, memory))
         calls = self.calls
         poses = kinematics.position_kinematics if self.T is Expression else kinematics.poses_of_rotations
         self.POSES = calls.stage(poses, self.model, self.p, self.work, self.q)
@@ -134,7 +137,6 @@ class View:
         self.twists: dict[RigidBody, Callable[[], SpatialVelocity]] = {}
         self.velocities_of: dict[tuple[Frame, Frame, Frame], Callable[[], SpatialVelocity]] = {}
         self._inertias: dict[int, Callable[[], SpatialInertia] | None] = {}
-        self.mask = np.ones(self.nb, np.int64)
         self._chosen: np.ndarray | None = None
 
     # --- arrays
@@ -300,6 +302,11 @@ class View:
             needs=self.POSES | self.INERTIAS | self.VELOCITIES,
             answer=tau,
         )
+
+    @cached_property
+    def mask(self) -> np.ndarray:
+        """1 for each body, by row, that queries of mass, momentum and centre of mass are of."""
+        return np.ones(self.nb, np.int64)
 
     def choose(self, rows: np.ndarray) -> None:
         """Says of which bodies queries of mass, momentum and centre of mass are; `rows` must stay as they are."""
