@@ -88,9 +88,10 @@ class _Postures:
         contacts = []
         for pair in self.pairs:
             at = touch(self.plant, self.context, pair)
-            J = self._velocity_of(at.body_B, at.p_BCb) - self._velocity_of(at.body_A, at.p_ACa)
+            ends = [split(self._velocity_of(*end)) for end in ((at.body_B, at.p_BCb), (at.body_A, at.p_ACa))]
+            (J_B, J_B_by_q), (J_A, J_A_by_q) = ends
             (distance,), (distance_by_q,) = split(np.array([at.distance], dtype=object))
-            contacts.append(_Contact(*split(at.n_AB_W), float(distance), distance_by_q, *split(J)))
+            contacts.append(_Contact(*split(at.n_AB_W), float(distance), distance_by_q, J_B - J_A, J_B_by_q - J_A_by_q))
         return _Posture(*split(self.plant.CalcGravityGeneralizedForces(self.context)), contacts)
 
     def _velocity_of(self, body: RigidBody, p_BC: np.ndarray) -> np.ndarray:
@@ -156,7 +157,10 @@ class StaticFrictionConeComplementarityNonlinearConstraint(_OfPosture):
         normal, normal_by_q, steepness = at.normal @ f, f @ at.normal_by_q, 1.0 + self._mu**2
         values = np.array([steepness * normal**2 - f @ f, normal - alpha, at.distance - beta, alpha * beta])
         J, nq = np.zeros((4, len(x))), len(q)
-        J[0, :nq], J[0, nq : nq + 3] = 2.0 * steepness * normal * normal_by_q, 2.0 * (steepness * normal * at.normal - f)
+        J[0, :nq], J[0, nq : nq + 3] = (
+            2.0 * steepness * normal * normal_by_q,
+            2.0 * (steepness * normal * at.normal - f),
+        )
         J[1, :nq], J[1, nq : nq + 3], J[1, nq + 3] = normal_by_q, at.normal, -1.0
         J[2, :nq], J[2, nq + 4] = at.distance_by_q, -1.0
         J[3, nq + 3 :] = beta, alpha
