@@ -708,6 +708,64 @@ def grasps(lib: Any, solver: str) -> tuple[str, float]:
     return "grasps", round(best, 3)
 
 
+TWO_LINKS = """<robot name="two">
+<link name="base">
+  <collision><origin xyz="0.6 0.4 0"/><geometry><sphere radius="0.2"/></geometry></collision>
+  <collision><origin xyz="-0.5 0.5 0"/><geometry><box size="0.3 0.3 0.3"/></geometry></collision>
+</link>
+<link name="upper">
+  <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.05 0.05"/></geometry></collision></link>
+<link name="lower">
+  <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.05 0.05"/></geometry></collision></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+  <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+<joint name="elbow" type="revolute">
+  <parent link="upper"/><child link="lower"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
+  <limit lower="-2.5" upper="2.5" effort="1" velocity="1"/></joint>
+</robot>"""
+
+
+@program("region of configurations")
+def region_of_configurations(lib: Any, solver: str) -> tuple[str, float]:
+    """A region of free configurations of two links; the cost is the volume of its largest ellipsoid."""
+    builder = lib.RobotDiagramBuilder(time_step=0.0)
+    builder.parser().AddModelsFromString(TWO_LINKS, "urdf")
+    plant = builder.plant()
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
+    plant.Finalize()
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    plant_context = diagram.mutable_plant_context(context)
+    plant.SetPositions(plant_context, [-1.0, 0.5])
+    region = lib.IrisNp(plant, plant_context, lib.IrisOptions(iteration_limit=3, random_seed=3))
+    return "IrisNp", region.MaximumVolumeInscribedEllipsoid().CalcVolume()
+
+
+@program("static equilibrium")
+def static_equilibrium(lib: Any, solver: str) -> tuple[str, float]:
+    """Two balls on the ground beside a wall, and what holds them; the cost is none."""
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.0)
+    friction = lib.CoulombFriction(0.8, 0.8)
+    for name, radius in (("large", 0.1), ("small", 0.07)):
+        ball = plant.AddRigidBody(name, lib.SpatialInertia.SolidSphereWithMass(1.0, radius))
+        plant.RegisterCollisionGeometry(ball, lib.RigidTransform(), lib.Sphere(radius), name, friction)
+    for name, place, size in (("ground", [0, 0, -0.5], (2, 2, 1)), ("wall", [0.3, 0, 0], (0.2, 2, 2))):
+        X_WG, world = lib.RigidTransform(np.array(place, dtype=float)), plant.world_body()
+        plant.RegisterCollisionGeometry(world, X_WG, lib.Box(*size), name, friction)
+    plant.Finalize()
+    duals = builder.Build().ToAutoDiffXd()
+    plant = duals.GetSubsystemByName("plant")
+    context = duals.CreateDefaultContext()
+    problem = lib.StaticEquilibriumProblem(plant, plant.GetMyContextFromRoot(context), set())
+    prog, q = problem.get_mutable_prog(), problem.q_vars()
+    for first in (0, 7):
+        prog.AddConstraint(lib.UnitQuaternionConstraint(), q[first : first + 4])
+    prog.AddBoundingBoxConstraint([0.05, -0.01, 0.09], [0.12, 0.01, 0.11], q[4:7])
+    prog.SetInitialGuess(q, [1, 0, 0, 0, 0.1, 0, 0.1, 1, 0, 0, 0, -0.05, 0, 0.07])
+    return solved(lib, prog, solver)
+
+
 def run(title: str, package: str, solver: str, repeat: int) -> None:
     """Runs a program and prints its numbers as JSON."""
     lib = importlib.import_module(f"{package}.all")

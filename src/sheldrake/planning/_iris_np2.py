@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import expect
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
-from sheldrake.geometry.optimization._counterexamples import PairDistance, closest
+from sheldrake.geometry.optimization._counterexamples import closest
 from sheldrake.geometry.optimization._iris import tangent
 from sheldrake.planning._sampled_iris import (
     CommonSampledIrisOptions,
@@ -133,9 +133,11 @@ class _Nearest:
         return near.ids[a], near.ids[b]
 
     def _constraint(self, pair: tuple) -> Constraint:
+        from sheldrake.multibody.inverse_kinematics._distance import DistanceConstraint
+
         if pair not in self._constraints:
             plant, context = self._checker.plant(), self._checker.plant_context()
-            found: Constraint = PairDistance(plant, context, pair)
+            found: Constraint = DistanceConstraint(plant, pair, context, -np.inf, 0.0)
             if self._options.parameterization.get_parameterization_dimension() is not None:
                 found = _Composed(found, self._options.parameterization, self._dimension)
             self._constraints[pair] = found

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common.chain import Chain
-from sheldrake.geometry._kernels.model import BodyPoses, ContactPoint, Found, contact_table
+from sheldrake.geometry._kernels.model import HALF_SPACE, BodyPoses, ContactPoint, Found, Geometry, contact_table
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._query.query_object import explain_contact_status
 from sheldrake.geometry._query.scene import world_poses
@@ -27,61 +28,70 @@ _DEPTH = operator.index(ContactPoint.depth)
 
 
 class Search:
-    """Memory and kernels that find the distances of all pairs of geometries that may touch.
+    """Memory and kernels that find the distances of all pairs of geometries that may touch, or of any one pair.
 
     Args:
         plant: The plant, of floats.
         view: What it keeps for a context, of which nothing is kept here.
         query: What the context is asked about geometry.
+        of_one: Whether distances are those of one pair, `pair`.
     """
 
-    def __init__(self, plant: MultibodyPlant, view: View, query: QueryObject):
+    def __init__(self, plant: MultibodyPlant, view: View, query: QueryObject, of_one: bool):
         scene = self.scene = query._scene()
+        model = scene.model._replace(pair=np.zeros((1, 2), np.int64)) if of_one else scene.model
+        self.pair = model.pair
         rows, inspector = parts_of(plant).kernel_models.rows_of_frames(), query.inspector()
         body = np.array([rows.get(inspector.GetFrameId(g), 0) for g in scene.ids], np.int64)
         places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
-        tree, pairs = view.model, max(1, len(scene.model.pair))
+        tree, pairs = view.model, max(1, len(model.pair))
         placed, work = world_poses(scene.num_bodies, float), make_work(tree, float)
         self.q, self.p, self.slopes = np.zeros(view.nq), view.p.copy(), np.zeros((pairs, view.nv))
-        self.table, self.least = contact_table(scene.model, pairs), np.zeros(Bound.SIZE)
+        self.table, self.least = contact_table(model, pairs), np.zeros(Bound.SIZE)
         self.value = np.zeros(1 + view.nv)
         values = {
             "model": tree, "p": self.p, "work": work, "q": self.q, "poses": work.X_WB, "places": places,
             "placed": placed, "table": self.table, "body": body, "slopes": self.slopes,
         }  # fmt: skip
         self.place = Chain([position_kinematics, place_bodies]).bind(**values)
-        self.find = find_distances.bind(scene.model, BodyPoses(placed), 0.0, self.table)
+        self.find = find_distances.bind(model, BodyPoses(placed), 0.0, self.table)
         self.differentiate = Chain([distance_slopes]).bind(**values)
         self.bound = smooth_bound.bind(self.table, self.slopes, self.least, np.zeros((pairs, 2)), self.value, 0)
 
 
 class NativeDistances:
-    """Distances of all pairs of geometries that may touch, as the queries of a context would find them.
+    """Distances of all pairs of geometries that may touch, or of one pair, as the queries of a context find them.
 
     Args:
         plant: The plant, of floats.
         context: Its context, whose parameters count.
         view: What the plant keeps for it.
         query: What the context is asked about geometry.
+        rows: Of the only two geometries that matter, in the scene; None for all that may touch.
     """
 
     @staticmethod
-    def of(plant: MultibodyPlant, context: Any) -> NativeDistances | None:
-        """Those of a context as it is now; None where others than kernels would have to be asked."""
+    def of(plant: MultibodyPlant, context: Any, pair: Sequence[GeometryId] | None = None) -> NativeDistances | None:
+        """Those of a context as it is now, or of a pair; None where others than kernels would have to be asked."""
         port, view = plant.get_geometry_query_input_port(), parts_of(plant).contexts.view(context)
         query = port.Eval(context)
         scene = query._scene()
         slot = context._store.layout.input_slot(context._node, int(port.get_index()))
         known = slot.free < 0 and NativeChecks.can(scene, query._state, plant, view)
-        return NativeDistances(plant, context, view, query) if known else None
+        rows = None if pair is None else [scene.row_of.get(geometry, -1) for geometry in pair]
+        if rows is not None and (min(rows) < 0 or all(scene.model.geometry[rows, Geometry.kind] == HALF_SPACE)):
+            return None  # queries say what is wrong
+        return NativeDistances(plant, context, view, query, rows) if known else None
 
-    def __init__(self, plant: MultibodyPlant, context: Any, view: View, query: QueryObject):
+    def __init__(
+        self, plant: MultibodyPlant, context: Any, view: View, query: QueryObject, rows: list[int] | None = None
+    ):
         self._contexts, self._context, self._layout = parts_of(plant).contexts, context, context._store.layout
         self._dynamics = parts_of(plant).dynamics
-        self._query, self._view = query, view
-        kept = view.distances
+        self._query, self._view, self._rows, of_one = query, view, rows, rows is not None
+        kept = view.distances.get(of_one)
         if kept is None or kept.scene is not query._scene():
-            kept = view.distances = Search(plant, view, query)
+            kept = view.distances[of_one] = Search(plant, view, query, of_one)
         kept.table.remembered[...] = 0
         self._search: Search = kept
 
@@ -94,6 +104,8 @@ class NativeDistances:
     def _find(self, reach: float, q: np.ndarray) -> None:
         search = self._search
         search.q[:], search.p[:] = q, self._view.p
+        if self._rows is not None:
+            search.pair[0] = self._rows
         search.place()
         search.find.set("reach", float(reach))
         if search.find():

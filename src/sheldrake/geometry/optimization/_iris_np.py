@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import RandomGenerator
-from sheldrake.geometry.optimization._counterexamples import PairDistance, closest, violations
+from sheldrake.geometry.optimization._counterexamples import closest, violations
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._iris import (
@@ -43,6 +43,8 @@ def IrisNp(plant: MultibodyPlant, context: Context, options: IrisOptions | None 
 
 class _Search:
     def __init__(self, plant: MultibodyPlant, context: Context, options: IrisOptions):
+        from sheldrake.multibody.inverse_kinematics._distance import DistanceConstraint
+
         self._plant, self._context, self._options = plant, context, options
         self._seed = np.array(plant.GetPositions(context))
         limits = HPolyhedron.MakeBox(plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())
@@ -58,7 +60,7 @@ class _Search:
             raise RuntimeError("The seed point is in collision; the plant's positions in the context must be free.")
         all_of_q = np.arange(self._seed.size)
         pairs = sorted(distance, key=lambda pair: distance[pair])
-        self._collisions = [(PairDistance(plant, context, pair), all_of_q) for pair in pairs]
+        self._collisions = [(DistanceConstraint(plant, pair, context, -np.inf, 0.0), all_of_q) for pair in pairs]
         self._violations = violations(options.prog_with_additional_constraints)
         for constraint, places in self._violations:
             if constraint.CheckSatisfied(self._seed[places], 0.0):

@@ -26,6 +26,17 @@ if TYPE_CHECKING:
 class _Distances(KinematicFunction):
     """Signed distances of pairs of geometries and their derivatives."""
 
+    _pair: tuple[GeometryId, ...] | None = None
+    """The only geometries that matter; None for all that may touch."""
+    _kept: NativeDistances | None = None
+
+    def _native(self, x: np.ndarray) -> NativeDistances | None:
+        """What finds distances without Python, positions being put into the context; None where others move bodies."""
+        self._place(x)
+        if self._kept is None or not self._kept.is_current():
+            self._kept = NativeDistances.of(self._plant, self._context, self._pair)
+        return self._kept
+
     def _check_geometry(self, plant: MultibodyPlant, context: Context) -> None:
         if not plant.geometry_source_is_registered():
             raise ValueError(
@@ -90,13 +101,21 @@ class DistanceConstraint(_Distances, Constraint):
         self._set_bounds(np.array([float(distance_lower)]), np.array([float(distance_upper)]))
 
     def _value(self, more: np.ndarray) -> np.ndarray:
+        assert self._pair is not None
         return np.array([self._query().ComputeSignedDistancePairClosestPoints(*self._pair).distance])
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        native = self._native(x) if self._is_float else None
+        return super()._eval(x) if native is None else native.distances(math.inf, x)
 
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if not self._is_float:
             return super()._eval_with_jacobian(x)
-        self._place(x)
+        native = self._native(x)
+        if native is not None:
+            return native.distances(math.inf, x), native.slopes()
         query = self._query()
+        assert self._pair is not None
         pair = query.ComputeSignedDistancePairClosestPoints(*self._pair)
         return np.array([pair.distance]), self._pair_slope(query, pair).reshape(1, -1)
 
@@ -110,7 +129,6 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
 
     # A CollisionChecker, when distances are its business; planning is above this package.
     _checker: Any = None
-    _kept: NativeDistances | None = None
 
     def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
         name = type(self).__name__
@@ -143,13 +161,6 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         self._place(x)
         query = self._query()
         return query, query.ComputeSignedDistancePairwiseClosestPoints(self._influence)
-
-    def _native(self, x: np.ndarray) -> NativeDistances | None:
-        """What finds distances without Python, positions being put into the context; None where others move bodies."""
-        self._place(x)
-        if self._kept is None or not self._kept.is_current():
-            self._kept = NativeDistances.of(self._plant, self._context)
-        return self._kept
 
     def _clearance(self, x: np.ndarray) -> Any:
         return self._checker.CalcContextRobotClearance(self._checker_context, x, self._influence)

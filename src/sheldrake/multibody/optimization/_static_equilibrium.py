@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from sheldrake.multibody.plant._contact.friction import CalcContactFrictionFromS
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import Constraint, MathematicalProgram
+from sheldrake.solvers._arrays import values_and_gradient, variables_at
 from sheldrake.symbolic import Variable
+from sheldrake.systems.framework._engine.store import CONTINUOUS
 
 if TYPE_CHECKING:
     from sheldrake.geometry._ids import GeometryId
@@ -25,50 +27,144 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-class StaticEquilibriumConstraint(KinematicFunction, Constraint):
-    """0 = g(q) + B u + sum J' F of contact forces F; variables (q, u, forces)."""
+class _Contact(NamedTuple):
+    """Where a pair of geometries is nearest, each value followed by its derivatives by q.
+
+    Attributes:
+        normal: From A into B, in the world, shape (3,).
+        distance: Signed [m].
+        J: The velocity of Cb less that of Ca, by v, in the world, shape (3, nv).
+    """
+
+    normal: np.ndarray
+    normal_by_q: np.ndarray
+    distance: float
+    distance_by_q: np.ndarray
+    J: np.ndarray
+    J_by_q: np.ndarray
+
+
+class _Posture(NamedTuple):
+    """What constraints ask of positions: generalized forces of gravity, shape (nv,), and the contacts."""
+
+    gravity: np.ndarray
+    gravity_by_q: np.ndarray
+    contacts: list[_Contact]
+
+
+class _Postures:
+    """Postures of a plant of AutoDiffXd; the last one is kept, for the constraints of a program share their points.
+
+    Args:
+        plant: The plant.
+        context: Its context, where positions are put.
+        pairs: The geometries in contact.
+    """
 
     def __init__(self, plant: MultibodyPlant, context: Context, pairs: list):
-        self._pairs, self._B = pairs, parts_of(plant).coordinates.actuation_matrix("StaticEquilibriumConstraint")
+        self.plant, self.context, self.pairs = plant, context, pairs
+        self._key: tuple[bytes, int] | None = None
+        self._last: _Posture | None = None
+
+    def _writes(self) -> int:
+        """How often anything was written in the context."""
+        return int(self.context._store.i[CONTINUOUS])
+
+    def at(self, q: np.ndarray) -> _Posture:
+        """The posture at positions of floats."""
+        asked = q.tobytes()
+        if self._last is None or self._key != (asked, self._writes()):
+            self._last = None
+            self.plant.SetPositions(self.context, variables_at(q))
+            found = self._found(len(q))
+            self._key, self._last = (asked, self._writes()), found
+        return self._last
+
+    def _found(self, nq: int) -> _Posture:
+        def split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            values, by_q = values_and_gradient(x.ravel())
+            return values.reshape(x.shape), (by_q if by_q.size else np.zeros((x.size, nq))).reshape(*x.shape, nq)
+
+        contacts = []
+        for pair in self.pairs:
+            at = touch(self.plant, self.context, pair)
+            ends = [split(self._velocity_of(*end)) for end in ((at.body_B, at.p_BCb), (at.body_A, at.p_ACa))]
+            (J_B, J_B_by_q), (J_A, J_A_by_q) = ends
+            (distance,), (distance_by_q,) = split(np.array([at.distance], dtype=object))
+            contacts.append(_Contact(*split(at.n_AB_W), float(distance), distance_by_q, J_B - J_A, J_B_by_q - J_A_by_q))
+        return _Posture(*split(self.plant.CalcGravityGeneralizedForces(self.context)), contacts)
+
+    def _velocity_of(self, body: RigidBody, p_BC: np.ndarray) -> np.ndarray:
+        """Derivative by v of the velocity of a point of a body in the world, shape (3, nv)."""
+        W, F = self.plant.world_frame(), body.body_frame()
+        wrt = JacobianWrtVariable.kV
+        return self.plant.CalcJacobianTranslationalVelocity(self.context, wrt, F, p_BC.reshape(3, 1), W, W)
+
+
+class _OfPosture(KinematicFunction, Constraint):
+    """A constraint on a posture and on more variables: values and derivatives come at once."""
+
+    _postures: _Postures
+
+    def _set_postures(self, postures: _Postures, num_outputs: int, more_vars: int) -> None:
+        self._postures = postures
+        self._set_plant(postures.plant, postures.context, num_outputs, more_vars)
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[0]
+
+    _eval_duals = Constraint._eval_duals
+
+
+class StaticEquilibriumConstraint(_OfPosture):
+    """0 = g(q) + B u + sum J' F of contact forces F; variables (q, u, forces)."""
+
+    def __init__(self, postures: _Postures):
+        plant = postures.plant
+        self._B = parts_of(plant).coordinates.actuation_matrix("StaticEquilibriumConstraint")
         nv = plant.num_velocities()
-        self._set_plant(plant, context, nv, plant.num_actuated_dofs() + 3 * len(pairs))
+        self._set_postures(postures, nv, plant.num_actuated_dofs() + 3 * len(postures.pairs))
         self._set_bounds(np.zeros(nv), np.zeros(nv))
 
-    def _value(self, more: np.ndarray) -> np.ndarray:
-        plant, context, nu = self._plant, self._context, self._plant.num_actuated_dofs()
-        total = plant.CalcGravityGeneralizedForces(context) + self._B @ more[:nu]
-        for pair, force in zip(self._pairs, more[nu:].reshape(-1, 3)):
-            at = touch(plant, context, pair)
-            total = total + (self._slope_of(at.body_B, at.p_BCb) - self._slope_of(at.body_A, at.p_ACa)).T @ force
-        return total
-
-    def _slope_of(self, body: RigidBody, p_BC: np.ndarray) -> np.ndarray:
-        """Derivative by v of the velocity of a point of a body in the world, shape (3, nv)."""
-        W, F = self._plant.world_frame(), body.body_frame()
-        wrt = JacobianWrtVariable.kV
-        return self._plant.CalcJacobianTranslationalVelocity(self._context, wrt, F, p_BC.reshape(3, 1), W, W)
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        q, more = self._split(x)
+        here, nu = self._postures.at(q), self._plant.num_actuated_dofs()
+        total, by_q, by_others = here.gravity + self._B @ more[:nu], here.gravity_by_q.copy(), [self._B]
+        for contact, force in zip(here.contacts, more[nu:].reshape(-1, 3)):
+            total += force @ contact.J
+            by_q += np.tensordot(force, contact.J_by_q, 1)
+            by_others.append(contact.J.T)
+        return total, np.hstack((by_q, *by_others))
 
 
-class StaticFrictionConeComplementarityNonlinearConstraint(KinematicFunction, Constraint):
+class StaticFrictionConeComplementarityNonlinearConstraint(_OfPosture):
     """A force in the friction cone where bodies touch; variables (q, force f, alpha, beta).
 
     The values are f'((1 + mu^2) n n' - I) f >= 0, n'f - alpha = 0, distance - beta = 0, 0 <= alpha beta <= tolerance.
     """
 
-    def __init__(self, plant: MultibodyPlant, context: Context, pair: tuple, tolerance: float):
-        self._pair = pair
-        inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
+    def __init__(self, postures: _Postures, which: int, tolerance: float):
+        self._which, pair = which, postures.pairs[which]
+        inspector = postures.plant.get_geometry_query_input_port().Eval(postures.context).inspector()
         surfaces = [inspector.GetProximityProperties(g).GetProperty("material", "coulomb_friction") for g in pair]
         self._mu = CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction()
-        self._set_plant(plant, context, 4, 5)
+        self._set_postures(postures, 4, 5)
         self._set_bounds(np.zeros(4), np.array([np.inf, 0.0, 0.0, tolerance]))
 
-    def _value(self, more: np.ndarray) -> np.ndarray:
-        f, (alpha, beta) = more[:3], more[3:]
-        at = touch(self._plant, self._context, self._pair)
-        normal = at.n_AB_W @ f
-        cone = (1.0 + self._mu**2) * normal**2 - f @ f
-        return np.array([cone, normal - alpha, at.distance - beta, alpha * beta], dtype=object)
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        q, more = self._split(x)
+        at, f, (alpha, beta) = self._postures.at(q).contacts[self._which], more[:3], more[3:]
+        normal, normal_by_q, steepness = at.normal @ f, f @ at.normal_by_q, 1.0 + self._mu**2
+        values = np.array([steepness * normal**2 - f @ f, normal - alpha, at.distance - beta, alpha * beta])
+        J, nq = np.zeros((4, len(x))), len(q)
+        J[0, :nq], J[0, nq : nq + 3] = (
+            2.0 * steepness * normal * normal_by_q,
+            2.0 * (steepness * normal * at.normal - f),
+        )
+        J[1, :nq], J[1, nq : nq + 3], J[1, nq + 3] = normal_by_q, at.normal, -1.0
+        J[2, :nq], J[2, nq + 4] = at.distance_by_q, -1.0
+        J[3, nq + 3 :] = beta, alpha
+        return values, J
 
     def update_tolerance(self, tolerance: float) -> None:
         """Sets how large alpha beta may be."""
@@ -98,15 +194,18 @@ class StaticEquilibriumProblem:
         self._u = prog.NewContinuousVariables(plant.num_actuated_dofs())
         self._forces = [prog.NewContinuousVariables(3, "X") for _ in self._pairs]
         prog.AddBoundingBoxConstraint(plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), self._q)
-        balance = StaticEquilibriumConstraint(plant, context, self._pairs)
+        postures = _Postures(plant, context, self._pairs)
+        balance = StaticEquilibriumConstraint(postures)
         prog.AddConstraint(balance, np.concatenate((self._q, self._u, *self._forces)))
-        self._cones = [self._add_cone(pair, force) for pair, force in zip(self._pairs, self._forces)]
+        self._cones = [self._add_cone(postures, k, force) for k, force in enumerate(self._forces)]
 
-    def _add_cone(self, pair: tuple, force: np.ndarray) -> StaticFrictionConeComplementarityNonlinearConstraint:
+    def _add_cone(
+        self, postures: _Postures, which: int, force: np.ndarray
+    ) -> StaticFrictionConeComplementarityNonlinearConstraint:
         slacks = np.array([Variable("alpha"), Variable("beta")], dtype=object)
         self._prog.AddDecisionVariables(slacks)
         self._prog.AddBoundingBoxConstraint(np.zeros(2), np.full(2, np.inf), slacks)
-        cone = StaticFrictionConeComplementarityNonlinearConstraint(self._plant, self._context, pair, 1e-3)
+        cone = StaticFrictionConeComplementarityNonlinearConstraint(postures, which, 1e-3)
         self._prog.AddConstraint(cone, np.concatenate((self._q, force, slacks)))
         return cone
 

@@ -13,10 +13,8 @@ from sheldrake.solvers._program.program import MathematicalProgram
 _SMALL = 120  # rows and variables up to which dense steps take less time
 
 
-def solve_quadratic_program(
-    Q: np.ndarray, q: np.ndarray, A: np.ndarray, lower: np.ndarray, upper: np.ndarray, dense: bool = True
-) -> np.ndarray | None:
-    """Finds x with the least 1/2 x' Q x + q' x and lower <= A x <= upper, for callers that need thousands of such x.
+def solve_rows(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
+    """Finds x with the least 1/2 x' Q x + q' x and A x <= b, for callers that need thousands of such x.
 
     To make a `MathematicalProgram` and its result takes several times as long as Clarabel for a few variables.
 
@@ -24,22 +22,12 @@ def solve_quadratic_program(
         Q: Positive semidefinite, shape (n, n).
         q: Shape (n,).
         A: Shape (m, n).
-        lower: Shape (m,).
-        upper: Shape (m,).
-        dense: Whether small programs are solved to rounding, and not to Clarabel's tolerances.
+        b: Shape (m,); infinite where there is no bound.
+        equal: How many of the first rows are equations.
 
     Returns:
-        x, or None if there is none, or none was found.
+        x, of small programs to rounding; None if there is none, or none was found.
     """
-    equal = lower == upper
-    below, above = ~equal & (upper < np.inf), ~equal & (lower > -np.inf)
-    rows = np.concatenate((A[equal], A[below], -A[above]))
-    b = np.concatenate((upper[equal], upper[below], -lower[above]))
-    return (solve_rows if dense else _by_clarabel)(Q, q, rows, b, int(np.count_nonzero(equal)))
-
-
-def solve_rows(Q: np.ndarray, q: np.ndarray, A: np.ndarray, b: np.ndarray, equal: int) -> np.ndarray | None:
-    """The same with A x <= b, where the first rows are equations and b may be infinite; small programs to rounding."""
     x = solve_dense(Q, q, A, b, equal) if max(A.shape) <= _SMALL else None
     return _by_clarabel(Q, q, A, b, equal) if x is None else x
 

@@ -333,7 +333,8 @@ def test_settings_may_change_between_advances():
     integrator.set_fixed_step_mode(True)
     simulator.AdvanceTo(0.3)
     assert integrator.get_num_steps_taken() - few - many == 10
-    plant.SetFreeBodySpatialVelocity(context, body, ours.SpatialVelocity([9.0] * 3, [5.0, 5.0, -5.0]))  # into the ground
+    into_the_ground = ours.SpatialVelocity([9.0] * 3, [5.0, 5.0, -5.0])
+    plant.SetFreeBodySpatialVelocity(context, body, into_the_ground)
     integrator.SetSolverParameters(IcfSolverParameters(max_iterations=0))
     with pytest.raises(RuntimeError, match="has not converged"):
         simulator.AdvanceTo(0.4)

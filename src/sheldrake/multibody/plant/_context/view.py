@@ -95,8 +95,8 @@ class View:
         """What point contacts are put together in, once they were asked for."""
         self.reactions: Any = None
         """What reaction forces are computed in, once they were asked for."""
-        self.distances: Any = None
-        """What finds distances of geometries for those who plan, once they were asked for."""
+        self.distances: dict[bool, Any] = {}
+        """What finds distances of geometries for those who plan, of a pair alone or not, once they were asked for."""
         self.forms: dict[int, Any] = {}
         """What computes so many numbers of where frames are in others, for constraints, once they were asked for."""
         self._in_step: tuple[Any, Query] | None = None
