@@ -76,7 +76,8 @@ class Worlds:
         """The store of world `w`, made when first asked for."""
         store = self._stores.get(w)
         if store is None:
-            store = self._stores[w] = self._with_logs.pop(w, None) or self._make_store(w)
+            store = self._with_logs.pop(w) if w in self._with_logs else self._make_store(w)
+            self._stores[w] = store
         return store
 
     def _make_store(self, w: int) -> Store:
@@ -111,8 +112,8 @@ class Worlds:
         slab = self.slab, self.slab.view(np.int64)
         spans = [(layout.xc[0], layout.p[1]), *(slot.span for slot in layout.free_slots)]
         source = np.array([span for span in spans if span[1] > span[0]], np.int64).reshape(-1, 2)
-        kept = np.zeros((self.count, 1 + np.diff(source).sum()), np.int64)
-        return tables.Worlds(*slab, self.side, self.progress, *words, where, *first, used, source, kept)
+        of_rest = np.zeros((self.count, 1 + np.diff(source).sum()), np.int64)
+        return tables.Worlds(*slab, self.side, self.progress, *words, where, *first, used, source, of_rest)
 
     def bind(self, chain: np.ndarray) -> None:
         """Makes the words with which `advance`, `outputs` and `begin_world` are called on each world.
