@@ -133,6 +133,7 @@ class BatchSimulator:
         program, rows = self._layout.program, self._layout.rows
         in_loop = {*program.calls.tolist(), *program.prerequisites.tolist()}
         self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
+        self._everybody = _read_only(np.arange(self._count))
         self._begun = np.zeros(self._count, bool)
         self._failures: dict[int, WorldFailure] = {}
         self._failed = np.zeros(self._count, bool)
@@ -375,7 +376,7 @@ class BatchSimulator:
         """Those that may advance: of all, those that have not come to an end."""
         at_end = self._terminated | self._failed
         if worlds is None:
-            return np.flatnonzero(~at_end)
+            return np.flatnonzero(~at_end) if at_end.any() else self._everybody
         who = self._numbers_of(call, worlds)
         if at_end[who].any():
             w = int(who[at_end[who]][0])
@@ -519,7 +520,8 @@ class BatchSimulator:
                 f"has {len(clocks)} clocks. Use times instead."
             )
         time = plan.rollout.time[: len(next_ticks)]
-        time[:, :2], time[:, 2], time[:, 3] = clocks[0], next_ticks - 1 + num_steps, num_steps
+        time[:, 0], time[:, 1] = clocks[0]
+        time[:, 2], time[:, 3] = next_ticks - 1 + num_steps, num_steps
 
     def Record(
         self,
@@ -763,7 +765,7 @@ class BatchSimulator:
             WorldsFailed: some failed.
         """
         codes = self._worlds.progress[who, Progress.code]
-        if (codes == _program.DONE).all():
+        if not (codes != _program.DONE).any():
             return
         self._terminated[who] |= codes == _program.TERMINATED
         new = [self._failure(w) for w in who[codes == _program.ERROR].tolist()]

@@ -20,6 +20,7 @@ from sheldrake.systems.framework._kernels.worlds import Progress
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
+    from sheldrake.systems.framework._engine.store import Store
 
 _PARTS = 8  # that each thread takes at least, where all are alike, so that the last one does not let the others wait
 _LONG, _SHORT = 0.02, 0.0001  # [s] that a part should take: Ctrl-C waits for it; taking it costs 20 to 30 microseconds
@@ -79,11 +80,15 @@ class NativeWorlds:
         Raises:
             RuntimeError: something is computed in one.
         """
-        with contextlib.ExitStack() as stack:
+        claimed: list[Store] = []
+        try:
             for store in self._worlds.known():
                 store.claim("BatchSimulator")
-                stack.callback(store.release)
+                claimed.append(store)
             yield
+        finally:
+            for store in reversed(claimed):
+                store.release()
 
     def call_each(self, plan: RolloutPlan, count: int, callee: int) -> None:
         """Begins the first `count` worlds of a plan, or computes its outputs."""

@@ -252,7 +252,7 @@ def test_a_block_at_rest_has_the_bits_of_all_steps():
 class TestWorlds:
     """Worlds of a batch leave out what a simulator does, also where several go together."""
 
-    @pytest.fixture(params=[(1, 1), (3, 1), (4, 2), (9, 3)], ids=str)
+    @pytest.fixture(params=[(1, 1), (3, 1), (4, 2), (9, 3), (67, 8)], ids=str)
     def batch(self, request):
         count, threads = request.param
         scene = Scene(True)
@@ -284,6 +284,70 @@ class TestWorlds:
         assert self.values(scene, batch, last)[50:62].tolist() == [0.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, *[0.0] * 4, -1.0]
         assert last == 0 or not np.any(self.values(scene, batch, 0)[4:])
 
+    def test_short_advances_call_nothing_where_nothing_was_written(self, batch):
+        """Nor do outputs that are asked for meanwhile, or inputs that are written again as they are."""
+        _, batch = batch
+        system, count = Counted(), batch.num_worlds()
+        batch = BatchSimulator(system, count, num_threads=batch.num_threads())
+        floors, contexts = batch.inputs(system.get_input_port()), [batch.context(w) for w in range(count)]
+        batch.AdvanceSteps(10)
+        before = [system.calls(context) for context in contexts]
+        for n in (1, 2, 3):
+            batch.AdvanceSteps(n)
+            batch.inputs(system.get_input_port())[:] = floors.copy()
+            assert not np.any(batch.EvalOutputs(system.GetOutputPort("x")))
+            batch.Record(system.GetOutputPort("x"), 2, np.zeros((count, 2, 1)))
+        assert [system.calls(context) for context in contexts] == before or not batch.is_native()
+        assert batch.times.tolist() == [22.0] * count
+
+    @pytest.mark.parametrize("value", [-1.0, -0.0, 5e-324, np.nan])
+    @pytest.mark.parametrize("what", ["state", "input", "input, and asks for outputs", "input by its context"])
+    def test_a_bit_that_is_written_between_short_advances_is_seen(self, batch, what, value):
+        _, batch = batch
+        system, count = Counted(), batch.num_worlds()
+        batch = BatchSimulator(system, count, num_threads=batch.num_threads(), raise_failures=False)
+        port, states = system.get_input_port(), batch.states()
+        floors, contexts = batch.inputs(port), [batch.context(w) for w in range(count)]
+        for n in (10, 1, 1):
+            batch.AdvanceSteps(n)
+        written = states if what == "state" else floors
+        if what.endswith("context"):
+            port.FixValue(contexts[-1], [value])
+        else:
+            written[-1] = value
+        if what.endswith("outputs"):
+            batch.EvalOutputs(system.GetOutputPort("x"))
+        x, floor = (value, 0.0) if what == "state" else (0.0, value)
+        expected = np.zeros((count, 1))
+        for _ in range(3):
+            batch.AdvanceSteps(1)
+            x = expected[-1] = floor if floor > x - 1.0 else x - 1.0
+            np.testing.assert_array_equal(states.view(np.int64), expected.view(np.int64))
+
+    def test_what_is_written_and_taken_back_while_outputs_are_computed_is_no_rest(self, batch):
+        scene, batch = batch
+        if not batch.is_native():
+            pytest.skip("worlds without machine code have a Simulator each")
+        states, port = batch.states(), scene.counted.GetOutputPort("x")
+        batch.AdvanceSteps(10)
+        rest = states.copy()
+        states[:] = 5.0
+        assert (batch.EvalOutputs(port) == 5.0).all()
+        states[:] = rest
+        assert (batch.EvalOutputs(port) == rest).all()
+        batch.AdvanceSteps(1)
+        assert (batch.EvalOutputs(port) == rest).all() and (states == rest).all()
+
+    def test_worlds_set_back_begin_anew(self, batch):
+        _, batch = batch
+        for _ in range(2):
+            for n in (10, 1, 1):
+                batch.AdvanceSteps(n)
+            batch.Reset()
+            assert (batch.states() == 3.0).all()
+        batch.AdvanceSteps(2)
+        assert (batch.states() == 1.0).all()
+
     def test_inputs_of_samples_are_seen(self, batch):
         _, batch = batch
         system, count = Counted(), batch.num_worlds()
@@ -306,17 +370,18 @@ def contacts_of(plant, context):
     return [(info.contact_point().tolist(), info.contact_force().tolist()) for info in found]
 
 
-def test_blocks_that_come_to_rest_have_the_bits_of_simulators():
+@pytest.mark.parametrize("threads", [2, 8])
+def test_blocks_that_come_to_rest_have_the_bits_of_simulators(threads):
     """In fours and alone, together and each at its own time; then all are put elsewhere, to rest there."""
     simulator, sink, plant, _ = drop(library("sheldrake"), sheldrake.model_path("two_hole_block/two_hole_block.urdf"))
     diagram, count = simulator.get_system(), 9
-    batch = BatchSimulator(diagram, count, simulator.get_context(), num_threads=2)
+    batch = BatchSimulator(diagram, count, simulator.get_context(), num_threads=threads)
     batch.states(plant)[:, 6] += 0.02 * np.maximum(np.arange(count) - 3, 0)  # the first four are alike
     alone = []
     for w in range(count):
         alone.append(Simulator(diagram, batch.context(w).Clone()))
         alone[w].set_monitor(lambda context: EventStatus.DidNothing())
-    for parts, aside in [((1, 299, 700), 1.0), ((1, 3, 400), 2.0), ((100,), 0.0)]:
+    for parts, aside in [((1, 299, 700), 1.0), ((1, 3, *[4] * 100), 2.0), ((100,), 0.0)]:
         for n in parts:
             batch.AdvanceSteps(n)
         for w, simulator in enumerate(alone):

@@ -53,6 +53,7 @@ class Worlds:
         self.S, self.I = self.slab[:, : store.S.size], self.side[:, : store.I.size]
         self.progress = np.zeros((count, Progress.SIZE), np.int64)
         self._stores: dict[int, Store] = {}
+        self._with_logs: dict[int, Store] = {}  # stores that nobody has asked for, of worlds whose logs have moved
         self._log_words: list[int] = []
         self._logs: dict[int, np.ndarray] = {}  # where the words of worlds say that logs are
         self._lane_rows: LaneRows | None = None
@@ -75,12 +76,17 @@ class Worlds:
         """The store of world `w`, made when first asked for."""
         store = self._stores.get(w)
         if store is None:
-            store = self._stores[w] = self.model.on(self.S[w], self.I[w], self.L[w])
-            store.world = w
+            store = self._with_logs.pop(w) if w in self._with_logs else self._make_store(w)
+            self._stores[w] = store
+        return store
+
+    def _make_store(self, w: int) -> Store:
+        store = self.model.on(self.S[w], self.I[w], self.L[w])
+        store.world = w
         return store
 
     def known(self) -> list[Store]:
-        """Stores whose contexts somebody has asked for; others are there for their logs."""
+        """Stores whose contexts somebody has asked for."""
         return [store for store in self._stores.values() if store.contexts]
 
     # Kernels.
@@ -89,7 +95,7 @@ class Worlds:
         """What kernels of the worlds work on, still without words."""
         layout, model = self.layout, self.model
         where = np.zeros(Where.SIZE, np.int64)
-        for name in ("budget", "steps", "fresh", "resting"):
+        for name in ("budget", "steps", "fresh", "resting", "still"):
             where[getattr(Where, name)] = model.I.size + operator.index(getattr(RunWords, name))
         where[Where.terminate] = operator.index(SideWords.terminate)
         first_slab = np.concatenate([model.S, self._numbers])
@@ -104,7 +110,10 @@ class Worlds:
         used = np.zeros(1 + self.slab.shape[1] // tables.LINE, np.int64)
         first = first_slab, first_slab.view(np.int64), first_side, part, side_part
         slab = self.slab, self.slab.view(np.int64)
-        return tables.Worlds(*slab, self.side, self.progress, *words, where, *first, used)
+        spans = [(layout.xc[0], layout.p[1]), *(slot.span for slot in layout.free_slots)]
+        source = np.array([span for span in spans if span[1] > span[0]], np.int64).reshape(-1, 2)
+        of_rest = np.zeros((self.count, 1 + np.diff(source).sum()), np.int64)
+        return tables.Worlds(*slab, self.side, self.progress, *words, where, *first, used, source, of_rest)
 
     def bind(self, chain: np.ndarray) -> None:
         """Makes the words with which `advance`, `outputs` and `begin_world` are called on each world.
@@ -172,12 +181,14 @@ class Worlds:
 
     def make_room(self, w: int, until: float) -> None:
         """Gives the logs of a world that are nearly full room, see `logs.grow`."""
-        store = self.store(w)
+        store = self._stores.get(w) or self._with_logs.get(w)
+        if store is None:
+            store = self._with_logs[w] = self._make_store(w)
         logs.grow(store, until)
         self._find_logs(w, store)
 
     def follow_logs(self) -> None:
-        """Finds logs that others have moved."""
+        """Finds logs that others have moved, who have asked for their stores."""
         for w, store in self._stores.items():
             self._find_logs(w, store)
 

@@ -39,6 +39,7 @@ from sheldrake.systems.framework._kernels.program import (
     ERROR,
     PER_STEP,
     ROOM,
+    SAMPLED,
     UNRESTRICTED,
     Program,
     Run,
@@ -75,6 +76,7 @@ class Where(Record):
     steps = integer("in the sides: steps that the world has taken")
     fresh = integer("in the sides: 1 when an advance begins")
     resting = integer("in the sides: which updates would change nothing")
+    still = integer("in the sides: the counter behind these updates")
     terminate = integer("in the sides: 1 when somebody asks for the end")
 
 
@@ -110,6 +112,8 @@ class Worlds(NamedTuple):
         first_slab, first_bits, first_side: rows of a world at its beginning.
         part, side_part: what of these a world gets back.
         used: how many lines of a slab steps have written, then where these begin.
+        source: where in a slab state, parameters and fixed inputs are, which may be written between two rollouts.
+        kept: of worlds at rest at the end of a rollout: the counter `still`, then the bits of these.
     """
 
     slab: Matrix
@@ -126,6 +130,8 @@ class Worlds(NamedTuple):
     part: Annotated[IntMatrix, Items("parts", Part)]
     side_part: Annotated[IntMatrix, Items("side_parts", Part)]
     used: IntVector
+    source: Annotated[IntMatrix, Items("sources", Part)]
+    kept: IntMatrix
 
 
 @table
@@ -152,9 +158,43 @@ class Rollout(NamedTuple):
 
 
 @kernel
+def rests(worlds, w):
+    """Whether updates of a world would change nothing if nobody has written to its arrays."""
+    return worlds.side[w, worlds.resting] != 0 and worlds.side[w, worlds.still] == worlds.side[w, SAMPLED]
+
+
+@kernel
+def keep(worlds, w):
+    """Keeps what updates read of a world that is at rest, to see later whether somebody has written to it."""
+    if rests(worlds, w) and worlds.kept[w, 0] != worlds.side[w, worlds.still]:
+        worlds.kept[w, 0] = worlds.side[w, worlds.still]
+        at = 1
+        for i in range(len(worlds.sources)):
+            source = worlds.sources[i]
+            for k in range(source.begin, source.end):
+                worlds.kept[w, at] = worlds.slab_bits[w, k]
+                at += 1
+
+
+@kernel
+def is_as_kept(worlds, w):
+    """Whether a world is at rest and has the bits that were kept then."""
+    if not rests(worlds, w) or worlds.kept[w, 0] != worlds.side[w, worlds.still]:
+        return False
+    difference, at = 0, 1
+    for i in range(len(worlds.sources)):
+        source = worlds.sources[i]
+        for k in range(source.begin, source.end):
+            difference = difference | (worlds.kept[w, at] ^ worlds.slab_bits[w, k])
+            at += 1
+    return difference == 0
+
+
+@kernel
 def out_of_date(worlds, w):
-    """Whatever is computed in a world: anything may have been written."""
-    for k in range(CONSTANT, CONTINUOUS + 1):
+    """Whatever is computed in a world: anything may have been written, but where one at rest shows that it was not."""
+    first = CONTINUOUS if is_as_kept(worlds, w) else CONSTANT
+    for k in range(first, CONTINUOUS + 1):
         worlds.side[w, k] += 1
 
 
@@ -229,7 +269,8 @@ def begin_again(worlds: Worlds, rollout: Rollout, w: int, j: int, row: int) -> i
 @kernel
 def ask_for(worlds, w):
     """Asks for the memory of a world that comes soon: waiting for it then would take as long as half a step."""
-    for k in range(1, 1 + worlds.used[0]):
+    num_lines = 1 if rests(worlds, w) else worlds.used[0]
+    for k in range(1, 1 + num_lines):
         prefetch(worlds.slab, w, worlds.used[k])
 
 
@@ -280,6 +321,7 @@ def end_advance(worlds: Worlds, rollout: Rollout, j: int, samples: int) -> None:
         world.sample += 1
         if world.sample == samples:
             world.code = DONE
+            keep(worlds, w)
     elif code != BREAK:
         world.code = code
 
