@@ -117,7 +117,7 @@ _MANY = 20  # arguments of a call that takes any number of them by position; tho
 def _by_position(function: Callable[..., Any], by_name: dict[str, _Test]) -> Iterator[_Test | None]:
     """The tests of arguments in order, None for one that takes everything; those by name are filled in."""
     for name, parameter in inspect.signature(function).parameters.items():
-        test = _test_of(parameter.annotation, function)
+        test = test_of(parameter.annotation, function)
         if parameter.kind is parameter.VAR_POSITIONAL:
             yield from [test] * _MANY
         elif parameter.kind is not parameter.VAR_KEYWORD:
@@ -127,10 +127,12 @@ def _by_position(function: Callable[..., Any], by_name: dict[str, _Test]) -> Ite
                 yield test
 
 
-def _test_of(annotation: object, function: Callable[..., Any]) -> _Test | None:
+def test_of(annotation: object, function: Callable[..., Any], more_names: dict[str, Any] | None = None) -> _Test | None:
+    """What an annotation of a function asks of an argument, None if nothing; its names are its module's, and more."""
     if annotation is inspect.Parameter.empty:
         return None
-    members = list(_members(annotation, getattr(inspect.unwrap(function), "__globals__", {})))
+    names = getattr(inspect.unwrap(function), "__globals__", {})
+    members = list(_members(annotation, {**more_names, **names} if more_names else names))
     if Any in members or object in members:
         return None
     takes_none = None in members
@@ -213,7 +215,7 @@ def _refusal(call: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, 
     signature = inspect.signature(call)
     for name, value in signature.bind_partial(*args, **kwargs).arguments.items():
         parameter = signature.parameters[name]
-        test = _test_of(parameter.annotation, call)
+        test = test_of(parameter.annotation, call)
         values = value if parameter.kind is parameter.VAR_POSITIONAL else (value,)
         wrong = [v for v in values if test is not None and not test(v)]
         if wrong and parameter.kind is not parameter.VAR_KEYWORD:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw
@@ -99,6 +100,7 @@ def StabilizingLQRController(quadrotor_plant: QuadrotorPlant, nominal_position: 
     return LinearQuadraticRegulator(quadrotor_plant, context, Q, np.eye(4))
 
 
+@checked_late
 class QuadrotorGeometry(ExampleGeometry):
     """Draws a quadrotor; made by `AddToBuilder`."""
 

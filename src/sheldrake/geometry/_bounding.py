@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
@@ -47,6 +48,7 @@ def _boxes_overlap(half_A: np.ndarray, half_B: np.ndarray, X_AB: RigidTransform)
     return True
 
 
+@checked_late
 class Plane:
     """A plane in a frame F.
 
@@ -112,6 +114,7 @@ _OVERLAPS = tuple(
 )
 
 
+@checked_late
 class _Bounds:
     """What both kinds of boxes share; B is the box's frame, H the hierarchy's."""
 
@@ -151,6 +154,7 @@ class _Bounds:
         return _boxes_overlap(a._half_width, b._half_width, X_AB)
 
 
+@checked_late
 class Aabb(_Bounds):
     """A box along the axes of its hierarchy's frame H."""
 
@@ -181,6 +185,7 @@ class Aabb(_Bounds):
         return copy.copy(self)
 
 
+@checked_late
 class Obb(_Bounds):
     """A box in any pose in its hierarchy's frame H."""
 
@@ -222,6 +227,7 @@ def bounding_box(shape: Shape) -> Obb | None:
     return shape._box
 
 
+@checked_late
 def CalcObb(shape: Shape) -> Obb | None:
     """A bounding box of a shape in its frame; None for a half space.
 
@@ -261,6 +267,7 @@ def _chosen(mesh: TriangleSurfaceMesh | VolumeMesh, vertices: Iterable[int]) -> 
     return mesh._vertices[sorted(vertices)]
 
 
+@checked_late
 def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[int]) -> Aabb:
     """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
     points = _chosen(mesh_M, vertices)
@@ -268,16 +275,19 @@ def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[i
     return Aabb((low + high) / 2.0, (high - low) / 2.0)
 
 
+@checked_late
 def ComputeAabbForVolumeMesh(mesh_M: VolumeMesh, vertices: Iterable[int]) -> Aabb:
     """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
     return ComputeAabbForTriangleMesh(mesh_M, vertices)  # type: ignore[arg-type]
 
 
+@checked_late
 def ComputeObbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[int]) -> Obb:
     """A box in any orientation about some vertices (a set of numbers) of a mesh."""
     return _obb_of_points(_chosen(mesh_M, vertices))
 
 
+@checked_late
 def ComputeObbForVolumeMesh(mesh_M: VolumeMesh, vertices: Iterable[int]) -> Obb:
     """A box in any orientation about some vertices (a set of numbers) of a mesh."""
     return _obb_of_points(_chosen(mesh_M, vertices))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import overloaded
@@ -61,6 +62,7 @@ class DrakeVisualizerParams(Options):
     use_role_channel_suffix: bool = False
 
 
+@checked_late
 class DrakeVisualizer(LeafSystem):
     """Publishes the geometries of one role, and their poses every `publish_period` of simulated time.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import Mismatch
 from sheldrake.lcm import DrakeLcmInterface
 from sheldrake.lcm._messages import (
@@ -60,6 +61,7 @@ _WSG_STATUS_PERIOD = 0.05
 """How often the gripper's status goes out [s]."""
 
 
+@checked_late
 class SimIiwaDriver(Diagram):
     """Simulates an iiwa's control cabinet: from commands and the arm's state to its actuation.
 
@@ -168,6 +170,7 @@ class SimIiwaDriver(Diagram):
         return driver
 
 
+@checked_late
 def BuildIiwaControl(
     builder: DiagramBuilder,
     lcm: DrakeLcmInterface,
@@ -216,6 +219,7 @@ def BuildIiwaControl(
     connect(sender.get_output_port(), publisher.get_input_port())
 
 
+@checked_late
 def BuildSchunkWsgControl(
     plant: MultibodyPlant,
     wsg_instance: ModelInstanceIndex,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
 
 if TYPE_CHECKING:
@@ -184,6 +185,7 @@ class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
         return out
 
 
+@checked_late
 def VisibilityGraph(
     checker: CollisionChecker, points: np.ndarray, parallelize: Parallelism | int | bool = True
 ) -> scipy.sparse.csc_matrix:

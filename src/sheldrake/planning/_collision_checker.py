@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import Parallelism
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Overload, overload, overloaded
@@ -120,6 +121,7 @@ class CollisionCheckerContext:
         return self._model.scene_graph().get_query_output_port().Eval(self._of_scene_graph)
 
 
+@checked_late
 class CollisionChecker:
     """Checks configurations and edges for collisions; its kinds say how. Not made directly."""
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
@@ -60,6 +62,7 @@ def _pair(call: str, a: ArrayLike, b: ArrayLike) -> tuple[np.ndarray, np.ndarray
     return a, b
 
 
+@checked_late
 class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
     """The norm of weighted differences, and straight lines; quaternions by their angle, and along great circles.
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, LinearEqualityConstraint
@@ -121,6 +122,7 @@ class TimeStep:
 TimeStep.__qualname__ = "DirectTranscription.TimeStep"
 
 
+@checked_late
 class DirectTranscription(MultipleShooting):
     """Trajectory optimization with states and inputs at samples; each state follows from the last.
 

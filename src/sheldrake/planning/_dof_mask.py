@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.tree._index import ModelInstanceIndex
 
 
+@checked_late
 class DofMask:
     """For each position of a plant, whether it is selected.
 
@@ -34,7 +36,7 @@ class DofMask:
 
     @staticmethod
     def MakeFromModel(
-        plant: MultibodyPlant, model_index: ModelInstanceIndex | None = None, *, model_name: str | None = None
+        plant: MultibodyPlant, model_index: ModelInstanceIndex | str | None = None, *, model_name: str | None = None
     ) -> DofMask:
         """Returns a mask that selects the positions of a model instance, given by index or by name.
 

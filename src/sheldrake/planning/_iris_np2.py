@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import expect
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
@@ -84,6 +85,7 @@ class _Composed(Constraint):
     _latex = EvaluatorBase._latex
 
 
+@checked_late
 def IrisNp2(
     checker: CollisionChecker,
     starting_ellipsoid: Hyperellipsoid,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import BsplineBasis, KnotVectorType
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
+@checked_late
 class KinematicTrajectoryOptimization:
     """Optimizes q(t) = r(t / T) for a B-spline r on [0, 1] and a duration T.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry import (
     CollisionFilterDeclaration,
     GeometryInstance,
@@ -58,6 +59,7 @@ def _settings(checker: CollisionChecker, params: CollisionCheckerParams | None, 
     return CollisionCheckerParams(**kwargs) if params is None else params
 
 
+@checked_late
 class SceneGraphCollisionChecker(CollisionChecker):
     """Checks collisions by the distances of a SceneGraph.
 
@@ -239,6 +241,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
                 scene_graph.RemoveGeometry(context.scene_graph_context(), source, geometry)
 
 
+@checked_late
 class UnimplementedCollisionChecker(CollisionChecker):
     """A checker that refuses each check; for classes that are given one and do not use it.
 

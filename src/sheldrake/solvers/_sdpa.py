@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers._ids import ProgramAttribute
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -299,6 +300,7 @@ class SdpaForm:
         return "\n".join(lines) + "\n"
 
 
+@checked_late
 def GenerateSDPA(
     prog: MathematicalProgram,
     file_name: str,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._decompose import add_to
 from sheldrake.symbolic._expression import Expression
@@ -11,6 +12,7 @@ from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
 
 
+@checked_late
 def CalcPolynomialWLowerTriangularPart(monomial_basis: Any, gram_lower: Any) -> Polynomial:
     """Returns m' Q m for a vector of monomials m and a symmetric matrix Q, given by the columns of its lower half.
 

@@ -477,3 +477,82 @@ def which_are_taken(lib, options, name):
 def test_settings_take_values_of_the_same_classes(options, name):
     ours, theirs = (which_are_taken(lib, options, name) for lib in LIBRARIES)
     assert ours == theirs and 0 < len(ours) < 4
+
+
+# ---- arguments of another kind
+
+
+def arm_constraint(lib, plant, context, angle=0.1):
+    frame = lib.MultibodyPlant(0.0).world_frame()
+    return lib.AngleBetweenVectorsConstraint(plant, frame, [1, 0, 0], frame, [1, 0, 0], 0.0, angle, context)
+
+
+OTHER_KINDS = {
+    "discrete time": lambda lib: lib.DiscreteTimeApproximation("zz", 0.1),
+    "batch": lambda lib: lib.BatchEvalTimeDerivatives(3, None, [0.0], np.zeros((0, 1)), np.zeros((0, 1))),
+    "integrator": lambda lib: lib.ResetIntegratorFromFlags("zz", "runge_kutta3", 0.1),
+    "friction": lambda lib: lib.CalcContactFrictionFromSurfaceProperties(3, lib.CoulombFriction(1.0, 1.0)),
+    "scoped frame": lambda lib: lib.GetScopedFrameByName(3, "l1"),
+    "subspace": lambda lib: lib.AffineSubspace(np.eye(2), [1.0, 2.0]).ContainedIn("zz"),
+    "shooting": lambda lib: lib.DirectCollocation("zz", None, 3, 0.1, 0.2),
+    "entry": lambda lib: lib.L1NormCost(np.eye(2), [1.0, 2.0]).update_A_entry("zz", 0, 0.3),
+    "constraint": lambda lib: arm_constraint(lib, 3, lib.Integrator(1).CreateDefaultContext()),
+    "box": lambda lib: lib.Aabb([0, 0, 0], [1, 1, 1]).Equal(3),
+    "constructor of a system": lambda lib: lib.Accelerometer("zz", lib.RigidTransform()),
+    "own class": lambda lib: lib.MonteCarloSimulation(3, None, 1.0, 1),
+}
+
+
+@pytest.mark.parametrize("kind", OTHER_KINDS)
+def test_another_class_is_a_type_error(kind):
+    for lib in LIBRARIES:
+        with pytest.raises(TypeError):
+            OTHER_KINDS[kind](lib)
+
+
+STATED = {
+    "no plant": (ValueError, lambda lib: arm_constraint(lib, None, None)),
+    "mean": (ValueError, lambda lib: (p := lib.MathematicalProgram()).AddMaximizeGeometricMeanCost(
+        p.NewContinuousVariables(2), -1.0
+    )),
+    "scheme": (RuntimeError, lambda lib: lib.ResetIntegratorFromFlags(
+        lib.Simulator(lib.Integrator(1)), "none", 0.1
+    )),
+    "variable": (RuntimeError, lambda lib: lib.DirectTranscription(
+        s := lib.Integrator(1), s.CreateDefaultContext(), 3, lib.DirectTranscription.TimeStep(0.1)
+    ).AddRunningCost(lib.Variable("x"))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", STATED)
+def test_what_is_said_of_arguments_of_the_right_kind_stays(kind):
+    error, call = STATED[kind]
+    for lib in LIBRARIES:
+        with pytest.raises(error):
+            call(lib)
+
+
+EVENTS = {
+    "none": lambda s: None,
+    "each step": lambda s: s.DeclarePerStepDiscreteUpdateEvent(lambda c, d: None),
+    "of all state, each step": lambda s: s.DeclarePerStepUnrestrictedUpdateEvent(lambda c, d: None),
+    "of all state, periodic": lambda s: s.DeclarePeriodicUnrestrictedUpdateEvent(0.1, 0.0, lambda c, d: None),
+    "of all state, forced": lambda s: s.DeclareForcedUnrestrictedUpdateEvent(lambda c, d: None),
+    "second period": lambda s: s.DeclarePeriodicDiscreteUpdateEvent(0.2, 0.0, lambda c, d: None),
+}
+
+
+@pytest.mark.parametrize("events", EVENTS)
+def test_difference_equations_with_other_events(events):
+    found = []
+    for lib in LIBRARIES:
+
+        class Own(lib.LeafSystem):
+            def __init__(self):
+                super().__init__()
+                self.DeclareDiscreteState(1)
+                self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, lambda c, d: None)
+                EVENTS[events](self)
+
+        found.append(Own().IsDifferenceEquationSystem())
+    assert found[0] == found[1]

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
+
 from .tree import full_path
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ def _javascript_type(value: Any) -> tuple[str, Any]:
     return "vector", [float(v) for v in value]
 
 
+@checked_late
 class MeshcatAnimation:
     """Records where things are at each frame; Meshcat.SetAnimation() plays it.
 

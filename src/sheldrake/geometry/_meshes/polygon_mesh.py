@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class SurfacePolygon:
         return self._vertices[i]
 
 
+@checked_late
 class PolygonSurfaceMesh:
     """A surface of flat convex polygons in a frame M.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import expect
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
@@ -161,6 +162,7 @@ class TriangleSurfaceMesh:
         return copy.copy(self)
 
 
+@checked_late
 def ReadObjToTriangleSurfaceMesh(
     filename: str | PathLike[str], scale: float | ArrayLike = 1.0, scale3: ArrayLike | None = None
 ) -> TriangleSurfaceMesh:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 from .mesh_files import boundary_triangles
@@ -133,6 +134,7 @@ class VolumeMesh:
         return copy.copy(self)
 
 
+@checked_late
 def ConvertVolumeToSurfaceMesh(volume: VolumeMesh) -> TriangleSurfaceMesh:
     """The surface of a volume mesh: faces that belong to one tetrahedron only; unused vertices are dropped."""
     triangles = boundary_triangles(volume._elements)

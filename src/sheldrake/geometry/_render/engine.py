@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._properties import PerceptionProperties
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
 
+@checked_late
 class RenderEngine:
     """Draws pictures of the geometry with the perception role that is registered with it.
 

@@ -7,6 +7,7 @@ import logging
 import os
 from typing import Any
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry._rgba import Rgba
 
 from .engine import RenderEngine
@@ -19,6 +20,7 @@ kHasRenderEngineVtk = kHasRenderEngineGl = kHasRenderEngineGltfClient = True
 """Whether there are engines of these kinds."""
 
 
+@checked_late
 def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
     """A render engine with the colours and lights of Drake's VTK engine, drawn without a graphics library.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from sheldrake.common import Parallelism, RandomGenerator
 from sheldrake.common._checked import checked
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._options import Options
 from sheldrake.geometry.optimization import _gcs_elements as elements
 from sheldrake.geometry.optimization._affine import Known
@@ -242,6 +243,7 @@ def graphviz(
 _log = logging.getLogger("drake")
 
 
+@checked_late
 class GraphOfConvexSets:
     """A directed graph: each vertex has a point in its convex set, costs and constraints are on vertices and edges."""
 

@@ -8,6 +8,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Box
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
 
+@checked_late
 class Hyperrectangle(ConvexSet):
     """lb <= x <= ub with finite bounds; made as `()` or `(lb, ub)`.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._options import Options
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._roles import Role
@@ -130,6 +131,7 @@ def tangent(ellipsoid: Hyperellipsoid, point: np.ndarray) -> tuple[np.ndarray, f
     return a, float(a @ point)
 
 
+@checked_late
 def Iris(
     obstacles: list[ConvexSet], sample: ArrayLike, domain: HPolyhedron, options: IrisOptions | None = None
 ) -> HPolyhedron:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._bound_calls import BoundCalls
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import anything, called, instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
@@ -56,6 +57,7 @@ class _Bounds(NamedTuple):
     upper: np.ndarray
 
 
+@checked_late
 class DifferentialInverseKinematicsParameters:
     """Limits, gains and the time step of differential inverse kinematics.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.multibody.inverse_kinematics._kernels.forms import distance_slope
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.plant._parts import parts_of
@@ -68,6 +69,7 @@ class _Distances(KinematicFunction):
         return self._by_q(ask(np.concatenate((p_WCa, p_WCb, nhat_W))))
 
 
+@checked_late
 class DistanceConstraint(_Distances, Constraint):
     """The signed distance of two geometries is bounded [m].
 
@@ -218,6 +220,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         return self._influence
 
 
+@checked_late
 class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
     """All pairs of geometries that may collide are at least this far from each other.
 
@@ -235,9 +238,9 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
 
     def __init__(
         self,
-        plant: MultibodyPlant | None = None,
+        plant: MultibodyPlant | CollisionChecker | None = None,
         bound: Any = None,
-        plant_context: Context | None = None,
+        plant_context: Context | CollisionCheckerContext | None = None,
         penalty_function: Callable | None = None,
         influence_distance_offset: float = 0.01,
         *,
@@ -249,6 +252,7 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
         self._set_distances(robot, bound, context, influence_distance_offset, penalty_function)
 
 
+@checked_late
 class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
     """Some pair of geometries that may collide is at most this far apart.
 
@@ -268,9 +272,9 @@ class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
 
     def __init__(
         self,
-        plant: MultibodyPlant | None = None,
+        plant: MultibodyPlant | CollisionChecker | None = None,
         bound: Any = None,
-        plant_context: Context | None = None,
+        plant_context: Context | CollisionCheckerContext | None = None,
         influence_distance_offset: Any = None,
         penalty_function: Callable | None = None,
         *,

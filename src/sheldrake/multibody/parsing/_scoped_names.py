@@ -1,6 +1,9 @@
 """Names that reach into model instances: `arm::gripper::finger`."""
 
+from sheldrake.common._checked_late import checked_late
 
+
+@checked_late
 def GetScopedFrameByName(plant, full_name: str):
     """The frame of a possibly scoped name.
 
@@ -18,6 +21,7 @@ def GetScopedFrameByName(plant, full_name: str):
     return frame
 
 
+@checked_late
 def GetScopedFrameByNameMaybe(plant, full_name: str):
     """The frame of a possibly scoped name, or None.
 

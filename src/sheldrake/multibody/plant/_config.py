@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch, overload, overloaded
@@ -57,6 +58,7 @@ def _choice(what: str, choices: dict[str, Any], value: str) -> Any:
     return choices[value]
 
 
+@checked_late
 def ApplyMultibodyPlantConfig(config: MultibodyPlantConfig, plant: MultibodyPlant) -> None:
     """Configures a plant, except for its time_step, which must agree.
 
@@ -91,6 +93,7 @@ class PlantAndSceneGraph(NamedTuple):
     scene_graph: SceneGraph
 
 
+@checked_late
 def AddMultibodyPlantSceneGraph(
     builder: Any,
     plant: Any = None,

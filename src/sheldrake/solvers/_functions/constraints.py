@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._text import number
@@ -327,6 +328,7 @@ class BoundingBoxConstraint(LinearConstraint):
         return latex_matrix(vars, precision)
 
 
+@checked_late
 class QuadraticConstraint(Constraint):
     """lb <= 1/2 x' Q x + b' x <= ub.
 

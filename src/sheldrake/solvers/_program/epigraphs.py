@@ -138,14 +138,14 @@ class ProgramEpigraphs:
         """Adds the cost -(z_1 ... z_n)^(1/n); called as `(A, b, x)` with z = A x + b, or `(x, c)` with a factor c.
 
         Raises:
-            ValueError: A, b and x do not fit each other.
+            ValueError: A, b and x do not fit each other, there is one row, or the factor is not positive.
         """
         return self._geometric_mean(*_MEAN.choose("AddMaximizeGeometricMeanCost", args, kwargs))
 
     def _geometric_mean(self, z: list[Expression], n: int, c: float) -> Binding[LinearCost]:
         """A binary tree of w^2 <= u v, with ones in the place of leaves beyond n (Lobo et al., 1998, section 2.4)."""
         if n < 2 or c <= 0.0:
-            raise RuntimeError("AddMaximizeGeometricMeanCost(): needs at least two rows, and a positive factor.")
+            raise ValueError("AddMaximizeGeometricMeanCost(): needs at least two rows, and a positive factor.")
         layer = z + [Expression(1.0)] * (2 ** int(np.ceil(np.log2(n))) - n)
         while len(layer) > 1:
             above = self._variables.NewContinuousVariables(len(layer) // 2)

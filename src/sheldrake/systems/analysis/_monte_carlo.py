@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._thread_team import in_parallel, threads_of
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ class RandomSimulationResult:
         return result
 
 
+@checked_late
 def RandomSimulation(
     make_simulator: Callable, output: Callable, final_time: float, generator: RandomGenerator
 ) -> float:
@@ -44,6 +46,7 @@ def RandomSimulation(
     return _run(simulator, output, final_time)
 
 
+@checked_late
 def MonteCarloSimulation(
     make_simulator: Callable,
     output: Callable,

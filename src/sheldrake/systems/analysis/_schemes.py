@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.systems.analysis._explicit import (
     BogackiShampine3Integrator,
     ExplicitEulerIntegrator,
@@ -35,6 +36,7 @@ def GetIntegrationSchemes() -> list[str]:
     return sorted([*SCHEMES, *_FROM_ABOVE])
 
 
+@checked_late
 def ResetIntegratorFromFlags(simulator: Simulator, scheme: str, max_step_size: float) -> IntegratorBase:
     """Gives a simulator the integrator of this name, with this maximum step size [s].
 

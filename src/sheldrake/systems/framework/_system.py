@@ -291,20 +291,16 @@ class System(ScalarConversion, SystemPorts):
         return found.Clone()
 
     def IsDifferenceEquationSystem(self) -> tuple[bool, float]:
-        """Whether all there is is one group of discrete state, updated with one period; and that period [s]."""
+        """Whether the state is one group of discrete state that has a periodic update with one period; that period [s].
+
+        Other events do not count, nor do they in Drake.
+        """
         times = self._periodic_discrete()
-        others = any(
-            event.kind == 0 or (event.kind == DISCRETE and event.trigger in ("per_step",))
-            for s in tree_of(self)
-            if s._subsystems() is None
-            for event in s._all_events()
-        )
         if (
             self.num_continuous_states()
             or self.num_abstract_states()
             or self.num_discrete_state_groups() != 1
             or len(times) != 1
-            or others
         ):
             return False, 0.0
         period, offset = times.pop()

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from sheldrake.common._checked import checked
+from sheldrake.common._checked_late import STUMBLES, refusal
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
 from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
@@ -47,9 +48,11 @@ class SystemType(type):
             """
             try:
                 new = super().__call__(*args, **kwargs)
-            except AttributeError as error:
+            except STUMBLES as error:
                 if is_blank(getattr(error, "obj", None)):
                     raise cls._not_called() from error
+                if (refused := refusal(cls.__init__, (cls, *args), kwargs, error)) is not None:
+                    raise refused from error
                 raise
             if is_blank(new):
                 raise cls._not_called()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common import RandomDistribution, RandomGenerator
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kernels.twister import SIZE
 from sheldrake.common.value import Value
 from sheldrake.systems.framework import LeafSystem, PortDataType
@@ -168,6 +169,7 @@ class RandomSource(LeafSystem):
         x.SetFromVector(sampler.draw(x.size()))
 
 
+@checked_late
 def AddRandomInputs(sampling_interval_sec: float, builder: DiagramBuilder) -> int:
     """Feeds every unconnected input port that was declared with a distribution from a RandomSource; says how many."""
     count = 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, QueryObject
 from sheldrake.geometry._image import ConvertDepth32FTo16U, ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
@@ -61,6 +62,7 @@ class CameraPorts:
         return self.GetOutputPort("image_time")
 
 
+@checked_late
 class CameraSystem(CameraPorts, LeafSystem):
     """A camera whose mounting is a parameter; derived classes declare the outputs.
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from sheldrake.common._checked_late import checked_late
 from sheldrake.multibody.contact_solvers._kernels.laws import harmonic_mean
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 
+@checked_late
 def CalcContactFrictionFromSurfaceProperties(
     surface_properties1: CoulombFriction, surface_properties2: CoulombFriction
 ) -> CoulombFriction:

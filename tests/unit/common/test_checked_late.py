@@ -1,0 +1,111 @@
+"""Arguments that are checked once a call has failed."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from sheldrake.common._checked_late import checked_late
+from sheldrake.geometry.optimization import AffineSubspace
+from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+class Thing:
+    size = 2
+
+
+@checked_late
+def half(thing: Thing, by: int = 2, note: str | None = None) -> int:
+    if by == 0:
+        raise RuntimeError("half(): by is zero.")
+    return thing.size // by
+
+
+@checked_late
+def ends(values: ArrayLike, call: Any = None) -> Any:
+    if call is not None:
+        call(values)
+    return float(values)  # type: ignore[arg-type]
+
+
+@checked_late
+class Pair:
+    def __init__(self, thing: Thing) -> None:
+        self.twice = 2 * thing.size
+
+    def of(self, thing: Thing) -> int:
+        return self.twice // thing.size
+
+    @staticmethod
+    def alone(thing: Thing) -> int:
+        return thing.size
+
+    def _own(self, thing: Thing) -> int:
+        return thing.size
+
+
+def test_what_succeeds_is_not_looked_at():
+    class Other:
+        size = 6
+
+    assert half(Other()) == 3 and half(Thing(), by=1) == 2  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("wrong", [None, "text", 3, [1.0]])
+def test_a_wrong_class_is_a_type_error_that_names_it(wrong):
+    for call in (half, Pair, Pair(Thing()).of, Pair.alone):
+        with pytest.raises(TypeError, match=r"thing must be Thing, not|thing cannot be"):
+            call(wrong)
+
+
+def test_what_the_body_says_of_right_arguments_stays():
+    with pytest.raises(RuntimeError, match="by is zero"):
+        half(Thing(), 0)
+    with pytest.raises(RuntimeError, match="by is zero"):
+        half(Thing(), 0, None)  # None is a default, and may be given
+    with pytest.raises(TypeError, match=r"thing must be Thing, not str"):  # pydrake looks at types first, too
+        half("text", 0)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="could not convert"):
+        ends(_Refuses())  # type: ignore[arg-type]
+
+
+class _Refuses:
+    def __float__(self) -> float:
+        raise ValueError("could not convert")
+
+
+def test_text_is_no_array():
+    with pytest.raises(TypeError, match="values must be ArrayLike, not str"):
+        ends("text")
+
+
+def test_errors_of_a_callers_function_are_the_callers():
+    """What looked in vain was not the library."""
+    with pytest.raises(AttributeError, match="nothing"):
+        ends(1.0, lambda values: values.nothing)
+
+
+def test_private_methods_and_signatures_stay():
+    with pytest.raises(AttributeError):
+        Pair(Thing())._own(None)  # type: ignore[arg-type]
+    assert list(inspect.signature(half).parameters) == ["thing", "by", "note"]
+
+
+def test_an_argument_without_the_attribute_is_named_whatever_its_annotation_is():
+    with pytest.raises(TypeError, match=r"ContainedIn.*other"):
+        AffineSubspace().ContainedIn(None)
+
+
+def test_constructors_of_systems():
+    class Own(LeafSystem):
+        def __init__(self, thing: Thing):
+            super().__init__()
+            self.size = thing.size
+
+    with pytest.raises(TypeError, match="thing"):
+        Own(None)  # type: ignore[arg-type]
