@@ -121,7 +121,6 @@ class CollisionCheckerContext:
         return self._model.scene_graph().get_query_output_port().Eval(self._of_scene_graph)
 
 
-@checked_late
 class CollisionChecker:
     """Checks configurations and edges for collisions; its kinds say how. Not made directly."""
 
@@ -223,6 +222,7 @@ class CollisionChecker:
     def _all_contexts(self) -> list[CollisionCheckerContext]:
         return [*self._contexts, *self._standalone]
 
+    @checked_late
     def PerformOperationAgainstAllModelContexts(
         self, operation: Callable[[Any, CollisionCheckerContext], None]
     ) -> None:
@@ -276,6 +276,7 @@ class CollisionChecker:
 
     # More shapes
 
+    @checked_late
     def AddCollisionShape(self, group_name: str, description: BodyShapeDescription) -> bool:
         """Adds a shape to the body that a description names, as part of a group; tells whether it could.
 
@@ -294,11 +295,13 @@ class CollisionChecker:
             return {name: self.AddCollisionShapes(name, shapes) for name, shapes in group.items()}
         return sum(self.AddCollisionShape(group, description) for description in descriptions)
 
+    @checked_late
     def AddCollisionShapeToFrame(self, group_name: str, frameA: Frame, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a frame to the frame's body; tells whether it could."""
         X_BA = frameA.GetFixedPoseInBodyFrame()
         return self.AddCollisionShapeToBody(group_name, frameA.body(), shape, X_BA @ X_AG)
 
+    @checked_late
     def AddCollisionShapeToBody(self, group_name: str, bodyA: Any, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a body; tells whether it could."""
         added = self._add_shape(bodyA, shape, X_AG)
@@ -313,6 +316,7 @@ class CollisionChecker:
         """Returns the shapes that were added, by group."""
         return {name: [s[2] for s in shapes] for name, shapes in self._added.items()}
 
+    @checked_late
     def RemoveAllAddedCollisionShapes(self, group_name: str | None = None) -> None:
         """Removes the shapes of a group, or of all groups."""
         for name in [*self._added] if group_name is None else [group_name]:
@@ -329,6 +333,7 @@ class CollisionChecker:
         self.UpdateContextPositions(model_context, q)
         return self._is_free(model_context)
 
+    @checked_late
     def CheckConfigsCollisionFree(self, configs: list, parallelize: Any = None) -> list[int]:
         """Returns for each configuration whether (1) or not (0) it is free of collisions.
 
@@ -354,6 +359,7 @@ class CollisionChecker:
             found.append(next((k for k, is_free in enumerate(free) if not is_free), len(way)))
         return found
 
+    @checked_late
     def CalcRobotClearance(
         self, q: ArrayLike, influence_distance: float, context_number: int | None = None
     ) -> RobotClearance:
@@ -369,6 +375,7 @@ class CollisionChecker:
         """
         return self.CalcContextRobotClearance(self.model_context(context_number), q, influence_distance)
 
+    @checked_late
     def CalcRobotClearances(
         self, configs: Sequence[Any], influence_distance: float, parallelize: Parallelism | int | bool | None = None
     ) -> list[RobotClearance]:
@@ -392,6 +399,7 @@ class CollisionChecker:
             )
         return [self.CalcRobotClearance(q, influence_distance) for q in rows]
 
+    @checked_late
     def CalcContextRobotClearance(
         self, model_context: CollisionCheckerContext, q: ArrayLike, influence_distance: float
     ) -> RobotClearance:
@@ -403,18 +411,22 @@ class CollisionChecker:
         self.UpdateContextPositions(model_context, q)
         return self._clearance(model_context, influence_distance)
 
+    @checked_late
     def MaxNumDistances(self, context_number: int | None = None) -> int:
         """Returns the most rows that `CalcRobotClearance` can have."""
         return self.MaxContextNumDistances(self.model_context(context_number))
 
+    @checked_late
     def MaxContextNumDistances(self, model_context: CollisionCheckerContext) -> int:
         """Returns the most rows that `CalcContextRobotClearance` can have."""
         return self._max_num_distances(model_context)
 
+    @checked_late
     def ClassifyBodyCollisions(self, q: ArrayLike, context_number: int | None = None) -> list[RobotCollisionType]:
         """Returns for each body of the plant how it collides; those of the environment never do."""
         return self.ClassifyContextBodyCollisions(self.model_context(context_number), q)
 
+    @checked_late
     def ClassifyContextBodyCollisions(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> list[RobotCollisionType]:
@@ -461,6 +473,7 @@ class CollisionChecker:
             raise RuntimeError(f"CollisionChecker.{call}(): body index {index} is out of range.")
         return index
 
+    @checked_late
     def IsPartOfRobot(self, body: Any = None, *, body_index: Any = None) -> bool:
         """Tells whether a body, given itself or by index, is part of the robot."""
         return bool(self._robot[self._index("IsPartOfRobot", body if body_index is None else body_index)])
@@ -496,6 +509,7 @@ class CollisionChecker:
         """Returns the paddings of all pairs [m]."""
         return self._padding.copy()
 
+    @checked_late
     def SetPaddingMatrix(self, collision_padding: ArrayLike) -> None:
         """Sets the paddings of all pairs [m].
 
@@ -531,14 +545,17 @@ class CollisionChecker:
             return np.logical_and.outer(robot, robot) & ~np.eye(len(robot), dtype=bool)
         return np.logical_xor.outer(robot, robot)
 
+    @checked_late
     def SetPaddingAllRobotEnvironmentPairs(self, padding: float) -> None:
         """Sets the padding between the robot and its environment [m]."""
         self._padding[self._robot_pairs(False)] = _finite("SetPaddingAllRobotEnvironmentPairs", padding)
 
+    @checked_late
     def SetPaddingAllRobotRobotPairs(self, padding: float) -> None:
         """Sets the padding between bodies of the robot [m]."""
         self._padding[self._robot_pairs(True)] = _finite("SetPaddingAllRobotRobotPairs", padding)
 
+    @checked_late
     def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: BodyIndex, padding: float) -> None:
         """Sets the padding between one body of the robot and the environment [m].
 
@@ -595,6 +612,7 @@ class CollisionChecker:
         matrix[i, j] = matrix[j, i] = int(bool(filtered))
         self._set_filter(matrix)
 
+    @checked_late
     def SetCollisionFilteredWithAllBodies(self, body: Any = None, *, body_index: Any = None) -> None:
         """Leaves out all pairs with a body of the robot.
 
@@ -609,6 +627,7 @@ class CollisionChecker:
         matrix[i, i] = -1
         self._set_filter(matrix)
 
+    @checked_late
     def SetCollisionFilterMatrix(self, filter_matrix: ArrayLike) -> None:
         """Sets which pairs are not looked at.
 
@@ -649,6 +668,7 @@ class CollisionChecker:
         """Returns what tells distances of configurations, and what is between them."""
         return self._provider
 
+    @checked_late
     def SetDistanceAndInterpolationProvider(self, provider: DistanceAndInterpolationProvider) -> None:
         """Sets what tells distances of configurations, and what is between them."""
         self._provider = provider
@@ -661,6 +681,7 @@ class CollisionChecker:
             )
         return FunctionProvider(self._provider.distance, self._provider.interpolation)
 
+    @checked_late
     def SetConfigurationDistanceFunction(self, distance_function: Callable) -> None:
         """Sets what tells distances, if the checker was made with such a function.
 
@@ -671,6 +692,7 @@ class CollisionChecker:
         provider.distance = distance_function
         self._provider = provider
 
+    @checked_late
     def SetConfigurationInterpolationFunction(self, interpolation_function: Callable | None) -> None:
         """Sets what is between configurations, None for straight lines; if the checker was made with functions.
 
@@ -731,6 +753,7 @@ class CollisionChecker:
         way = self._path(q1, q2)[1][:, None]
         return all(self._first_collisions([*way[-1:], *way[:-1]], self._threads(parallelize)))
 
+    @checked_late
     def CheckEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[int]:
         """Returns for each pair of configurations whether (1) or not (0) the way is free.
 
@@ -772,6 +795,7 @@ class CollisionChecker:
         free = self._first_collisions(list(way[:, None]), self._threads(parallelize))
         return _measure(distance, free.index(0) if 0 in free else len(way), len(way) - 1)
 
+    @checked_late
     def MeasureEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[EdgeMeasure]:
         """Returns for each pair of configurations how much of the way is free.
 
