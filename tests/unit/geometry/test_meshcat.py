@@ -454,9 +454,9 @@ def test_animation_frames_and_types():
         animation.SetProperty(2, "a", "visible", 1.0)
     animation.SetProperty(1, "q", "position", [1.0, 2.0, 3.0])
     with pytest.raises(RuntimeError, match="'position' of '/drake/q'"):
-        animation.SetTransform(1, "q", Pose([0, 0, 0]))
+        animation.SetTransform(1, "q", RigidTransform())
     with pytest.raises(ValueError, match="integer >= 0"):
-        animation.SetTransform(-1, "a", Pose([0, 0, 0]))
+        animation.SetTransform(-1, "a", RigidTransform())
     with pytest.raises(ValueError, match="positive integer"):
         animation.set_repetitions(0)
     assert (animation.loop_mode(), animation.repetitions()) == (MeshcatAnimation.LoopMode.kLoopRepeat, 1)
