@@ -173,7 +173,6 @@ def _dual(x: Any) -> Any:
 def max(a: Any, b: Any, /) -> Any:
     """The larger of two numbers."""
     a, b = _plain(a), _plain(b)
-    a, b = _plain(a), _plain(b)
     kind = _pair(a, b)
     if kind is _FLOAT:
         a, b = float(a), float(b)
@@ -187,7 +186,6 @@ def max(a: Any, b: Any, /) -> Any:
 
 def min(a: Any, b: Any, /) -> Any:
     """The smaller of two numbers."""
-    a, b = _plain(a), _plain(b)
     a, b = _plain(a), _plain(b)
     kind = _pair(a, b)
     if kind is _FLOAT:

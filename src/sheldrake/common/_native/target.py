@@ -10,7 +10,7 @@ import functools
 import platform
 import re
 import sys
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from llvmlite.binding import TargetMachine
@@ -71,16 +71,20 @@ def host() -> Target:
     Raises:
         ModuleNotFoundError: if nothing is there that could compile for it.
     """
-    try:
-        import llvmlite.binding as llvm
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
-
+    llvm = _llvm()
     triple = llvm.get_process_triple()
     kind, level = processor()
     if kind == "x86_64":
         return Target(triple, level, X86_LEVELS[level])
     return Target(triple, level, "apple-m1" if "apple" in triple else "generic")
+
+
+def _llvm() -> Any:
+    try:
+        import llvmlite.binding
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
+    return llvmlite.binding
 
 
 def compiler_version() -> str:
@@ -106,11 +110,7 @@ def processor() -> tuple[str, int]:
     flags = _flags_of_linux()
     if flags:
         return "x86_64", 3 if flags.issuperset(V3_FEATURES.values()) else 1
-    try:
-        import llvmlite.binding as llvm
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
-
+    llvm = _llvm()
     kind = llvm.get_process_triple().split("-")[0]
     features = llvm.get_host_cpu_features() if kind == "x86_64" else {}
     return kind, 3 if features and all(features.get(f, False) for f in V3_FEATURES) else 1
