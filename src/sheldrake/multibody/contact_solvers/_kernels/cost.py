@@ -38,6 +38,7 @@ from sheldrake.multibody.contact_solvers._kernels.factor import (
     in_blocks,
     in_branches,
     places_of,
+    rows_not_held,
     solve_blocks,
     solve_branches,
 )
@@ -492,11 +493,8 @@ def clear_part(problem, factor):
     for place in columns_not_held(factor, problem.columns):
         block = factor.blocks[place]
         clear(factor.L, block.diagonal, block.diagonal + block.size * block.size)
-        for e in range(block.below_begin, block.below_end):
-            entry = factor.entries[e]
-            row = factor.blocks[entry.place]
-            if row.held == 0:
-                clear(factor.L, entry.address, entry.address + row.size * block.size)
+        for entry, row in rows_not_held(factor, block):
+            clear(factor.L, entry.address, entry.address + row.size * block.size)
 
 
 @kernel

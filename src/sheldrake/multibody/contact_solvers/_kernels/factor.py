@@ -911,24 +911,31 @@ def backwards(L, D, n, x, at):
 
 
 @kernel
-def eliminate_column(factor, k):
-    """Takes column k of the factor off the right-hand side: the step of x <- L^-1 x that follows those before it."""
-    L, x, column = factor.L, factor.rhs, factor.blocks[k]
-    size, at = column.size, column.first_slot
-    forwards(L, column.diagonal, size, x, at)
-    for e in range(column.below_begin, column.below_end):
-        entry = factor.entries[e]
-        row = factor.blocks[entry.place]
-        if row.held == 0:
-            subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
-
-
-@kernel
 def columns_not_held(factor, n):
     """Those of the first n block columns whose trees may move, in order."""
     for k in range(n):
         if factor.blocks[k].held == 0:
             yield k
+
+
+@kernel
+def rows_not_held(factor, column):
+    """The blocks below the diagonal of a column in rows whose trees may move: (entry, block of the row)."""
+    for e in range(column.below_begin, column.below_end):
+        entry = factor.entries[e]
+        row = factor.blocks[entry.place]
+        if row.held == 0:
+            yield entry, row
+
+
+@kernel
+def eliminate_column(factor, k):
+    """Takes column k of the factor off the right-hand side: the step of x <- L^-1 x that follows those before it."""
+    L, x, column = factor.L, factor.rhs, factor.blocks[k]
+    size, at = column.size, column.first_slot
+    forwards(L, column.diagonal, size, x, at)
+    for entry, row in rows_not_held(factor, column):
+        subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
 
 
 @kernel(outline=True)
@@ -940,11 +947,8 @@ def factorise(factor, n):
         column = factor.blocks[k]
         if factorise_diagonal(L, column.diagonal, column.size) != SOLVED:
             return HESSIAN_NOT_POSITIVE
-        for e in range(column.below_begin, column.below_end):
-            entry = factor.entries[e]
-            row = factor.blocks[entry.place]
-            if row.held == 0:
-                divide(L, entry.address, row.size, column.diagonal, column.size, column.size, 1, 0)  # by L^T
+        for entry, row in rows_not_held(factor, column):
+            divide(L, entry.address, row.size, column.diagonal, column.size, column.size, 1, 0)  # by L^T
         eliminate_column(factor, k)
     return SOLVED
 
@@ -965,11 +969,8 @@ def substitute(factor, n):
         if column.held != 0:
             continue
         size, at = column.size, column.first_slot
-        for e in range(column.below_begin, column.below_end):
-            entry = factor.entries[e]
-            row = factor.blocks[entry.place]
-            if row.held == 0:
-                subtract_transpose_times(L, entry.address, row.size, size, x, at, row.first_slot)
+        for entry, row in rows_not_held(factor, column):
+            subtract_transpose_times(L, entry.address, row.size, size, x, at, row.first_slot)
         backwards(L, column.diagonal, size, x, at)
 
 
