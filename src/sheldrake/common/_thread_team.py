@@ -49,6 +49,10 @@ class ThreadTeam:
             BaseException: what the first part that failed raised, when the others that had begun have ended.
         """
         self.stopped = False
+        if min(self.num_threads, parts) <= 1:
+            for part in range(parts):
+                work(0, part)
+            return
         todo, errors, lock = iter(range(parts)), [], threading.Lock()
 
         def take(thread: int) -> None:
@@ -63,10 +67,6 @@ class ThreadTeam:
                 errors.append(error)
                 self.stopped = True
 
-        if min(self.num_threads, parts) <= 1:
-            for part in range(parts):
-                work(0, part)
-            return
         with _CtrlC(self) as ctrl_c:
             others = [self._threads().submit(take, k) for k in range(1, min(self.num_threads, parts))]
             take(0)

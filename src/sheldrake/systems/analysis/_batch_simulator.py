@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import itertools
 import operator
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
@@ -134,11 +133,11 @@ class BatchSimulator:
         in_loop = {*program.calls.tolist(), *program.prerequisites.tolist()}
         self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
         self._everybody = _read_only(np.arange(self._count))
-        self._begun = np.zeros(self._count, bool)
+        self._begun, self._all_begun = np.zeros(self._count, bool), False
         self._failures: dict[int, WorldFailure] = {}
         self._failed = np.zeros(self._count, bool)
         self._errors: dict[int, BaseException] = {}
-        self._terminated = np.zeros(self._count, bool)
+        self._terminated, self._some_at_end = np.zeros(self._count, bool), False
         self._in_use = threading.Lock()
         self._plan = RolloutPlan(self._count)
         self._outputs_of: dict[int, RolloutPlan] = {}
@@ -374,12 +373,11 @@ class BatchSimulator:
 
     def _going(self, call: str, worlds: ArrayLike | None) -> np.ndarray:
         """Those that may advance: of all, those that have not come to an end."""
-        at_end = self._terminated | self._failed
         if worlds is None:
-            return np.flatnonzero(~at_end) if at_end.any() else self._everybody
+            return np.flatnonzero(~(self._terminated | self._failed)) if self._some_at_end else self._everybody
         who = self._numbers_of(call, worlds)
-        if at_end[who].any():
-            w = int(who[at_end[who]][0])
+        if self._some_at_end and (at_end := (self._terminated | self._failed)[who]).any():
+            w = int(who[at_end][0])
             what = f"failed ({self._failures[w].error})" if w in self._failures else "terminated"
             raise RuntimeError(f"BatchSimulator.{call}(): world {w} has {what}; Reset() it first.")
         return who
@@ -414,7 +412,7 @@ class BatchSimulator:
         if not np.all(np.isfinite(times)):
             raise ValueError(f"BatchSimulator.SetTime(): times must be finite, not {time}.")
         self._worlds.S[who, 0] = times
-        self._begun[who] = False
+        self._begun[who] = self._all_begun = False
 
     def Reset(self, worlds: ArrayLike | None = None) -> None:
         """Sets worlds back to how they were at first: time and state. Parameters and inputs stay; logs are empty.
@@ -423,8 +421,7 @@ class BatchSimulator:
             worlds: A mask, shape (num_worlds,), or numbers; all if not given.
         """
         who = self._numbers_of("Reset", worlds)
-        with self._alone("Reset"):
-            self._worlds.set_back(who)
+        self._alone("Reset", self._worlds.set_back, who)
         self._forget_end(who)
 
     def _times_of(self, call: str, time: ArrayLike, who: np.ndarray) -> np.ndarray:
@@ -446,7 +443,10 @@ class BatchSimulator:
         )
 
     def _forget_end(self, who: np.ndarray) -> None:
-        self._begun[who] = self._terminated[who] = self._failed[who] = False
+        self._begun[who] = self._all_begun = False
+        if self._some_at_end:
+            self._terminated[who] = self._failed[who] = False
+            self._some_at_end = bool(self._terminated.any() or self._failed.any())
         for w in who.tolist() if self._failures else ():
             self._failures.pop(w, None)
 
@@ -506,9 +506,16 @@ class BatchSimulator:
         _whole("BatchSimulator.AdvanceSteps()", "num_steps", num_steps, 1)
         who = self._going("AdvanceSteps", worlds)
         self._begin("AdvanceSteps", who)
-        next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
-        self._set_ticks("AdvanceSteps", self._plan, next_ticks, num_steps)
+        self._set_ticks("AdvanceSteps", self._plan, self._next_ticks(who), num_steps)
         self._roll_out("AdvanceSteps", self._plan, who, 1)
+
+    def _next_ticks(self, who: np.ndarray) -> np.ndarray:
+        """Numbers of the ticks of the system's only clock that come next."""
+        return self._worlds.I[self._rows(who), self._layout.k0] if self._layout.clocks else who
+
+    def _rows(self, who: np.ndarray) -> np.ndarray | slice:
+        """These worlds' rows of arrays; taking all of them is cheaper than taking each."""
+        return slice(None) if who is self._everybody else who
 
     def _set_ticks(self, call: str, plan: RolloutPlan, next_ticks: np.ndarray, num_steps: int) -> None:
         """Times of a plan: samples are `num_steps` ticks apart."""
@@ -520,8 +527,8 @@ class BatchSimulator:
                 f"has {len(clocks)} clocks. Use times instead."
             )
         time = plan.rollout.time[: len(next_ticks)]
-        time[:, 0], time[:, 1] = clocks[0]
-        time[:, 2], time[:, 3] = next_ticks - 1 + num_steps, num_steps
+        time[:] = *clocks[0], num_steps - 1, num_steps
+        time[:, 2] += next_ticks
 
     def Record(
         self,
@@ -559,8 +566,7 @@ class BatchSimulator:
         plan, ports = self._sampling("Record", output_ports, num_samples, inputs, input_port, None)
         self._begin("Record", who)
         if time_step is None:
-            next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
-            self._set_ticks("Record", plan, next_ticks, steps_per_sample)
+            self._set_ticks("Record", plan, self._next_ticks(who), steps_per_sample)
         else:
             self._set_times(plan, self._worlds.S[who, 0], time_step)
         self._put_inputs("Record", plan, len(who), num_samples, inputs)
@@ -689,9 +695,10 @@ class BatchSimulator:
             w = int(who[~in_time[who]][0])
             t = self._worlds.S[w, 0]
             raise ValueError(f"BatchSimulator.{call}(): world {w} is at t = {t} s{self._too_late(t)}.")
-        if self._begun.all():
+        if self._all_begun:
             return
         new = who[~self._begun[who]]
+        self._all_begun = who is self._everybody
         if not len(new):
             return
         self._plan.rollout.who[: len(new)] = new
@@ -704,33 +711,37 @@ class BatchSimulator:
         return self._native if self._native and all(rows[r].native for r in plan.rows) else self._simulated
 
     def _call_each(self, call: str, plan: RolloutPlan, count: int, callee: int) -> None:
-        with self._alone(call):
-            self._check_inputs(plan.rollout.who[:count], plan.rows)
-            self._engine_of(plan).call_each(plan, count, callee)
-        self._note_outcomes(plan.rollout.who[:count])
+        who = plan.rollout.who[:count]
+        self._alone(call, self._call_each_alone, plan, who, callee)
+        self._note_outcomes(who)
+
+    def _call_each_alone(self, plan: RolloutPlan, who: np.ndarray, callee: int) -> None:
+        self._check_inputs(who, plan.rows)
+        self._engine_of(plan).call_each(plan, len(who), callee)
 
     def _roll_out(
         self, call: str, plan: RolloutPlan, who: np.ndarray, samples: int, kept: np.ndarray | None = None
     ) -> None:
         """Takes worlds through a plan whose times, inputs and states are in place, and its outputs in `kept`."""
         plan.rollout.who[: len(who)] = who
-        with self._alone(call):
-            self._check_inputs(who, plan.rows)
-            if len(plan.rollout.state):
-                self._worlds.forget_past(who)
-                self._forget_end(who)
-                self._begun[who] = True
-            self._worlds.progress[who] = _TO_GO
-            self._engine_of(plan).roll_out(plan, len(who), samples)
+        self._alone(call, self._roll_out_alone, plan, who, samples)
         if kept is not None:
             done = self._worlds.progress[who, Progress.sample]
             for j in np.flatnonzero(done < samples).tolist():
                 kept[j, done[j] :] = np.nan
         self._note_outcomes(who)
 
-    @contextlib.contextmanager
-    def _alone(self, call: str) -> Iterator[None]:
-        """While it lasts, nobody else works on the worlds.
+    def _roll_out_alone(self, plan: RolloutPlan, who: np.ndarray, samples: int) -> None:
+        self._check_inputs(who, plan.rows)
+        if len(plan.rollout.state):
+            self._worlds.forget_past(who)
+            self._forget_end(who)
+            self._begun[who] = True
+        self._worlds.progress[self._rows(who)] = _TO_GO
+        self._engine_of(plan).roll_out(plan, len(who), samples)
+
+    def _alone(self, call: str, work: Callable[..., None], *args: Any) -> None:
+        """Work on the worlds while which nobody else does any.
 
         Raises:
             RuntimeError: somebody does already; or the context of a world was given what others have not.
@@ -741,7 +752,7 @@ class BatchSimulator:
             for store in self._worlds.known():
                 if store.unsettled:
                     store.settle()
-            yield
+            work(*args)
         finally:
             self._in_use.release()
 
@@ -764,9 +775,10 @@ class BatchSimulator:
         Raises:
             WorldsFailed: some failed.
         """
-        codes = self._worlds.progress[who, Progress.code]
-        if not (codes != _program.DONE).any():
+        codes = self._worlds.progress[self._rows(who), Progress.code]
+        if not codes.any():  # all are DONE
             return
+        self._some_at_end = True
         self._terminated[who] |= codes == _program.TERMINATED
         new = [self._failure(w) for w in who[codes == _program.ERROR].tolist()]
         for found in new:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,15 +66,13 @@ class NativeWorlds:
                 before = now
             self._seconds = (now - begin) / (last - first)
 
-        with self._claimed():
-            team.run(work, len(ends) - 1)
+        self._run(work, len(ends) - 1)
         self._rollouts += 1
         if count and self._rollouts.bit_count() == 1:  # 1, 2, 4 ...: a robot that walks uses more than one that falls
             worlds.look_at_use(int(who[0]))
 
-    @contextlib.contextmanager
-    def _claimed(self) -> Iterator[None]:
-        """While it lasts, contexts of worlds are not for other threads.
+    def _run(self, work: Callable[[int, int], None], parts: int) -> None:
+        """Work for the threads; while it lasts, contexts of worlds are not for others.
 
         Raises:
             RuntimeError: something is computed in one.
@@ -85,7 +82,7 @@ class NativeWorlds:
             for store in self._worlds.known():
                 store.claim("BatchSimulator")
                 claimed.append(store)
-            yield
+            self._team.run(work, parts)
         finally:
             for store in reversed(claimed):
                 store.release()
@@ -102,8 +99,7 @@ class NativeWorlds:
             bound.set("callee", callee)
             bound()
 
-        with self._claimed():
-            self._team.run(work, -(-count // size))
+        self._run(work, -(-count // size))
 
     def _choose(self, rows: list[int]) -> None:
         """Output rows that are computed."""
@@ -129,6 +125,8 @@ class NativeWorlds:
         So none waits long for the others (guided self-scheduling: Polychronopoulos and Kuck 1987).
         """
         threads = self._team.num_threads
+        if count == 1:
+            return [0, 1]
         together = LANES if count >= LANES * threads else 1
         least = max(1, int(_SHORT / self._seconds)) if self._seconds > 0.0 else 1
         most = max(1, int(_LONG / self._seconds)) if self._seconds > 0.0 else -(-count // (_PARTS * threads))
