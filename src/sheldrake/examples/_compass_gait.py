@@ -22,6 +22,7 @@ from sheldrake.systems.framework import (
     UnrestrictedUpdateEvent,
     WitnessFunctionDirection,
 )
+from sheldrake.systems.framework._port_getters import output_port
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -78,13 +79,8 @@ class CompassGait(LeafSystem):
             UnrestrictedUpdateEvent(self._collide),
         )
 
-    def get_minimal_state_output_port(self) -> OutputPort:
-        """The port of the legs' angles and rates."""
-        return self.get_output_port(0)
-
-    def get_floating_base_state_output_port(self) -> OutputPort:
-        """The port of the state as of a floating body."""
-        return self.get_output_port(1)
+    get_minimal_state_output_port = output_port(0, "The port of the legs' angles and rates.")
+    get_floating_base_state_output_port = output_port(1, "The port of the state as of a floating body.")
 
     def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""

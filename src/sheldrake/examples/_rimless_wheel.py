@@ -25,6 +25,7 @@ from sheldrake.systems.framework import (
 )
 from sheldrake.systems.framework._declarations import Callback, PythonStage, Stages
 from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._port_getters import output_port
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -91,13 +92,8 @@ class RimlessWheel(LeafSystem):
         """Half the angle between two spokes [rad]."""
         return math.pi / params.number_of_spokes()
 
-    def get_minimal_state_output_port(self) -> OutputPort:
-        """The port of the angle and its rate."""
-        return self.get_output_port(0)
-
-    def get_floating_base_state_output_port(self) -> OutputPort:
-        """The port of the state as of a floating body."""
-        return self.get_output_port(1)
+    get_minimal_state_output_port = output_port(0, "The port of the angle and its rate.")
+    get_floating_base_state_output_port = output_port(1, "The port of the state as of a floating body.")
 
     @staticmethod
     def _state(context: Context) -> RimlessWheelContinuousState:
