@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._random import RandomGenerator
@@ -94,8 +95,7 @@ class _Whole(Schema):
 class Distribution:
     """A random number."""
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("Distribution: No constructor defined! Use Gaussian, Uniform, ...")
+    __init__ = no_constructor("Use Gaussian, Uniform, ...")
 
     def Sample(self, generator: RandomGenerator) -> float:
         """A random value."""
@@ -187,8 +187,7 @@ class UniformDiscrete(_Whole, Distribution):
 class DistributionVector:
     """A random vector."""
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("DistributionVector: No constructor defined! Use GaussianVector, UniformVector, ...")
+    __init__ = no_constructor("Use GaussianVector, UniformVector, ...")
 
     def Sample(self, generator: RandomGenerator) -> np.ndarray:
         """A random value, shape (n,)."""

@@ -13,6 +13,7 @@ import numpy as np
 from sheldrake.common import Parallelism
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, instance_of, text
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Overload, overload, overloaded
 from sheldrake.common._thread_team import threads_of
@@ -124,8 +125,7 @@ class CollisionCheckerContext:
 class CollisionChecker:
     """Checks configurations and edges for collisions; its kinds say how. Not made directly."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.planning.CollisionChecker: No constructor defined!")
+    __init__ = no_constructor()
 
     def _set_up(self, params: CollisionCheckerParams, parallel: bool) -> None:
         name = type(self).__name__

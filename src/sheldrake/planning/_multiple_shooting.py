@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import instance_of
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import (
     BoundingBoxConstraint,
@@ -50,8 +51,7 @@ class MultipleShooting:
     that are added here they stand for the decision variables of each sample.
     """
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"pydrake.planning.{type(self).__name__}: No constructor defined!")
+    __init__ = no_constructor()
 
     def _set_up(
         self,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked_late import checked_late
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 if TYPE_CHECKING:
@@ -22,8 +23,7 @@ if TYPE_CHECKING:
 class SurfacePolygon:
     """The vertex numbers of one polygon."""
 
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError("SurfacePolygon: No constructor defined! Use PolygonSurfaceMesh.element().")
+    __init__ = no_constructor("Use PolygonSurfaceMesh.element().")
 
     _vertices: tuple[int, ...]
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._kernels.hydro_model import (
     Choices,
@@ -34,10 +35,7 @@ class ContactSurface:
     id_M < id_N, and the faces' normals point out of N into M. Everything is in W.
     """
 
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError(
-            "ContactSurface: No constructor defined! Surfaces come from QueryObject.ComputeContactSurfaces()."
-        )
+    __init__ = no_constructor("Surfaces come from QueryObject.ComputeContactSurfaces().")
 
     _ids: tuple[GeometryId, GeometryId]
     _triangle: bool

@@ -15,6 +15,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._kinds import instance_of
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import dispatch, incompatible, overload
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -59,8 +60,7 @@ class ConvexSet:
     _dimension: int
     _has_volume = False
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"pydrake.geometry.optimization.{type(self).__name__}: No constructor defined!")
+    __init__ = no_constructor()
 
     # What a kind of set says
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake import symbolic
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry.optimization._cspace_geometries import CSpaceSeparatingPlane
 from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
 from sheldrake.symbolic import Expression, Monomial, Polynomial
@@ -207,8 +208,7 @@ class SeparationCertificateResultBase:
     plane_decision_var_vals: np.ndarray
     result: MathematicalProgramResult
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.SeparationCertificateResult: No constructor defined!")
+    __init__ = no_constructor()
 
 
 class SeparationCertificateResult(SeparationCertificateResultBase):
@@ -234,8 +234,7 @@ class SeparationCertificate:
         negative_side_rational_lagrangians: Of the negative side.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.SeparationCertificate: No constructor defined!")
+    __init__ = no_constructor()
 
     positive_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
     negative_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
@@ -272,8 +271,7 @@ class SeparationCertificateProgramBase:
     plane_index: int
     _prog: MathematicalProgram
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.SeparationCertificateProgramBase: No constructor defined!")
+    __init__ = no_constructor()
 
     def prog(self) -> MathematicalProgram:
         """Returns the program."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.common import Parallelism
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._options import Options as _Options
 from sheldrake.geometry.optimization import _cspace_certificates as certificates
@@ -209,8 +210,7 @@ class CspaceFreePolytopeBase:
 
         with_cross_y: bool = False
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")
+    __init__ = no_constructor()
 
     _pairs: dict[tuple[GeometryId, GeometryId], int]
     _planes: list[CSpaceSeparatingPlane]

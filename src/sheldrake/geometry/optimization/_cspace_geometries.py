@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.geometry import Box, Capsule, Convex, Cylinder, GeometryId, Mesh, Shape, Sphere
 from sheldrake.geometry.optimization._vpolytope import VPolytope
@@ -88,8 +89,7 @@ def _vertices(shape: Any) -> np.ndarray:
 class CIrisCollisionGeometry:
     """A collision geometry of a body; `CspaceFreePolytope` makes them."""
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.CIrisCollisionGeometry: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _of(cls, shape: Shape, body_index: BodyIndex, id: GeometryId, X_BG: RigidTransform) -> CIrisCollisionGeometry:
@@ -151,8 +151,7 @@ class CSpaceSeparatingPlane:
     plane_degree: int
     decision_variables: np.ndarray
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.CSpaceSeparatingPlane: No constructor defined!")
+    __init__ = no_constructor()
 
 
 class _PlaneOfVariables(CSpaceSeparatingPlane):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.symbolic import Expression, Monomial, Polynomial, RationalFunction, Variable, atan2, tan
 from sheldrake.symbolic import _build as build
@@ -31,8 +32,7 @@ class RationalForwardKinematicsPose:
     _rotation: np.ndarray
     _position: np.ndarray
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.multibody.rational.RationalForwardKinematicsPose: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _of(cls, elements: np.ndarray) -> RationalForwardKinematicsPose:

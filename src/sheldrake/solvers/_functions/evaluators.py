@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._checked import checked
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._text import latex_bounds, latex_matrix
@@ -57,8 +58,7 @@ class EvaluatorBase:
     _sparsity: list[tuple[int, int]] | None = None
     _thread_safe = True
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{_python_name(type(self))}: No constructor defined!")
+    __init__ = no_constructor()
 
     def _set_sizes(self, num_outputs: int, num_vars: int, description: str = "") -> None:
         self._num_outputs, self._num_vars, self._description = num_outputs, num_vars, description
@@ -163,11 +163,6 @@ class EvaluatorBase:
         named = f" described as '{self._description}'" if self._description else ""
         names = "".join(f" {v}" for v in vars)
         return f"{type(self).__name__}{named} with {len(vars)} decision variables{names}\n"
-
-
-def _python_name(cls: type) -> str:
-    inside = cls.__module__.startswith("sheldrake.")
-    return f"pydrake.solvers.{cls.__name__}" if inside else cls.__name__
 
 
 class Cost(EvaluatorBase):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
 from sheldrake.common._checked_late import checked_late
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._thread_team import in_parallel, threads_of
 
 if TYPE_CHECKING:
@@ -20,8 +21,7 @@ class RandomSimulationResult:
     generator_snapshot: RandomGenerator
     output: float
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("RandomSimulationResult: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, generator_snapshot: RandomGenerator, output: float) -> RandomSimulationResult:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
 
 if TYPE_CHECKING:
@@ -27,8 +28,7 @@ class SimulatorStatus:
         kReachedTerminationCondition = 1
         kEventHandlerFailed = 2
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("SimulatorStatus: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _make(

@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine.freshness import Sources, freshness
@@ -42,8 +43,7 @@ class CacheEntryValue:
     _entry: CacheEntry
     _context: Context
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("CacheEntryValue: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, entry: CacheEntry, context: Context) -> CacheEntryValue:
@@ -85,8 +85,7 @@ class CacheEntry:
     _number: int
     _values: weakref.WeakValueDictionary[int, CacheEntryValue]  # by id of their context, which they hold
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
+    __init__ = no_constructor("Use System.DeclareCacheEntry().")
 
     @classmethod
     def _make(cls, system: SystemBase, index: int) -> CacheEntry:

@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.kernel import Kernel
 
@@ -58,8 +59,7 @@ class EventStatus:
         kReachedTermination = 2
         kFailed = 3
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("EventStatus: No constructor defined! Use EventStatus.Succeeded() and its like.")
+    __init__ = no_constructor("Use EventStatus.Succeeded() and its like.")
 
     @classmethod
     def _make(cls, severity: EventStatus.Severity, system: System | None = None, message: str = "") -> EventStatus:
@@ -123,8 +123,7 @@ class PeriodicEventData:
     _period: float
     _offset: float
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("PeriodicEventData: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, period: float, offset: float) -> PeriodicEventData:
@@ -221,8 +220,7 @@ class WitnessFunction:
     _kernel: Kernel | None
     _event: Event | None
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("WitnessFunction: No constructor defined! Use LeafSystem.MakeWitnessFunction().")
+    __init__ = no_constructor("Use LeafSystem.MakeWitnessFunction().")
 
     @classmethod
     def _make(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.value import AbstractValue, Value
@@ -42,8 +43,7 @@ class FixedInputPortValue:
     _store: Store
     _port: tuple[int, int]
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("FixedInputPortValue: No constructor defined! Use InputPort.FixValue().")
+    __init__ = no_constructor("Use InputPort.FixValue().")
 
     @classmethod
     def _make(cls, store: Store, node: int, index: int) -> FixedInputPortValue:
@@ -80,8 +80,7 @@ class _Port:
     def _declaration(self) -> InputDeclaration | OutputDeclaration:
         raise NotImplementedError
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, system: SystemBase, index: int) -> Self:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue, _register_value_type
 from sheldrake.systems.framework._values import _index
@@ -64,8 +65,7 @@ class SystemOutput:
 
     _values: list[AbstractValue]
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("SystemOutput: No constructor defined! Use System.AllocateOutput().")
+    __init__ = no_constructor("Use System.AllocateOutput().")
 
     @classmethod
     def _of(cls, values: list[AbstractValue]) -> SystemOutput:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import _register_value_type
 
@@ -117,8 +118,7 @@ class VectorBase:
     _v: np.ndarray
     _on_write: Callable[[], None] | None = None
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined!")
+    __init__ = no_constructor()
 
     @classmethod
     def _view(cls, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Self:

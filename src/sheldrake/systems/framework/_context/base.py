@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
@@ -37,8 +38,7 @@ class ContextBase:
     _parameters: Any = None
     """The parameters as one object, likewise."""
 
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
+    __init__ = no_constructor("Use System.CreateDefaultContext().")
 
     @classmethod
     def _make(cls, store: Store, node: int, system: System) -> Self:
