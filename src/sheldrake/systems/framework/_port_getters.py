@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._made_methods import MadeMethod
+
 if TYPE_CHECKING:
     from typing import Generic, TypeVar
 
@@ -20,18 +22,6 @@ if TYPE_CHECKING:
         """What a type checker sees: a method without arguments."""
 
         def __get__(self, system: object, owner: type) -> Callable[[], _Port]: ...
-
-
-class _Method:
-    """Becomes a method of the class that it is put into, by the name it has there."""
-
-    def __init__(self, get: Callable[[Any], Any], doc: str) -> None:
-        self._get, get.__doc__ = get, doc
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        get = self._get
-        get.__name__, get.__qualname__, get.__module__ = name, f"{owner.__qualname__}.{name}", owner.__module__
-        setattr(owner, name, get)
 
 
 def input_port(port: int | str, doc: str = "") -> _Getter[InputPort]:
@@ -49,7 +39,7 @@ def input_port(port: int | str, doc: str = "") -> _Getter[InputPort]:
         return self.GetInputPort(port)
 
     get = by_name if isinstance(port, str) else by_index
-    return _Method(get, doc or f"The input port {port}.")  # type: ignore[return-value]
+    return MadeMethod(get, doc or f"The input port {port}.")  # type: ignore[return-value]
 
 
 def output_port(port: int | str, doc: str = "") -> _Getter[OutputPort]:
@@ -62,4 +52,4 @@ def output_port(port: int | str, doc: str = "") -> _Getter[OutputPort]:
         return self.GetOutputPort(port)
 
     get = by_name if isinstance(port, str) else by_index
-    return _Method(get, doc or f"The output port {port}.")  # type: ignore[return-value]
+    return MadeMethod(get, doc or f"The output port {port}.")  # type: ignore[return-value]
