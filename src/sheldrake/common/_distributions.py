@@ -92,10 +92,9 @@ class _Whole(Schema):
         super().__init__(*args, **kwargs)
 
 
+@no_constructor("Use Gaussian, Uniform, ...")
 class Distribution:
     """A random number."""
-
-    __init__ = no_constructor("Use Gaussian, Uniform, ...")
 
     def Sample(self, generator: RandomGenerator) -> float:
         """A random value."""
@@ -184,10 +183,9 @@ class UniformDiscrete(_Whole, Distribution):
         return result
 
 
+@no_constructor("Use GaussianVector, UniformVector, ...")
 class DistributionVector:
     """A random vector."""
-
-    __init__ = no_constructor("Use GaussianVector, UniformVector, ...")
 
     def Sample(self, generator: RandomGenerator) -> np.ndarray:
         """A random value, shape (n,)."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
+
+_Class = TypeVar("_Class", bound=Any)
 
 
-def no_constructor(instead: str = "") -> Callable[..., None]:
-    """An `__init__` that says that there is none, as pydrake does.
+def no_constructor(instead: str = "") -> Callable[[_Class], _Class]:
+    """Decorates a class that says, as pydrake does, that it has no constructor; derived ones may have one.
 
     Args:
         instead: A sentence on where objects of the class come from.
@@ -17,7 +19,11 @@ def no_constructor(instead: str = "") -> Callable[..., None]:
     def __init__(self: Any, *args: object, **kwargs: object) -> None:
         raise TypeError(f"{_name_of(type(self))}: No constructor defined!{instead and ' '}{instead}")
 
-    return __init__
+    def decorate(cls: _Class) -> _Class:
+        cls.__init__ = __init__
+        return cls
+
+    return decorate
 
 
 def _name_of(cls: type) -> str:

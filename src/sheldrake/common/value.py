@@ -18,13 +18,12 @@ if TYPE_CHECKING:
 __all__ = ["AbstractValue", "Value"]
 
 
+@no_constructor("Use Value(x), Value[T](...) or AbstractValue.Make(x).")
 class AbstractValue:
     """A held value whose type is fixed at construction. Made by `Value(x)`, `Value[T](...)` or `AbstractValue.Make`."""
 
     _type: ClassVar[Any] = None  # the class of the held object
     _held: Any
-
-    __init__ = no_constructor("Use Value(x), Value[T](...) or AbstractValue.Make(x).")
 
     @staticmethod
     def Make(value: object) -> AbstractValue:

@@ -44,14 +44,13 @@ def _placeholders(rows: int, name: str) -> np.ndarray:
 
 
 @checked_late
+@no_constructor()
 class MultipleShooting:
     """Decision variables for states, inputs and, maybe, time steps at N samples, and costs and constraints on them.
 
     Not made directly. The variables that `time`, `state` and `input` return are placeholders: in costs and constraints
     that are added here they stand for the decision variables of each sample.
     """
-
-    __init__ = no_constructor()
 
     def _set_up(
         self,

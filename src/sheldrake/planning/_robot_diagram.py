@@ -15,10 +15,9 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder
 
 
+@no_constructor()
 class RobotDiagram(Diagram):
     """A diagram with one plant and one SceneGraph. Made by `RobotDiagramBuilder.Build`."""
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(cls) -> RobotDiagram:

@@ -21,14 +21,13 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
 
 
+@no_constructor("Fields come with a ContactSurface.")
 class _FieldLinear:
     """A number per vertex of a mesh, linear on every face."""
 
     _mesh: Any
     _values: np.ndarray
     _gradients: Any
-
-    __init__ = no_constructor("Fields come with a ContactSurface.")
 
     @classmethod
     def _make(cls, mesh: Any, values: np.ndarray, gradients: np.ndarray | None = None) -> Self:

@@ -20,10 +20,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@no_constructor("Use PolygonSurfaceMesh.element().")
 class SurfacePolygon:
     """The vertex numbers of one polygon."""
-
-    __init__ = no_constructor("Use PolygonSurfaceMesh.element().")
 
     _vertices: tuple[int, ...]
 

@@ -29,13 +29,12 @@ from sheldrake.geometry._roles import HydroelasticContactRepresentation
 _SAME_PLACE = 1e-10  # relative to the surface's size: vertices of neighbouring faces that are nearer are one
 
 
+@no_constructor("Surfaces come from QueryObject.ComputeContactSurfaces().")
 class ContactSurface:
     """Where the pressures of geometries M and N are equal, or that of one meets the other's rigid surface.
 
     id_M < id_N, and the faces' normals point out of N into M. Everything is in W.
     """
-
-    __init__ = no_constructor("Surfaces come from QueryObject.ComputeContactSurfaces().")
 
     _ids: tuple[GeometryId, GeometryId]
     _triangle: bool

@@ -168,10 +168,9 @@ def _pairs(declaration: CollisionFilterDeclaration, resolve: Resolver) -> dict[P
     return layer
 
 
+@no_constructor("Use SceneGraph.collision_filter_manager().")
 class CollisionFilterManager:
     """Changes which pairs of a SceneGraph (its model, or the copy in one context) may touch."""
-
-    __init__ = no_constructor("Use SceneGraph.collision_filter_manager().")
 
     @classmethod
     def _make(cls, edit: Callable[[], tuple[CollisionFilter, Resolver]], read: Callable[[], CollisionFilter]) -> Self:

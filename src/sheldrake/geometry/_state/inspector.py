@@ -40,10 +40,9 @@ if TYPE_CHECKING:
 _SOURCE, _FRAME, _GEOMETRY = (instance_of(cls) for cls in (SourceId, FrameId, GeometryId))
 
 
+@no_constructor("Use SceneGraph.model_inspector().")
 class SceneGraphInspector:
     """Answers questions about sources, frames, geometries and roles; poses that change with time are QueryObject's."""
-
-    __init__ = no_constructor("Use SceneGraph.model_inspector().")
 
     _get_state: Callable[[], GeometryState]
 

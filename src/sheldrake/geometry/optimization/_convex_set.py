@@ -54,13 +54,12 @@ def checked_box(call: str, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np
     return lb, ub
 
 
+@no_constructor()
 class ConvexSet:
     """A convex set in a space of some dimension. Not made directly: its kinds are."""
 
     _dimension: int
     _has_volume = False
-
-    __init__ = no_constructor()
 
     # What a kind of set says
 

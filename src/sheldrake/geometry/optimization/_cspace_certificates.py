@@ -193,6 +193,7 @@ class SeparatingPlaneLagrangians:
         return out
 
 
+@no_constructor()
 class SeparationCertificateResultBase:
     """A plane that separates two geometries.
 
@@ -207,8 +208,6 @@ class SeparationCertificateResultBase:
     b: symbolic.Polynomial
     plane_decision_var_vals: np.ndarray
     result: MathematicalProgramResult
-
-    __init__ = no_constructor()
 
 
 class SeparationCertificateResult(SeparationCertificateResultBase):
@@ -226,6 +225,7 @@ class SeparationCertificateResult(SeparationCertificateResultBase):
     _values: list[list[Table]]
 
 
+@no_constructor()
 class SeparationCertificate:
     """Multipliers for each rational function, with decision variables as coefficients.
 
@@ -233,8 +233,6 @@ class SeparationCertificate:
         positive_side_rational_lagrangians: Of the positive side.
         negative_side_rational_lagrangians: Of the negative side.
     """
-
-    __init__ = no_constructor()
 
     positive_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
     negative_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
@@ -261,6 +259,7 @@ class SeparationCertificate:
         return out
 
 
+@no_constructor()
 class SeparationCertificateProgramBase:
     """A program that looks for a certificate.
 
@@ -270,8 +269,6 @@ class SeparationCertificateProgramBase:
 
     plane_index: int
     _prog: MathematicalProgram
-
-    __init__ = no_constructor()
 
     def prog(self) -> MathematicalProgram:
         """Returns the program."""

@@ -198,6 +198,7 @@ _Found: TypeAlias = SearchResult
 _log = logging.getLogger("drake")
 
 
+@no_constructor()
 class CspaceFreePolytopeBase:
     """Planes that are to separate the geometries of a plant; see `CspaceFreePolytope`."""
 
@@ -209,8 +210,6 @@ class CspaceFreePolytopeBase:
         """
 
         with_cross_y: bool = False
-
-    __init__ = no_constructor()
 
     _pairs: dict[tuple[GeometryId, GeometryId], int]
     _planes: list[CSpaceSeparatingPlane]

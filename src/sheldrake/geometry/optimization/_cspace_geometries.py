@@ -86,10 +86,9 @@ def _vertices(shape: Any) -> np.ndarray:
     )
 
 
+@no_constructor()
 class CIrisCollisionGeometry:
     """A collision geometry of a body; `CspaceFreePolytope` makes them."""
-
-    __init__ = no_constructor()
 
     @classmethod
     def _of(cls, shape: Shape, body_index: BodyIndex, id: GeometryId, X_BG: RigidTransform) -> CIrisCollisionGeometry:
@@ -130,6 +129,7 @@ class CIrisCollisionGeometry:
         return len(self._conditions)
 
 
+@no_constructor()
 class CSpaceSeparatingPlane:
     """A plane a x + b = 0 that is to separate two geometries; `CspaceFreePolytope` makes them.
 
@@ -150,8 +150,6 @@ class CSpaceSeparatingPlane:
     expressed_body: Any
     plane_degree: int
     decision_variables: np.ndarray
-
-    __init__ = no_constructor()
 
 
 class _PlaneOfVariables(CSpaceSeparatingPlane):

@@ -55,13 +55,12 @@ def constraints(name: str) -> tuple[Overload, ...]:
     return overload(binding=kinds.binding, **_USE), overload(**{name: kinds.formula, **_USE})
 
 
+@no_constructor()
 class Element:
     """What vertices and edges have in common: costs and constraints on their variables."""
 
     _allowed: np.ndarray
     _name: str
-
-    __init__ = no_constructor()
 
     def _set_up(self, name: str, allowed: np.ndarray) -> None:
         self._name, self._allowed = name, allowed

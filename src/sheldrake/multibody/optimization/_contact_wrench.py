@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
+@no_constructor()
 class ContactWrench:
     """The wrench that body A applies to body B at a point Cb.
 
@@ -35,8 +36,6 @@ class ContactWrench:
     bodyB_index: BodyIndex
     p_WCb_W: np.ndarray
     F_Cb_W: SpatialForce
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, A: BodyIndex, B: BodyIndex, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:

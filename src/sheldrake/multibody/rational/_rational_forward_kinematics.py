@@ -26,13 +26,12 @@ _Terms = dict[frozenset, np.ndarray]
 _Powers = dict[tuple[int, ...], Any]  # Coefficients by the powers of all s.
 
 
+@no_constructor()
 class RationalForwardKinematicsPose:
     """A pose whose elements are polynomials or rational functions; `CalcBodyPoseAsMultilinearPolynomial` makes it."""
 
     _rotation: np.ndarray
     _position: np.ndarray
-
-    __init__ = no_constructor()
 
     @classmethod
     def _of(cls, elements: np.ndarray) -> RationalForwardKinematicsPose:

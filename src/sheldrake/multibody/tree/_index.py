@@ -45,14 +45,13 @@ class ModelInstanceIndex(_TypedIndex):
     __slots__ = ()
 
 
+@no_constructor("Use MultibodyConstraintId.get_new_id().")
 class MultibodyConstraintId:
     """Names a constraint; unique in the process."""
 
     __slots__ = ("_value",)
     _value: int
     _next = itertools.count(1).__next__
-
-    __init__ = no_constructor("Use MultibodyConstraintId.get_new_id().")
 
     @classmethod
     def get_new_id(cls) -> MultibodyConstraintId:

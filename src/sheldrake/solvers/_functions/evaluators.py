@@ -49,6 +49,7 @@ class Changes:
         cls.latest = object()
 
 
+@no_constructor()
 class EvaluatorBase:
     """A function from a vector to a vector, with its derivatives. Not made directly: costs and constraints are."""
 
@@ -57,8 +58,6 @@ class EvaluatorBase:
     _description: str = ""
     _sparsity: list[tuple[int, int]] | None = None
     _thread_safe = True
-
-    __init__ = no_constructor()
 
     def _set_sizes(self, num_outputs: int, num_vars: int, description: str = "") -> None:
         self._num_outputs, self._num_vars, self._description = num_outputs, num_vars, description
@@ -254,6 +253,24 @@ class Constraint(EvaluatorBase):
         return latex_bounds(latex_matrix(y, precision), self._lower, self._upper, precision)
 
 
+class Opaque:
+    """A cost or constraint that is no formula: its text is its name and its variables."""
+
+    _display = EvaluatorBase._display
+    _latex = EvaluatorBase._latex
+
+
+class WithSlopes:
+    """An evaluator whose values come with derivatives: `_eval_with_jacobian` has both."""
+
+    if TYPE_CHECKING:
+
+        def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[1]
+
+
 class VisualizationCallback(EvaluatorBase):
     """A function that a solver calls with its iterates."""
 
@@ -308,7 +325,7 @@ def _scalar_type(y: np.ndarray) -> type | None:
     return next((type(v) for v in y.flat if type(v).__module__ not in ("builtins", "numpy")), None)
 
 
-class _PyFunction:
+class _PyFunction(WithSlopes):
     """A Python function of a vector as an evaluator."""
 
     _thread_safe = False
@@ -329,9 +346,6 @@ class _PyFunction:
         y, J = _arrays.values_and_gradient(self._call(_arrays.variables_at(x), AutoDiffXd))
         return y, J if J.size or not y.size else np.zeros((len(y), len(x)))
 
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
 
 class PyFunctionCost(_PyFunction, Cost):
     """A cost that is a Python function of floats or AutoDiffXd.
@@ -351,7 +365,7 @@ class PyFunctionCost(_PyFunction, Cost):
     _display = EvaluatorBase._display
 
 
-class PyFunctionConstraint(_PyFunction, Constraint):
+class PyFunctionConstraint(Opaque, _PyFunction, Constraint):
     """A constraint that is a Python function of floats or AutoDiffXd.
 
     Args:
@@ -390,9 +404,6 @@ class PyFunctionConstraint(_PyFunction, Constraint):
     def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the greatest values."""
         self._set_bounds(self._lower, _arrays.float_vector(new_ub))
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 def takes_vector_function(value: object) -> bool:

@@ -47,6 +47,7 @@ def _positive(call: str, number: Any) -> float:
     return value
 
 
+@no_constructor()
 class IntegratorBase:
     """Integrates the continuous state of a system's context.
 
@@ -61,8 +62,6 @@ class IntegratorBase:
     _name = "runge_kutta3"
     # Accuracy unless set, accuracy that no setting exceeds, and the first step as a fraction of the largest.
     _default_accuracy, _loosest_accuracy, _first_step = 1e-3, 0.1, 0.1
-
-    __init__ = no_constructor()
 
     def _set_up(self, system: System, context: Context | None) -> None:
         self._system, self._context = system, context

@@ -15,13 +15,12 @@ if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
 
 
+@no_constructor()
 class RandomSimulationResult:
     """One sample: `output`, and `generator_snapshot`, the generator from which it can be had again."""
 
     generator_snapshot: RandomGenerator
     output: float
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, generator_snapshot: RandomGenerator, output: float) -> RandomSimulationResult:

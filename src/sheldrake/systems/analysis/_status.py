@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import System
 
 
+@no_constructor()
 class SimulatorStatus:
     """Why and when `Simulator.AdvanceTo` or `Initialize` returned."""
 
@@ -27,8 +28,6 @@ class SimulatorStatus:
         kReachedBoundaryTime = 0
         kReachedTerminationCondition = 1
         kEventHandlerFailed = 2
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(

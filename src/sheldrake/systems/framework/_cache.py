@@ -37,13 +37,12 @@ class ValueProducer:
         """A `calc` that does nothing."""
 
 
+@no_constructor()
 class CacheEntryValue:
     """The kept value of a cache entry in one context."""
 
     _entry: CacheEntry
     _context: Context
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, entry: CacheEntry, context: Context) -> CacheEntryValue:
@@ -78,14 +77,13 @@ class _Record:
         self.enabled, self.sources = enabled, sources
 
 
+@no_constructor("Use System.DeclareCacheEntry().")
 class CacheEntry:
     """A value that a system computes from its context."""
 
     _system: Any
     _number: int
     _values: weakref.WeakValueDictionary[int, CacheEntryValue]  # by id of their context, which they hold
-
-    __init__ = no_constructor("Use System.DeclareCacheEntry().")
 
     @classmethod
     def _make(cls, system: SystemBase, index: int) -> CacheEntry:

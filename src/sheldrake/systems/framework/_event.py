@@ -44,6 +44,7 @@ class WitnessFunctionDirection(IndexEnum):
     kCrossesZero = 3
 
 
+@no_constructor("Use EventStatus.Succeeded() and its like.")
 class EventStatus:
     """How handling an event went."""
 
@@ -58,8 +59,6 @@ class EventStatus:
         kSucceeded = 1
         kReachedTermination = 2
         kFailed = 3
-
-    __init__ = no_constructor("Use EventStatus.Succeeded() and its like.")
 
     @classmethod
     def _make(cls, severity: EventStatus.Severity, system: System | None = None, message: str = "") -> EventStatus:
@@ -117,13 +116,12 @@ class EventStatus:
         return self.__copy__()
 
 
+@no_constructor()
 class PeriodicEventData:
     """Period and offset of a periodic event."""
 
     _period: float
     _offset: float
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, period: float, offset: float) -> PeriodicEventData:
@@ -210,6 +208,7 @@ class UnrestrictedUpdateEvent(Event):
         self._set(args, kwargs)
 
 
+@no_constructor("Use LeafSystem.MakeWitnessFunction().")
 class WitnessFunction:
     """A function of a context whose change of sign triggers an event. Made by `LeafSystem.MakeWitnessFunction`."""
 
@@ -219,8 +218,6 @@ class WitnessFunction:
     _calc: Callable
     _kernel: Kernel | None
     _event: Event | None
-
-    __init__ = no_constructor("Use LeafSystem.MakeWitnessFunction().")
 
     @classmethod
     def _make(

@@ -37,13 +37,12 @@ if TYPE_CHECKING:
 FLOAT64 = np.dtype(np.float64)
 
 
+@no_constructor("Use InputPort.FixValue().")
 class FixedInputPortValue:
     """The value an input port was fixed to."""
 
     _store: Store
     _port: tuple[int, int]
-
-    __init__ = no_constructor("Use InputPort.FixValue().")
 
     @classmethod
     def _make(cls, store: Store, node: int, index: int) -> FixedInputPortValue:
@@ -70,6 +69,7 @@ def _value_on(memory: np.ndarray, on_write: Callable[[], None] | None) -> Abstra
     return value
 
 
+@no_constructor()
 class _Port:
     __slots__ = ("__weakref__", "_index", "_system")
     _kind = ""
@@ -79,8 +79,6 @@ class _Port:
     @property
     def _declaration(self) -> InputDeclaration | OutputDeclaration:
         raise NotImplementedError
-
-    __init__ = no_constructor()
 
     @classmethod
     def _make(cls, system: SystemBase, index: int) -> Self:

@@ -13,10 +13,9 @@ from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_o
 from sheldrake.multibody.math import SpatialForce, SpatialForce_
 
 
+@no_constructor("It comes with ContactResults.")
 class HydroelasticContactInfo:
     """The contact of two geometries along a surface; M belongs to body A, N to body B."""
-
-    __init__ = no_constructor("It comes with ContactResults.")
 
     _surface: ContactSurface
     _F_Ac_W: SpatialForce

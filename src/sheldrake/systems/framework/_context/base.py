@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._vector import BasicVector
 
 
+@no_constructor("Use System.CreateDefaultContext().")
 class ContextBase:
     """What all contexts have in common: ports and the cache."""
 
@@ -37,8 +38,6 @@ class ContextBase:
     """Groups of numeric parameters, likewise."""
     _parameters: Any = None
     """The parameters as one object, likewise."""
-
-    __init__ = no_constructor("Use System.CreateDefaultContext().")
 
     @classmethod
     def _make(cls, store: Store, node: int, system: System) -> Self:
