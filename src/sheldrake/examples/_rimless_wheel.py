@@ -62,11 +62,11 @@ class RimlessWheel(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.DeclareContinuousState(RimlessWheelContinuousState(), 1, 1, 0)
+        stance = self.DeclareContinuousState(RimlessWheelContinuousState(), 1, 1, 0)
         self.DeclareDiscreteState(1)
         self.DeclareAbstractState(AbstractValue.Make(False))
         state, parameters = self.all_state_ticket(), self.all_parameters_ticket()
-        self.DeclareVectorOutputPort("y0", 2, self._copy_state, {state})
+        self.DeclareStateOutputPort("y0", stance)
         self.DeclareVectorOutputPort("y1", 12, self._calc_floating_base, {state, parameters})
         self.DeclareNumericParameter(RimlessWheelParams())
         self.DeclareTimeDerivatives(Stages(_derivatives))
@@ -102,10 +102,6 @@ class RimlessWheel(LeafSystem):
     @staticmethod
     def _params(context: Context) -> RimlessWheelParams:
         return RimlessWheelParams.of(context.get_numeric_parameter(0))
-
-    @staticmethod
-    def _copy_state(context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_continuous_state_vector()._v)
 
     @staticmethod
     def _calc_floating_base(context: Context, output: BasicVector) -> None:
