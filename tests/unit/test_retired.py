@@ -168,8 +168,13 @@ def test_the_classes_and_todays_methods_exist(module):
     loaded = importlib.import_module(module)
     for name, methods in retired.METHODS[module].items():
         cls = getattr(loaded, name)
-        for old, function in methods.items():
-            assert old not in vars(cls) or vars(cls)[old] is function, f"{name}.{old} is not retired"
+        for old, new in methods.items():
+            own = vars(cls).get(old, new)
+            if isinstance(new, str):
+                assert callable(getattr(cls, new)) or isinstance(vars(cls).get(old, property()), property)
+                assert own is new or own.__doc__ == f"Retired: use `{new}`.", f"{name}.{old} is not retired"
+            else:
+                assert own is new, f"{name}.{old} is not retired"
 
 
 @pytest.mark.parametrize("module", [m for m in retired.FUNCTIONS])

@@ -1,4 +1,4 @@
-"""Deep copies of many small objects, such as the elements of a plant, in a third of the time of `copy.deepcopy`."""
+"""Copies: by `Clone()`; and of many small objects, as a plant has, in a third of the time of `copy.deepcopy`."""
 
 from __future__ import annotations
 
@@ -7,15 +7,34 @@ import copyreg
 import functools
 import types
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _SAME: set[type] = {type(None), bool, int, float, complex, str, bytes, type, range, type(...), type(NotImplemented)}
 _SAME |= {property, types.FunctionType, types.BuiltinFunctionType, weakref.ref}
 """Types whose objects are their own copies; `is_never_changed` adds to them."""
 _BUILT_IN = (list, dict, tuple, set, frozenset, int, float, complex, str, bytes, bytearray, np.ndarray, BaseException)
 _IN_THEIR_OWN_WAY = ("__getstate__", "__setstate__", "__reduce__", "__reduce_ex__", "__getnewargs__")
+
+
+class Cloned:
+    """What has `Clone()`, whose copies are its clones."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:
+
+        def Clone(self) -> Any: ...
+
+    def __copy__(self) -> Self:
+        return self.Clone()  # type: ignore[no-any-return]
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self.Clone()  # type: ignore[no-any-return]
 
 
 def is_never_changed(cls: type) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._random import RandomGenerator
@@ -91,11 +92,9 @@ class _Whole(Schema):
         super().__init__(*args, **kwargs)
 
 
+@no_constructor("Use Gaussian, Uniform, ...")
 class Distribution:
     """A random number."""
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("Distribution: No constructor defined! Use Gaussian, Uniform, ...")
 
     def Sample(self, generator: RandomGenerator) -> float:
         """A random value."""
@@ -184,11 +183,9 @@ class UniformDiscrete(_Whole, Distribution):
         return result
 
 
+@no_constructor("Use GaussianVector, UniformVector, ...")
 class DistributionVector:
     """A random vector."""
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("DistributionVector: No constructor defined! Use GaussianVector, UniformVector, ...")
 
     def Sample(self, generator: RandomGenerator) -> np.ndarray:
         """A random value, shape (n,)."""

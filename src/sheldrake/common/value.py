@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_param import List
 from sheldrake.common.cpp_template import TemplateClass
@@ -17,14 +18,12 @@ if TYPE_CHECKING:
 __all__ = ["AbstractValue", "Value"]
 
 
+@no_constructor("Use Value(x), Value[T](...) or AbstractValue.Make(x).")
 class AbstractValue:
     """A held value whose type is fixed at construction. Made by `Value(x)`, `Value[T](...)` or `AbstractValue.Make`."""
 
     _type: ClassVar[Any] = None  # the class of the held object
     _held: Any
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("AbstractValue: No constructor defined! Use Value(x), Value[T](...) or AbstractValue.Make(x).")
 
     @staticmethod
     def Make(value: object) -> AbstractValue:

@@ -22,6 +22,7 @@ from sheldrake.systems.framework import (
     UnrestrictedUpdateEvent,
     WitnessFunctionDirection,
 )
+from sheldrake.systems.framework._port_getters import output_port
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -60,14 +61,13 @@ class CompassGait(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.DeclareContinuousState(CompassGaitContinuousState(), 2, 2, 0)
+        legs = self.DeclareContinuousState(CompassGaitContinuousState(), 2, 2, 0)
         self.DeclareDiscreteState(1)
         self.DeclareAbstractState(AbstractValue.Make(True))
         self.DeclareVectorInputPort("hip_torque", 1)
         self._inputs[0].optional = True
         state, parameters = self.all_state_ticket(), self.all_parameters_ticket()
-        minimal = CompassGaitContinuousState()
-        self.DeclareVectorOutputPort("minimal_state", minimal, self._copy_state, {state})
+        self.DeclareStateOutputPort("minimal_state", legs)
         self.DeclareVectorOutputPort("floating_base_state", 14, self._calc_floating_base, {state, parameters})
         self.DeclareNumericParameter(CompassGaitParams())
         self.DeclareTimeDerivatives(plants.compass_gait)
@@ -78,13 +78,8 @@ class CompassGait(LeafSystem):
             UnrestrictedUpdateEvent(self._collide),
         )
 
-    def get_minimal_state_output_port(self) -> OutputPort:
-        """The port of the legs' angles and rates."""
-        return self.get_output_port(0)
-
-    def get_floating_base_state_output_port(self) -> OutputPort:
-        """The port of the state as of a floating body."""
-        return self.get_output_port(1)
+    get_minimal_state_output_port = output_port(0, "The port of the legs' angles and rates.")
+    get_floating_base_state_output_port = output_port(1, "The port of the state as of a floating body.")
 
     def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""
@@ -101,10 +96,6 @@ class CompassGait(LeafSystem):
         toe = -context.get_discrete_state(0)[0] * sin(slope)
         hip = toe + l * cos(stance)
         return g * (m * (toe + (l - b) * cos(stance)) + mh * hip + m * (hip - b * cos(swing)))
-
-    @staticmethod
-    def _copy_state(context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_continuous_state_vector()._v)
 
     @staticmethod
     def _calc_floating_base(context: Context, output: BasicVector) -> None:

@@ -12,6 +12,7 @@ from sheldrake.common._kernels.generic import cos
 from sheldrake.geometry import Box, Cylinder, SceneGraph, Sphere
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
+from sheldrake.systems.framework._port_getters import output_port
 
 from ._geometry import ExampleGeometry
 from ._kernels import plants
@@ -68,9 +69,7 @@ class PendulumPlant(LeafSystem):
         mass, length, _, gravity = context.get_numeric_parameter(0).value().tolist()
         return -mass * gravity * length * cos(context.get_continuous_state_vector()[0])
 
-    def get_state_output_port(self) -> OutputPort:
-        """The port of the state."""
-        return self.get_output_port(0)
+    get_state_output_port = output_port(0, "The port of the state.")
 
     @staticmethod
     @checked

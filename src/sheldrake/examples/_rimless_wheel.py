@@ -25,6 +25,7 @@ from sheldrake.systems.framework import (
 )
 from sheldrake.systems.framework._declarations import Callback, PythonStage, Stages
 from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._port_getters import output_port
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -61,11 +62,11 @@ class RimlessWheel(LeafSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.DeclareContinuousState(RimlessWheelContinuousState(), 1, 1, 0)
+        stance = self.DeclareContinuousState(RimlessWheelContinuousState(), 1, 1, 0)
         self.DeclareDiscreteState(1)
         self.DeclareAbstractState(AbstractValue.Make(False))
         state, parameters = self.all_state_ticket(), self.all_parameters_ticket()
-        self.DeclareVectorOutputPort("y0", 2, self._copy_state, {state})
+        self.DeclareStateOutputPort("y0", stance)
         self.DeclareVectorOutputPort("y1", 12, self._calc_floating_base, {state, parameters})
         self.DeclareNumericParameter(RimlessWheelParams())
         self.DeclareTimeDerivatives(Stages(_derivatives))
@@ -91,13 +92,8 @@ class RimlessWheel(LeafSystem):
         """Half the angle between two spokes [rad]."""
         return math.pi / params.number_of_spokes()
 
-    def get_minimal_state_output_port(self) -> OutputPort:
-        """The port of the angle and its rate."""
-        return self.get_output_port(0)
-
-    def get_floating_base_state_output_port(self) -> OutputPort:
-        """The port of the state as of a floating body."""
-        return self.get_output_port(1)
+    get_minimal_state_output_port = output_port(0, "The port of the angle and its rate.")
+    get_floating_base_state_output_port = output_port(1, "The port of the state as of a floating body.")
 
     @staticmethod
     def _state(context: Context) -> RimlessWheelContinuousState:
@@ -106,10 +102,6 @@ class RimlessWheel(LeafSystem):
     @staticmethod
     def _params(context: Context) -> RimlessWheelParams:
         return RimlessWheelParams.of(context.get_numeric_parameter(0))
-
-    @staticmethod
-    def _copy_state(context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_continuous_state_vector()._v)
 
     @staticmethod
     def _calc_floating_base(context: Context, output: BasicVector) -> None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.systems.framework import BasicVector, LeafSystem, OutputPort
+from sheldrake.systems.framework import BasicVector, LeafSystem
+from sheldrake.systems.framework._port_getters import output_port
 
 from ._kernels import plants
 
@@ -36,13 +37,8 @@ class VanDerPolOscillator(LeafSystem):
     def _copy_position(context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, context.get_continuous_state_vector()[0])
 
-    def get_position_output_port(self) -> OutputPort:
-        """The port of the position."""
-        return self.get_output_port(0)
-
-    def get_full_state_output_port(self) -> OutputPort:
-        """The port of the state."""
-        return self.get_output_port(1)
+    get_position_output_port = output_port(0, "The port of the position.")
+    get_full_state_output_port = output_port(1, "The port of the state.")
 
     @staticmethod
     def CalcLimitCycle() -> np.ndarray:

@@ -12,7 +12,8 @@ from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.multibody.tree._kernels.queries import calc_generalized_forces
-from sheldrake.report._replay import all_systems, camera_of, drawn, numbers_of
+from sheldrake.report._replay import camera_of, drawn, find_scene_graph, numbers_of, query_of
+from sheldrake.systems.framework._diagram import all_systems
 
 if TYPE_CHECKING:
     from sheldrake.geometry._meshcat.meshcat import Meshcat
@@ -31,12 +32,11 @@ class Scene:
         self.description: dict = {"plants": [], "frames": [], "camera": None}
         diagram = freezer.simulator.get_system()
         context = freezer.simulator.get_context().Clone()  # what is computed to draw is not in the page
-        systems = all_systems(diagram)
-        graph = next((s for s in systems if type(s).__name__.startswith("SceneGraph")), None)
+        graph = find_scene_graph(diagram)
         if graph is None:
             return
-        plants = [s for s in systems if isinstance(s, MultibodyPlant)]
-        query = graph.get_query_output_port().Eval(graph.GetMyContextFromRoot(context))
+        plants = [s for s in all_systems(diagram) if isinstance(s, MultibodyPlant)]
+        query = query_of(graph, context)
         with drawn(diagram, meshcat, query) as (page, html, frames, paths):
             self.html = html
             self.description["frames"] = [

@@ -30,7 +30,8 @@ from sheldrake.lcm._messages import (
     lcmt_viewer_load_robot,
 )
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port
 
 if TYPE_CHECKING:
     from sheldrake.geometry._ids import FrameId, GeometryId
@@ -142,9 +143,7 @@ class DrakeVisualizer(LeafSystem):
         visualizer = DrakeVisualizer(lcm, params)
         visualizer._tell_geometries(scene_graph.model_inspector())
 
-    def query_object_input_port(self) -> InputPort:
-        """Returns the input port for a SceneGraph's query port."""
-        return self.get_input_port(0)
+    query_object_input_port = input_port(0, "Returns the input port for a SceneGraph's query port.")
 
     def _publish(self, context: Context) -> EventStatus:
         port = self.query_object_input_port()

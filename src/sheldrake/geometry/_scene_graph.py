@@ -19,7 +19,6 @@ from sheldrake.geometry._properties import GeometryProperties
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._query.scene import QueryScene
 from sheldrake.geometry._render.engine import RenderEngine
-from sheldrake.geometry._render.renderers import Renderers
 from sheldrake.geometry._roles import HydroelasticContactRepresentation, Role, RoleAssign
 from sheldrake.geometry._shapes import Shape
 from sheldrake.geometry._state.collision_filter import CollisionFilterManager
@@ -130,6 +129,13 @@ class SceneGraph(LeafSystem):
     def _geometry_state(self, context: Context) -> GeometryState:
         """What a context knows."""
         return context._store.parameters[context._place.abstract_parameters[0] + _STATE].get_value()
+
+    def _known(self, context: Context | None) -> GeometryState:
+        """What the model knows, or a context, which must be of this system."""
+        if context is None:
+            return self._model
+        self.ValidateContext(context)
+        return self._geometry_state(context)
 
     def _mutable_state(self, context: Context | None) -> GeometryState:
         if context is None:
@@ -341,11 +347,9 @@ class SceneGraph(LeafSystem):
 
     def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
         """Changes which pairs may touch, in the model or in a context."""
-        if context is not None:
-            self.ValidateContext(context)
+        self._known(context)  # or it is refused
         return CollisionFilterManager._make(
-            edit=lambda: self._mutable_state(context).edit_filter(),
-            read=lambda: (self._model if context is None else self._geometry_state(context)).filter,
+            edit=lambda: self._mutable_state(context).edit_filter(), read=lambda: self._known(context).filter
         )
 
     # ---- renderers
@@ -371,33 +375,27 @@ class SceneGraph(LeafSystem):
         """
         self._mutable_state(context).remove_renderer(name)
 
-    def _renderers(self, context: Context | None) -> Renderers:
-        if context is None:
-            return self._model.renderers
-        self.ValidateContext(context)
-        return self._geometry_state(context).renderers
-
     def RendererCount(self, context: Context | None = None) -> int:
         """Number of render engines."""
-        return len(self._renderers(context).names())
+        return len(self._known(context).renderers.names())
 
     def RegisteredRendererNames(self, context: Context | None = None) -> list[str]:
         """Names of the render engines, sorted."""
-        return self._renderers(context).names()
+        return self._known(context).renderers.names()
 
     @_of_model_or_context({"name": text})
     def HasRenderer(self, context: Context | None, name: str) -> bool:
         """True if there is a render engine of the name: `([context,] name)`."""
-        return self._renderers(context).find(name) is not None
+        return self._known(context).renderers.find(name) is not None
 
     @_of_model_or_context({"name": text})
     def GetRendererParameterYaml(self, context: Context | None, name: str) -> str:
         """The options of a render engine, `([context,] name)`, as YAML; empty if there is none of the name."""
-        engine = self._renderers(context).find(name)
+        engine = self._known(context).renderers.find(name)
         return "" if engine is None else engine.GetParameterYaml()
 
     @_of_model_or_context({"name": text})
     def GetRendererTypeName(self, context: Context | None, name: str) -> str:
         """What kind of render engine, `([context,] name)`, it is; empty if there is none of the name."""
-        engine = self._renderers(context).find(name)
+        engine = self._known(context).renderers.find(name)
         return "" if engine is None else engine._type_name()

@@ -9,8 +9,8 @@ import numpy as np
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
-from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -132,11 +132,13 @@ class IiwaCommandReceiver(LeafSystem):
     def _calc_time(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self.get_message_input_port().Eval(context).utime / 1e6])
 
-    get_message_input_port = input_port("lcmt_iiwa_command", "the message")
-    get_position_measured_input_port = input_port("position_measured", "the arm's positions [rad], zero if unconnected")
-    get_commanded_position_output_port = output_port("position", "commanded positions [rad]")
-    get_commanded_torque_output_port = output_port("torque", "commanded torques [N m]")
-    get_time_output_port = output_port("time", "the message's time [s]")
+    get_message_input_port = input_port("lcmt_iiwa_command", "The message.")
+    get_position_measured_input_port = input_port(
+        "position_measured", "Positions of the arm [rad]; zero if unconnected."
+    )
+    get_commanded_position_output_port = output_port("position", "Commanded positions [rad].")
+    get_commanded_torque_output_port = output_port("torque", "Commanded torques [N m].")
+    get_time_output_port = output_port("time", "The message's time [s].")
 
 
 class IiwaCommandSender(LeafSystem):
@@ -180,9 +182,9 @@ class IiwaCommandSender(LeafSystem):
         )
         output.set_value(message)
 
-    get_position_input_port = input_port("position", "positions [rad]")
-    get_torque_input_port = input_port("torque", "torques [N m]; may be left unconnected if positions are commanded")
-    get_time_input_port = input_port("time", "the message's time [s]; the context's if unconnected")
+    get_position_input_port = input_port("position", "Positions [rad].")
+    get_torque_input_port = input_port("torque", "Torques [N m]; may be left unconnected if positions are commanded.")
+    get_time_input_port = input_port("time", "The message's time [s]; the context's if unconnected.")
 
 
 _STATUS = (

@@ -9,8 +9,8 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_panda_command, lcmt_panda_status
-from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -112,7 +112,7 @@ class PandaCommandReceiver(LeafSystem):
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._commanded(context, "torque") or np.zeros(self._n))
 
-    get_message_input_port = input_port("lcmt_panda_command", "the message")
+    get_message_input_port = input_port("lcmt_panda_command", "The message.")
     get_position_measured_input_port = input_port("position_measured")
     get_commanded_position_output_port = output_port("position")
     get_commanded_velocity_output_port = output_port("velocity")

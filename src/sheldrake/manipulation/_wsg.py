@@ -16,9 +16,9 @@ from sheldrake.systems.framework import (
     DiagramBuilder,
     InputPort,
     LeafSystem,
-    OutputPort,
     VectorSystem,
 )
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.primitives import MatrixGain, StateInterpolatorWithDiscreteDerivative
 from sheldrake.trajectories import PiecewisePolynomial
 
@@ -103,25 +103,15 @@ class SchunkWsgTrajectoryGenerator(LeafSystem):
     def _calc_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([context.get_discrete_state_vector()[_FORCE]])
 
-    def get_desired_position_input_port(self) -> InputPort:
-        """The input for the desired distance [m]."""
-        return self.GetInputPort("desired_position")
-
-    def get_force_limit_input_port(self) -> InputPort:
-        """The input for the most force [N]."""
-        return self.GetInputPort("force_limit")
+    get_desired_position_input_port = input_port("desired_position", "The input for the desired distance [m].")
+    get_force_limit_input_port = input_port("force_limit", "The input for the most force [N].")
 
     def get_state_input_port(self) -> InputPort:
         """The input for the fingers' state."""
         return self.get_input_port(self._state_port)
 
-    def get_target_output_port(self) -> OutputPort:
-        """The output with position and velocity [m, m/s]."""
-        return self.GetOutputPort("y0")
-
-    def get_max_force_output_port(self) -> OutputPort:
-        """The output with the most force [N]."""
-        return self.GetOutputPort("y1")
+    get_target_output_port = output_port("y0", "The output with position and velocity [m, m/s].")
+    get_max_force_output_port = output_port("y1", "The output with the most force [N].")
 
 
 class _ForcesOfFingers(LeafSystem):
@@ -269,25 +259,11 @@ class SchunkWsgPositionController(Diagram):
         builder.ExportOutput(pd.get_output_port(1), "grip_force")
         builder.BuildInto(self)
 
-    def get_desired_position_input_port(self) -> InputPort:
-        """The input for the desired distance [m]."""
-        return self.get_input_port(0)
-
-    def get_force_limit_input_port(self) -> InputPort:
-        """The input for the most force [N]."""
-        return self.get_input_port(1)
-
-    def get_state_input_port(self) -> InputPort:
-        """The input for the fingers' state."""
-        return self.get_input_port(2)
-
-    def get_generalized_force_output_port(self) -> OutputPort:
-        """The output with the forces on the fingers [N]."""
-        return self.get_output_port(0)
-
-    def get_grip_force_output_port(self) -> OutputPort:
-        """The output with the force between the fingers [N]."""
-        return self.get_output_port(1)
+    get_desired_position_input_port = input_port(0, "The input for the desired distance [m].")
+    get_force_limit_input_port = input_port(1, "The input for the most force [N].")
+    get_state_input_port = input_port(2, "The input for the fingers' state.")
+    get_generalized_force_output_port = output_port(0, "The output with the forces on the fingers [N].")
+    get_grip_force_output_port = output_port(1, "The output with the force between the fingers [N].")
 
 
 class SchunkWsgCommandReceiver(LeafSystem):
@@ -319,13 +295,8 @@ class SchunkWsgCommandReceiver(LeafSystem):
     def _calc_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._command(context)[1]])
 
-    def get_position_output_port(self) -> OutputPort:
-        """The output with the desired distance [m]."""
-        return self.get_output_port(0)
-
-    def get_force_limit_output_port(self) -> OutputPort:
-        """The output with the most force [N]."""
-        return self.get_output_port(1)
+    get_position_output_port = output_port(0, "The output with the desired distance [m].")
+    get_force_limit_output_port = output_port(1, "The output with the most force [N].")
 
 
 class SchunkWsgCommandSender(LeafSystem):
@@ -351,17 +322,9 @@ class SchunkWsgCommandSender(LeafSystem):
         time = int(context.get_time() * 1e6)
         output.set_value(lcmt_schunk_wsg_command(utime=time, target_position_mm=position * 1e3, force=float(force)))
 
-    def get_position_input_port(self) -> InputPort:
-        """The input for the desired distance [m]."""
-        return self.get_input_port(0)
-
-    def get_force_limit_input_port(self) -> InputPort:
-        """The input for the most force [N]."""
-        return self.get_input_port(1)
-
-    def get_command_output_port(self) -> OutputPort:
-        """The output with the message."""
-        return self.get_output_port(0)
+    get_position_input_port = input_port(0, "The input for the desired distance [m].")
+    get_force_limit_input_port = input_port(1, "The input for the most force [N].")
+    get_command_output_port = output_port(0, "The output with the message.")
 
 
 class SchunkWsgStatusReceiver(LeafSystem):
@@ -380,17 +343,9 @@ class SchunkWsgStatusReceiver(LeafSystem):
     def _calc_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self.get_input_port().Eval(context).actual_force])
 
-    def get_status_input_port(self) -> InputPort:
-        """The input for the message."""
-        return self.get_input_port(0)
-
-    def get_state_output_port(self) -> OutputPort:
-        """The output with distance and rate [m, m/s]."""
-        return self.get_output_port(0)
-
-    def get_force_output_port(self) -> OutputPort:
-        """The output with the force [N]."""
-        return self.get_output_port(1)
+    get_status_input_port = input_port(0, "The input for the message.")
+    get_state_output_port = output_port(0, "The output with distance and rate [m, m/s].")
+    get_force_output_port = output_port(1, "The output with the force [N].")
 
 
 class SchunkWsgStatusSender(LeafSystem):
@@ -413,10 +368,5 @@ class SchunkWsgStatusSender(LeafSystem):
         )
         output.set_value(message)
 
-    def get_state_input_port(self) -> InputPort:
-        """The input for distance and rate [m, m/s]."""
-        return self.get_input_port(0)
-
-    def get_force_input_port(self) -> InputPort:
-        """The input for the force [N]."""
-        return self.get_input_port(1)
+    get_state_input_port = input_port(0, "The input for distance and rate [m, m/s].")
+    get_force_input_port = input_port(1, "The input for the force [N].")

@@ -5,220 +5,27 @@ Made by tools/make_stubs.py.
 
 from typing import Any
 
-from sheldrake.multibody.benchmarks import (
-    MassDamperSpringAnalyticalSolution as MassDamperSpringAnalyticalSolution,
-)
-from sheldrake.multibody.benchmarks.acrobot import (
-    AcrobotParameters as AcrobotParameters,
-    MakeAcrobotPlant as MakeAcrobotPlant,
-)
-from sheldrake.multibody.cenic import (
-    CenicIntegrator as CenicIntegrator,
-    CenicIntegrator_ as CenicIntegrator_,
-)
-from sheldrake.multibody.contact_solvers import (
-    IcfSolverParameters as IcfSolverParameters,
-)
-from sheldrake.multibody.inverse_kinematics import (
-    AddMultibodyPlantConstraints as AddMultibodyPlantConstraints,
-    AddUnitQuaternionConstraintOnPlant as AddUnitQuaternionConstraintOnPlant,
-    AngleBetweenVectorsConstraint as AngleBetweenVectorsConstraint,
-    AngleBetweenVectorsCost as AngleBetweenVectorsCost,
-    ComInPolyhedronConstraint as ComInPolyhedronConstraint,
-    ComPositionConstraint as ComPositionConstraint,
-    DifferentialInverseKinematicsController as DifferentialInverseKinematicsController,
-    DifferentialInverseKinematicsIntegrator as DifferentialInverseKinematicsIntegrator,
-    DifferentialInverseKinematicsParameters as DifferentialInverseKinematicsParameters,
-    DifferentialInverseKinematicsResult as DifferentialInverseKinematicsResult,
-    DifferentialInverseKinematicsStatus as DifferentialInverseKinematicsStatus,
-    DifferentialInverseKinematicsSystem as DifferentialInverseKinematicsSystem,
-    DistanceConstraint as DistanceConstraint,
-    DoDifferentialInverseKinematics as DoDifferentialInverseKinematics,
-    GazeTargetConstraint as GazeTargetConstraint,
-    GlobalInverseKinematics as GlobalInverseKinematics,
-    InverseKinematics as InverseKinematics,
-    MinimumDistanceLowerBoundConstraint as MinimumDistanceLowerBoundConstraint,
-    MinimumDistanceUpperBoundConstraint as MinimumDistanceUpperBoundConstraint,
-    OrientationConstraint as OrientationConstraint,
-    OrientationCost as OrientationCost,
-    PointToLineDistanceConstraint as PointToLineDistanceConstraint,
-    PointToPointDistanceConstraint as PointToPointDistanceConstraint,
-    PolyhedronConstraint as PolyhedronConstraint,
-    PositionConstraint as PositionConstraint,
-    PositionCost as PositionCost,
-    UnitQuaternionConstraint as UnitQuaternionConstraint,
-)
-from sheldrake.multibody.math import (
-    RotationalInertia as RotationalInertia,
-    RotationalInertia_ as RotationalInertia_,
-    SpatialAcceleration as SpatialAcceleration,
-    SpatialAcceleration_ as SpatialAcceleration_,
-    SpatialForce as SpatialForce,
-    SpatialForce_ as SpatialForce_,
-    SpatialInertia as SpatialInertia,
-    SpatialInertia_ as SpatialInertia_,
-    SpatialMomentum as SpatialMomentum,
-    SpatialMomentum_ as SpatialMomentum_,
-    SpatialVelocity as SpatialVelocity,
-    SpatialVelocity_ as SpatialVelocity_,
-    UnitInertia as UnitInertia,
-    UnitInertia_ as UnitInertia_,
-)
-from sheldrake.multibody.meshcat import (
-    ContactVisualizer as ContactVisualizer,
-    ContactVisualizerParams as ContactVisualizerParams,
-    ContactVisualizer_ as ContactVisualizer_,
-    JointSliders as JointSliders,
-    JointSliders_ as JointSliders_,
-    MeshcatMouseSpring as MeshcatMouseSpring,
-)
+from sheldrake.multibody.benchmarks import *
+from sheldrake.multibody.benchmarks.acrobot import *
+from sheldrake.multibody.cenic import *
+from sheldrake.multibody.contact_solvers import *
+from sheldrake.multibody.inverse_kinematics import *
+from sheldrake.multibody.math import *
+from sheldrake.multibody.meshcat import *
 from sheldrake.multibody.meshcat._contact_visualizer import (
-    ContactVisualizer as ContactResultsToMeshcat,
+    ContactVisualizer as ContactVisualizer,
 )
 from sheldrake.multibody.meshcat._contact_visualizer_params import (
-    ContactVisualizerParams as ContactResultsToMeshcatParams,
+    ContactVisualizerParams as ContactVisualizerParams,
 )
-from sheldrake.multibody.optimization import (
-    CalcGridPointsOptions as CalcGridPointsOptions,
-    CentroidalMomentumConstraint as CentroidalMomentumConstraint,
-    ContactWrench as ContactWrench,
-    ContactWrenchFromForceInWorldFrameEvaluator as ContactWrenchFromForceInWorldFrameEvaluator,
-    QuaternionEulerIntegrationConstraint as QuaternionEulerIntegrationConstraint,
-    SpatialVelocityConstraint as SpatialVelocityConstraint,
-    StaticEquilibriumProblem as StaticEquilibriumProblem,
-    Toppra as Toppra,
-    ToppraDiscretization as ToppraDiscretization,
-)
-from sheldrake.multibody.parsing import (
-    AddCollisionFilterGroup as AddCollisionFilterGroup,
-    AddDirectives as AddDirectives,
-    AddFrame as AddFrame,
-    AddModel as AddModel,
-    AddModelInstance as AddModelInstance,
-    AddWeld as AddWeld,
-    CollisionFilterGroups as CollisionFilterGroups,
-    DiagnosticPolicy as DiagnosticPolicy,
-    FlattenModelDirectives as FlattenModelDirectives,
-    GetScopedFrameByName as GetScopedFrameByName,
-    GetScopedFrameByNameMaybe as GetScopedFrameByNameMaybe,
-    LoadModelDirectives as LoadModelDirectives,
-    LoadModelDirectivesFromString as LoadModelDirectivesFromString,
-    ModelDirective as ModelDirective,
-    ModelDirectives as ModelDirectives,
-    ModelInstanceInfo as ModelInstanceInfo,
-    PackageMap as PackageMap,
-    ParseError as ParseError,
-    Parser as Parser,
-    ProcessModelDirectives as ProcessModelDirectives,
-)
-from sheldrake.multibody.plant import (
-    AddMultibodyPlant as AddMultibodyPlant,
-    AddMultibodyPlantSceneGraph as AddMultibodyPlantSceneGraph,
-    ApplyMultibodyPlantConfig as ApplyMultibodyPlantConfig,
-    BaseBodyJointType as BaseBodyJointType,
-    CalcContactFrictionFromSurfaceProperties as CalcContactFrictionFromSurfaceProperties,
-    ConnectContactResultsToDrakeVisualizer as ConnectContactResultsToDrakeVisualizer,
-    ContactModel as ContactModel,
-    ContactResults as ContactResults,
-    ContactResultsToLcmSystem as ContactResultsToLcmSystem,
-    ContactResults_ as ContactResults_,
-    CoulombFriction as CoulombFriction,
-    CoulombFriction_ as CoulombFriction_,
-    DiscreteContactApproximation as DiscreteContactApproximation,
-    DiscreteContactSolver as DiscreteContactSolver,
-    DistanceConstraintParams as DistanceConstraintParams,
-    ExternallyAppliedSpatialForce as ExternallyAppliedSpatialForce,
-    ExternallyAppliedSpatialForceMultiplexer as ExternallyAppliedSpatialForceMultiplexer,
-    ExternallyAppliedSpatialForceMultiplexer_ as ExternallyAppliedSpatialForceMultiplexer_,
-    ExternallyAppliedSpatialForce_ as ExternallyAppliedSpatialForce_,
-    HydroelasticContactInfo as HydroelasticContactInfo,
-    HydroelasticContactInfo_ as HydroelasticContactInfo_,
-    MultibodyPlant as MultibodyPlant,
-    MultibodyPlantConfig as MultibodyPlantConfig,
-    MultibodyPlant_ as MultibodyPlant_,
-    PointPairContactInfo as PointPairContactInfo,
-    PointPairContactInfo_ as PointPairContactInfo_,
-    Propeller as Propeller,
-    PropellerInfo as PropellerInfo,
-    Propeller_ as Propeller_,
-    Wing as Wing,
-    Wing_ as Wing_,
-)
-from sheldrake.multibody.rational import (
-    RationalForwardKinematics as RationalForwardKinematics,
-    RationalForwardKinematicsPose as RationalForwardKinematicsPose,
-    RationalForwardKinematicsPose_ as RationalForwardKinematicsPose_,
-)
-from sheldrake.multibody.tree import (
-    BallRpyJoint as BallRpyJoint,
-    BallRpyJoint_ as BallRpyJoint_,
-    Body as Body,
-    BodyFrame as BodyFrame,
-    BodyIndex as BodyIndex,
-    Body_ as Body_,
-    CalcSpatialInertia as CalcSpatialInertia,
-    CurvilinearJoint as CurvilinearJoint,
-    CurvilinearJoint_ as CurvilinearJoint_,
-    DoorHinge as DoorHinge,
-    DoorHingeConfig as DoorHingeConfig,
-    DoorHinge_ as DoorHinge_,
-    FixedOffsetFrame as FixedOffsetFrame,
-    FixedOffsetFrame_ as FixedOffsetFrame_,
-    ForceElement as ForceElement,
-    ForceElementIndex as ForceElementIndex,
-    ForceElement_ as ForceElement_,
-    Frame as Frame,
-    FrameIndex as FrameIndex,
-    Frame_ as Frame_,
-    JacobianWrtVariable as JacobianWrtVariable,
-    Joint as Joint,
-    JointActuator as JointActuator,
-    JointActuatorIndex as JointActuatorIndex,
-    JointActuator_ as JointActuator_,
-    JointIndex as JointIndex,
-    Joint_ as Joint_,
-    LinearBushingRollPitchYaw as LinearBushingRollPitchYaw,
-    LinearBushingRollPitchYaw_ as LinearBushingRollPitchYaw_,
-    LinearSpringDamper as LinearSpringDamper,
-    LinearSpringDamper_ as LinearSpringDamper_,
-    ModelInstanceIndex as ModelInstanceIndex,
-    MultibodyConstraintId as MultibodyConstraintId,
-    MultibodyForces as MultibodyForces,
-    MultibodyForces_ as MultibodyForces_,
-    PdControllerGains as PdControllerGains,
-    PlanarJoint as PlanarJoint,
-    PlanarJoint_ as PlanarJoint_,
-    PrismaticJoint as PrismaticJoint,
-    PrismaticJoint_ as PrismaticJoint_,
-    PrismaticSpring as PrismaticSpring,
-    PrismaticSpring_ as PrismaticSpring_,
-    QuaternionFloatingJoint as QuaternionFloatingJoint,
-    QuaternionFloatingJoint_ as QuaternionFloatingJoint_,
-    RevoluteJoint as RevoluteJoint,
-    RevoluteJoint_ as RevoluteJoint_,
-    RevoluteSpring as RevoluteSpring,
-    RevoluteSpring_ as RevoluteSpring_,
-    RigidBody as RigidBody,
-    RigidBodyFrame as RigidBodyFrame,
-    RigidBodyFrame_ as RigidBodyFrame_,
-    RigidBody_ as RigidBody_,
-    RpyFloatingJoint as RpyFloatingJoint,
-    RpyFloatingJoint_ as RpyFloatingJoint_,
-    ScopedName as ScopedName,
-    ScrewJoint as ScrewJoint,
-    ScrewJoint_ as ScrewJoint_,
-    UniformGravityFieldElement as UniformGravityFieldElement,
-    UniformGravityFieldElement_ as UniformGravityFieldElement_,
-    UniversalJoint as UniversalJoint,
-    UniversalJoint_ as UniversalJoint_,
-    WeldJoint as WeldJoint,
-    WeldJoint_ as WeldJoint_,
-    default_model_instance as default_model_instance,
-    world_frame_index as world_frame_index,
-    world_index as world_index,
-    world_model_instance as world_model_instance,
-)
+from sheldrake.multibody.optimization import *
+from sheldrake.multibody.parsing import *
+from sheldrake.multibody.plant import *
+from sheldrake.multibody.rational import *
+from sheldrake.multibody.tree import *
 
 BodyFrame_: Any
+ContactResultsToMeshcat = ContactVisualizer
+ContactResultsToMeshcatParams = ContactVisualizerParams
 GetScopedFrameName: Any
 MinimumDistanceConstraint: Any

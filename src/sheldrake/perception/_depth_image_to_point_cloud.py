@@ -9,7 +9,8 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._point_cloud import BaseField, Fields, PointCloud
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.sensors import CameraInfo, ImageDepth16U, ImageDepth32F, ImageRgba8U, PixelType
 
 if TYPE_CHECKING:
@@ -55,21 +56,10 @@ class DepthImageToPointCloud(LeafSystem):
         self.DeclareAbstractInputPort("camera_pose", AbstractValue.Make(RigidTransform()))
         self.DeclareAbstractOutputPort("point_cloud", lambda: AbstractValue.Make(PointCloud(model)), self._calc)
 
-    def depth_image_input_port(self) -> InputPort:
-        """Returns the input port for the depth image."""
-        return self.get_input_port(0)
-
-    def color_image_input_port(self) -> InputPort:
-        """Returns the input port for the color image, taken from the same place."""
-        return self.get_input_port(1)
-
-    def camera_pose_input_port(self) -> InputPort:
-        """Returns the input port for the camera's pose X_PC."""
-        return self.get_input_port(2)
-
-    def point_cloud_output_port(self) -> OutputPort:
-        """Returns the output port with the cloud."""
-        return self.get_output_port(0)
+    depth_image_input_port = input_port(0, "Returns the input port for the depth image.")
+    color_image_input_port = input_port(1, "Returns the input port for the color image, taken from the same place.")
+    camera_pose_input_port = input_port(2, "Returns the input port for the camera's pose X_PC.")
+    point_cloud_output_port = output_port(0, "Returns the output port with the cloud.")
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
         depth = self.depth_image_input_port().Eval(context).data[..., 0]

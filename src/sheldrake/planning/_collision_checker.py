@@ -12,7 +12,9 @@ import numpy as np
 
 from sheldrake.common import Parallelism
 from sheldrake.common._checked_late import checked_late
+from sheldrake.common._copies import Cloned
 from sheldrake.common._kinds import anything, instance_of, text
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Overload, overload, overloaded
 from sheldrake.common._thread_team import threads_of
@@ -74,7 +76,7 @@ class CollisionCheckerParams(Options):
     implicit_context_parallelism: Parallelism = Parallelism.Max()
 
 
-class CollisionCheckerContext:
+class CollisionCheckerContext(Cloned):
     """A context of a checker's model.
 
     Args:
@@ -98,12 +100,6 @@ class CollisionCheckerContext:
         out._hold(self._model, self._context.Clone())
         return out
 
-    def __copy__(self) -> CollisionCheckerContext:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> CollisionCheckerContext:
-        return self.Clone()
-
     def model_context(self) -> Context:
         """Returns the context of the diagram."""
         return self._context
@@ -121,11 +117,9 @@ class CollisionCheckerContext:
         return self._model.scene_graph().get_query_output_port().Eval(self._of_scene_graph)
 
 
+@no_constructor()
 class CollisionChecker:
     """Checks configurations and edges for collisions; its kinds say how. Not made directly."""
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.planning.CollisionChecker: No constructor defined!")
 
     def _set_up(self, params: CollisionCheckerParams, parallel: bool) -> None:
         name = type(self).__name__

@@ -22,7 +22,7 @@ from sheldrake.planning._kernels.collocation import (
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
 from sheldrake.solvers._functions.bindings import bind
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Opaque, WithSlopes
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
@@ -149,7 +149,7 @@ class Defects:
 
 
 @checked_late
-class DirectCollocationConstraint(Constraint):
+class DirectCollocationConstraint(Opaque, WithSlopes, Constraint):
     """The slope of the cubic between two samples is the dynamics in their middle; of (h, x0, x1, u0, u1).
 
     Args:
@@ -190,13 +190,6 @@ class DirectCollocationConstraint(Constraint):
     def _eval_with_jacobian(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, J = self._defects.slopes(z[None])
         return values[0], J[0]
-
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
-    _eval_symbols = EvaluatorBase._eval_symbols
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 @checked_late

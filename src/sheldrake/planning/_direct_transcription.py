@@ -11,7 +11,7 @@ from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, LinearEqualityConstraint
 from sheldrake.solvers._functions.bindings import bind
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Opaque, WithSlopes
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.primitives import AffineSystem, LinearSystem
@@ -73,7 +73,7 @@ class Steps:
         return out
 
 
-class DirectTranscriptionConstraint(Constraint):
+class DirectTranscriptionConstraint(Opaque, WithSlopes, Constraint):
     """x1 = f(x0, u), or x1 = x0 + h f(x0, u); of (u, x0, x1)."""
 
     _thread_safe = False
@@ -99,13 +99,6 @@ class DirectTranscriptionConstraint(Constraint):
         nx, nu = self._dynamics.num_states, self._dynamics.num_inputs
         f, J = self._dynamics.value_and_slope(z[nu : nu + nx], z[:nu], self._time)
         return self._steps.defects(z[None], f)[0], self._steps.by_variables(J[None])[0]
-
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
-    _eval_symbols = EvaluatorBase._eval_symbols
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 class TimeStep:

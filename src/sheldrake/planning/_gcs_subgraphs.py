@@ -22,7 +22,7 @@ from sheldrake.solvers import (
     QuadraticCost,
 )
 from sheldrake.solvers._functions.bindings import BindingBase, bind
-from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
+from sheldrake.solvers._functions.evaluators import Many, Opaque
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def derivative_matrix(order: int, derivative: int) -> np.ndarray:
     return math.perm(order, derivative) * D
 
 
-class NonlinearDerivativeConstraint(Constraint):
+class NonlinearDerivativeConstraint(Opaque, Constraint):
     """lb h^N <= control points of the N-th derivative of r <= ub h^N, of one coordinate; variables (r, h)."""
 
     def __init__(self, D: np.ndarray, lb: float, ub: float, derivative: int):
@@ -60,8 +60,6 @@ class NonlinearDerivativeConstraint(Constraint):
         return _DerivativesWithin(self._D, self._lb, self._ub, self._power)
 
     _eval = _eval_duals = _eval_symbols = _values
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 class _DerivativesWithin:
@@ -91,7 +89,7 @@ class _DerivativesWithin:
         return H
 
 
-class NonlinearContinuityConstraint(Constraint):
+class NonlinearContinuityConstraint(Opaque, Constraint):
     """The N-th time derivatives of one coordinate agree where one curve ends and the next starts.
 
     Variables (r_u, h_u, r_v, h_v); the value is r_u^(N)(1) h_v^N - r_v^(N)(0) h_u^N, which is zero.
@@ -114,8 +112,6 @@ class NonlinearContinuityConstraint(Constraint):
         return _DerivativesMeet(self._last, self._first, self._power)
 
     _eval = _eval_duals = _eval_symbols = _values
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 class _DerivativesMeet:

@@ -21,7 +21,7 @@ from sheldrake.planning._sampled_iris import (
 )
 from sheldrake.planning._scene_graph_checker import SceneGraphCollisionChecker
 from sheldrake.solvers import Constraint, SolverInterface, SolverOptions, _arrays
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Opaque
 
 if TYPE_CHECKING:
     from sheldrake.planning._collision_checker import CollisionChecker
@@ -63,7 +63,7 @@ class IrisNp2Options(Options):
     solver_options: SolverOptions = SolverOptions()
 
 
-class _Composed(Constraint):
+class _Composed(Opaque, Constraint):
     """A constraint on configurations as one on what a function takes them from."""
 
     _thread_safe = False
@@ -80,9 +80,6 @@ class _Composed(Constraint):
         duals = self._map.get_parameterization_autodiff()(_arrays.variables_at(x))
         q, slope = _arrays.values_and_gradient(np.asarray(duals, dtype=object))
         return self._of._jacobian(q) @ slope
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 @checked_late

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import instance_of
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import (
     BoundingBoxConstraint,
@@ -43,15 +44,13 @@ def _placeholders(rows: int, name: str) -> np.ndarray:
 
 
 @checked_late
+@no_constructor()
 class MultipleShooting:
     """Decision variables for states, inputs and, maybe, time steps at N samples, and costs and constraints on them.
 
     Not made directly. The variables that `time`, `state` and `input` return are placeholders: in costs and constraints
     that are added here they stand for the decision variables of each sample.
     """
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"pydrake.planning.{type(self).__name__}: No constructor defined!")
 
     def _set_up(
         self,

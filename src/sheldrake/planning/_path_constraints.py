@@ -9,25 +9,14 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.solvers import Constraint, _arrays
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Opaque, WithSlopes
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.systems.framework import Context
 
 
-class _Quiet(Constraint):
-    """A constraint without symbols."""
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
-    _eval_symbols = EvaluatorBase._eval_symbols
-
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
-
-class DerivativeConstraint(_Quiet):
+class DerivativeConstraint(Opaque, WithSlopes, Constraint):
     """Bounds on M c / T^order; of (T, c)."""
 
     def __init__(self, M: np.ndarray, order: int, lower: float, upper: float):
@@ -43,7 +32,7 @@ class DerivativeConstraint(_Quiet):
         return y, np.hstack(((-self._order * y / x[0])[:, None], self._M / x[0] ** self._order))
 
 
-class PathConstraint(_Quiet):
+class PathConstraint(Opaque, WithSlopes, Constraint):
     """A constraint on r(s), a fixed combination of control points."""
 
     def __init__(self, wrapped: Constraint, weights: np.ndarray):
@@ -64,7 +53,7 @@ class PathConstraint(_Quiet):
         return y, J @ self._M
 
 
-class WrappedVelocityConstraint(_Quiet):
+class WrappedVelocityConstraint(Opaque, WithSlopes, Constraint):
     """A constraint on q and qdot = rdot / T; of (T, control points)."""
 
     def __init__(self, wrapped: Constraint, R: np.ndarray, Rdot: np.ndarray):
@@ -88,7 +77,7 @@ class WrappedVelocityConstraint(_Quiet):
         return y, J @ inner
 
 
-class EffortConstraint(_Quiet):
+class EffortConstraint(Opaque, WithSlopes, Constraint):
     """Bounds on the efforts that a plant needs for q, qdot and qddot; of (T, control points)."""
 
     _thread_safe = False

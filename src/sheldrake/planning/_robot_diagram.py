@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant_
 from sheldrake.systems.framework import Diagram, DiagramBuilder_
@@ -14,11 +15,9 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder
 
 
+@no_constructor()
 class RobotDiagram(Diagram):
     """A diagram with one plant and one SceneGraph. Made by `RobotDiagramBuilder.Build`."""
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("pydrake.planning.RobotDiagram: No constructor defined!")
 
     @classmethod
     def _make(cls) -> RobotDiagram:

@@ -12,8 +12,10 @@ import numpy as np
 
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.systems.framework._diagram import all_systems
 
 if TYPE_CHECKING:
+    from sheldrake.geometry import MeshcatVisualizer
     from sheldrake.geometry._meshcat.meshcat import Meshcat
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._diagram import Diagram
@@ -81,7 +83,7 @@ def sample_times(first: float, last: float) -> np.ndarray:
 
 def find_scene_graph(diagram: Any) -> Any:
     """The scene of a diagram, or None."""
-    return next((s for s in _all_systems(diagram) if type(s).__name__.startswith("SceneGraph")), None)
+    return next((s for s in all_systems(diagram) if type(s).__name__.startswith("SceneGraph")), None)
 
 
 def query_of(scene_graph: Any, root: Any) -> Any:
@@ -151,8 +153,7 @@ def drawn(diagram: Diagram, meshcat: Any, query: Any) -> Any:
     if own:
         meshcat = _quiet(Meshcat)
     try:
-        drawers = [s for s in _all_systems(diagram) if isinstance(s, MeshcatVisualizer) and s._meshcat is meshcat]
-        drawers = drawers or [MeshcatVisualizer(meshcat)]
+        drawers = drawers_into(meshcat, diagram) or [MeshcatVisualizer(meshcat)]
         for drawer in drawers:
             if drawer._drawn_version is None:
                 drawer._publish(query, 0.0)
@@ -198,17 +199,13 @@ def replay_of_recording(meshcat: Any) -> Replay | None:
 
 def find_meshcat(diagram: Diagram) -> Any:
     """The Meshcat that a diagram draws into, or None."""
-    visualizers = [s for s in _all_systems(diagram) if type(s).__name__ == "MeshcatVisualizer"]
-    return visualizers[0]._meshcat if visualizers else None
+    from sheldrake.geometry import MeshcatVisualizer
+
+    return next((s._meshcat for s in all_systems(diagram) if isinstance(s, MeshcatVisualizer)), None)
 
 
-def _all_systems(diagram: Diagram) -> list[Any]:
-    found, waiting = [], [diagram]
-    while waiting:
-        system = waiting.pop(0)
-        found.append(system)
-        waiting += getattr(system, "GetSystems", list)()
-    return found
+def drawers_into(meshcat: Meshcat, diagram: Diagram) -> list[MeshcatVisualizer]:
+    """The systems of a diagram that draw geometry into a Meshcat."""
+    from sheldrake.geometry import MeshcatVisualizer
 
-
-all_systems = _all_systems
+    return [s for s in all_systems(diagram) if isinstance(s, MeshcatVisualizer) and s._meshcat is meshcat]

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry import HalfSpace, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role, Shape
+from sheldrake.geometry import HalfSpace, MeshcatVisualizerParams, Rgba, Role, Shape
 from sheldrake.geometry._meshcat.drawables import PLATE_SIZE, Asset, Drawable, drawable_of_shape, triangles_of
 from sheldrake.geometry._meshes.mesh_looks import MeshPart
 from sheldrake.geometry._meshes.surfaces import unit_cube
 
 from ._replay import (
-    all_systems,
+    drawers_into,
     find_meshcat,
     find_scene_graph,
     find_state_logs,
@@ -107,8 +107,7 @@ def _recorded(diagram: Any, meshcat: Any, frames: list[Any], now: np.ndarray) ->
     from sheldrake.geometry._meshcat.player import Frames
 
     recording = Frames(meshcat.get_mutable_recording())
-    drawers = [s for s in all_systems(diagram) if isinstance(s, MeshcatVisualizer) and s._meshcat is meshcat]
-    paths = {path: frame for s in drawers for frame, path in zip(s._frames, s._frame_paths)}
+    paths = {path: frame for s in drawers_into(meshcat, diagram) for frame, path in zip(s._frames, s._frame_paths)}
     if recording.num_frames < 2 or not paths:
         return None
     number = {frame: k for k, frame in enumerate(frames)}

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._files import whole_file
+from sheldrake.systems.framework._diagram import all_systems
 
 from ._contact_events import find_contact_events
 from ._page import Report, make_page
-from ._replay import all_systems, find_meshcat, find_state_logs, replay_of_recording, replay_of_states
+from ._replay import find_meshcat, find_state_logs, replay_of_recording, replay_of_states
 from ._summary import facts_of_run, model_tables, run_table, versions_table
 from ._timing import timing_of_run
 

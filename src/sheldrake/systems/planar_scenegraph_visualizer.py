@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Convex, HalfSpace, Mesh, QueryObject, Rgba, Role
 from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
-from sheldrake.systems.framework import InputPort
+from sheldrake.systems.framework._port_getters import input_port
 from sheldrake.systems.pyplot_visualizer import PyPlotVisualizer
 
 if TYPE_CHECKING:
@@ -80,9 +80,7 @@ class PlanarSceneGraphVisualizer(PyPlotVisualizer):
         # From the view's plane to the viewer: what both rows of the projection leave out.
         self._toward_viewer_W = np.cross(self._T_VW[0, :3], self._T_VW[1, :3])
 
-    def get_geometry_query_input_port(self) -> InputPort:
-        """Returns the input port for the SceneGraph's query port."""
-        return self.get_input_port(0)
+    get_geometry_query_input_port = input_port(0, "Returns the input port for the SceneGraph's query port.")
 
     def draw(self, context: Context) -> None:
         """Draws the geometry where it is in a context."""

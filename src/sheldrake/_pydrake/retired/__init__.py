@@ -17,6 +17,7 @@ from sheldrake.common._scalars import ScalarTemplate
 
 from .calls import CALLS, FUNCTION_CALLS, KEYWORDS, takes_retired_keywords
 from .functions import FUNCTIONS
+from .hints import hint
 from .methods import METHODS
 from .modules import GONE, GONE_NAMES, MODULES, Module
 
@@ -31,9 +32,9 @@ def install(module: ModuleType) -> dict[str, Any]:
     """
     for class_name, methods in METHODS.get(module.__name__, {}).items():
         cls = getattr(module, class_name, None)
-        for name, function in methods.items():
+        for name, new in methods.items():
             if cls is not None and not hasattr(cls, name):
-                setattr(cls, name, function)
+                setattr(cls, name, _renamed(cls, new, f"{class_name}.{name}") if isinstance(new, str) else new)
     for class_name, tables in KEYWORDS.get(module.__name__, {}).items():
         for name, today in tables.items():
             wrap = takes_retired_keywords(f"{class_name}.{name}", today)
@@ -47,6 +48,32 @@ def install(module: ModuleType) -> dict[str, Any]:
     made = FUNCTIONS.get(module.__name__, dict)()
     added = {name: vars(module).setdefault(name, value) for name, value in made.items()}
     return added | {name: getattr(module, name) for name in functions}
+
+
+def _renamed(cls: type, new: str, retired: str) -> Any:
+    """A member of a class that warns of its name and is what has a name of today: a call or a field."""
+    if not callable(getattr(cls, new)):
+        return _renamed_field(new, retired)
+
+    def method(self: Any, *args: Any, **kwargs: Any) -> Any:
+        hint(f"{retired}() is retired: use {new}().")
+        return getattr(self, new)(*args, **kwargs)
+
+    method.__doc__ = f"Retired: use `{new}`."
+    on_class = isinstance(inspect.getattr_static(cls, new), classmethod | staticmethod)
+    return classmethod(method) if on_class else method
+
+
+def _renamed_field(new: str, retired: str) -> property:
+    def get(self: Any) -> Any:
+        hint(f"{retired} is retired: use {new}.")
+        return getattr(self, new)
+
+    def set_(self: Any, value: Any) -> None:
+        hint(f"{retired} is retired: use {new}.")
+        setattr(self, new, value)
+
+    return property(get, set_, doc=f"Retired: use `{new}`.")
 
 
 def _extend(owner: Any, name: str, by: str, wrap: Callable) -> None:

@@ -28,15 +28,13 @@ def _autodiffutils() -> dict[str, Any]:
         return m.InitializeAutoDiff(np.asarray(value, dtype=float), gradient=gradient)
 
     return {
-        "initializeAutoDiff": forwarded(m.InitializeAutoDiff, "initializeAutoDiff", "InitializeAutoDiff()"),
-        "initializeAutoDiffTuple": forwarded(
-            m.InitializeAutoDiffTuple, "initializeAutoDiffTuple", "InitializeAutoDiffTuple()"
-        ),
+        "initializeAutoDiff": forwarded(m.InitializeAutoDiff, "initializeAutoDiff"),
+        "initializeAutoDiffTuple": forwarded(m.InitializeAutoDiffTuple, "initializeAutoDiffTuple"),
         "initializeAutoDiffGivenGradientMatrix": forwarded(
             with_gradient, "initializeAutoDiffGivenGradientMatrix", "InitializeAutoDiff(value, gradient=gradient)"
         ),
-        "autoDiffToValueMatrix": forwarded(m.ExtractValue, "autoDiffToValueMatrix", "ExtractValue()"),
-        "autoDiffToGradientMatrix": forwarded(m.ExtractGradient, "autoDiffToGradientMatrix", "ExtractGradient()"),
+        "autoDiffToValueMatrix": forwarded(m.ExtractValue, "autoDiffToValueMatrix"),
+        "autoDiffToGradientMatrix": forwarded(m.ExtractGradient, "autoDiffToGradientMatrix"),
     }
 
 
@@ -71,26 +69,17 @@ def _geometry() -> dict[str, Any]:
             hint("MeshcatVisualizerCpp is retired: use MeshcatVisualizer.")
             return MeshcatVisualizer.AddToBuilder(*args, **kwargs)
 
-    def ConnectDrakeVisualizer(builder: DiagramBuilder, scene_graph: Any, *args: Any, **kwargs: Any) -> Any:
-        """Retired: use `DrakeVisualizer.AddToBuilder`."""
-        hint("ConnectDrakeVisualizer() is retired: use DrakeVisualizer.AddToBuilder().")
-        return DrakeVisualizer.AddToBuilder(builder, scene_graph, *args, **kwargs)
-
     return {
         "MeshcatPointCloudVisualizerCpp": MeshcatPointCloudVisualizerCpp,
         "MeshcatVisualizerCpp": MeshcatVisualizerCpp,
         **_cameras(),
         **_surface_meshes(),
-        "ConnectDrakeVisualizer": ConnectDrakeVisualizer,
-        "AddSoftHydroelasticProperties": forwarded(
-            AddCompliantHydroelasticProperties,
-            "AddSoftHydroelasticProperties",
-            "AddCompliantHydroelasticProperties()",
+        "ConnectDrakeVisualizer": forwarded(
+            DrakeVisualizer.AddToBuilder, "ConnectDrakeVisualizer", "DrakeVisualizer.AddToBuilder()"
         ),
+        "AddSoftHydroelasticProperties": forwarded(AddCompliantHydroelasticProperties, "AddSoftHydroelasticProperties"),
         "AddSoftHydroelasticPropertiesForHalfSpace": forwarded(
-            AddCompliantHydroelasticPropertiesForHalfSpace,
-            "AddSoftHydroelasticPropertiesForHalfSpace",
-            "AddCompliantHydroelasticPropertiesForHalfSpace()",
+            AddCompliantHydroelasticPropertiesForHalfSpace, "AddSoftHydroelasticPropertiesForHalfSpace"
         ),
     }
 
@@ -111,7 +100,7 @@ def _surface_meshes() -> dict[str, Any]:
             """The position [m], shape (3,)."""
             return np.array(self)
 
-    read = forwarded(ReadObjToTriangleSurfaceMesh, "ReadObjToSurfaceMesh", "ReadObjToTriangleSurfaceMesh()")
+    read = forwarded(ReadObjToTriangleSurfaceMesh, "ReadObjToSurfaceMesh")
     return {
         "ReadObjToSurfaceMesh": read,
         "SurfaceFace": SurfaceTriangle,
@@ -206,7 +195,7 @@ def _sets() -> dict[str, Any]:
 
     return {
         "CalcPairwiseIntersections": CalcPairwiseIntersections,
-        "IrisInConfigurationSpace": forwarded(IrisNp, "IrisInConfigurationSpace", "IrisNp()"),
+        "IrisInConfigurationSpace": forwarded(IrisNp, "IrisInConfigurationSpace"),
     }
 
 

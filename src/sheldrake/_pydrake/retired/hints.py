@@ -29,8 +29,9 @@ def _frames_of_the_house() -> int:
     return level
 
 
-def forwarded(new: Callable, old: str, today: str) -> Callable:
-    """A function that warns that `old` is retired in favour of `today` and calls `new`."""
+def forwarded(new: Callable, old: str, today: str = "") -> Callable:
+    """A function that warns that `old` is retired in favour of `today`, by default `new`, and calls `new`."""
+    today = today or f"{new.__name__}()"
 
     def function(*args: Any, **kwargs: Any) -> Any:
         hint(f"{old}() is retired: use {today}.")

@@ -21,17 +21,6 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._leaf_system import LeafSystem
 
 
-def renamed(new: str, call: str, static: bool = False) -> Any:
-    """A function for a class: warns that `call` is retired and calls the method `new` with the same arguments."""
-
-    def method(self: Any, *args: Any, **kwargs: Any) -> Any:
-        hint(f"{call}() is retired: use {new}().")
-        return getattr(self, new)(*args, **kwargs)
-
-    method.__doc__ = f"Retired: use `{new}`."
-    return classmethod(method) if static else method
-
-
 def _declare_periodic_publish(self: LeafSystem, period_sec: float, offset_sec: float = 0.0) -> None:
     """Retired: use `DeclarePeriodicPublishEvent`. Calls the override `DoPublish(context, events)`."""
     hint("DeclarePeriodicPublish() is retired: use DeclarePeriodicPublishEvent(period, offset, publish).")
@@ -235,20 +224,6 @@ def _of_its_program(self: Any, name: str) -> Any:
     return getattr(self.prog(), name)
 
 
-def _field(today: str, call: str) -> property:
-    """A retired name of a field."""
-
-    def get(self: Any) -> Any:
-        hint(f"{call} is retired: use {today}.")
-        return getattr(self, today)
-
-    def set_(self: Any, value: Any) -> None:
-        hint(f"{call} is retired: use {today}.")
-        setattr(self, today, value)
-
-    return property(get, set_, doc=f"Retired: use `{today}`.")
-
-
 def _no_default_label(params: str) -> property:
     """The label of geometry without one, which parameters of renderers had: geometry says its own now."""
 
@@ -282,40 +257,28 @@ _FLOATING = {
 """Methods of QuaternionFloatingJoint until 2025, and today's."""
 
 
-def _renamed_of(cls: str, today: dict[str, str]) -> dict[str, Any]:
-    """Functions for methods of a class that have other names today."""
-    return {name: renamed(new, f"{cls}.{name}") for name, new in today.items()}
-
-
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "sheldrake.examples": {
-        "AcrobotPlant": _renamed_of("AcrobotPlant", {"SetMITAcrobotParameters": "SetMitAcrobotParameters"}),
+        "AcrobotPlant": {"SetMITAcrobotParameters": "SetMitAcrobotParameters"},
     },
     "sheldrake.geometry.optimization": {
         "AffineSubspace": {"Project": _projected},
         "GraphOfConvexSetsOptions": {
-            "rounding_solver_options": _field(
-                "restriction_solver_options", "GraphOfConvexSetsOptions.rounding_solver_options"
-            ),
+            "rounding_solver_options": "restriction_solver_options",
         },
-        "Hyperellipsoid": _renamed_of("Hyperellipsoid", {"Volume": "CalcVolume"}),
+        "Hyperellipsoid": {"Volume": "CalcVolume"},
     },
     "sheldrake.math": {
-        "RigidTransform": _renamed_of("RigidTransform", {"IsIdentityToEpsilon": "IsNearlyIdentity"}),
-        "RotationMatrix": _renamed_of("RotationMatrix", {"IsIdentityToInternalTolerance": "IsNearlyIdentity"}),
+        "RigidTransform": {"IsIdentityToEpsilon": "IsNearlyIdentity"},
+        "RotationMatrix": {"IsIdentityToInternalTolerance": "IsNearlyIdentity"},
     },
     "sheldrake.solvers": {
-        "LinearConstraint": _renamed_of("LinearConstraint", {"A": "GetDenseA"}),
-        "L2NormCost": _renamed_of("L2NormCost", {"A": "GetDenseA"}),
+        "LinearConstraint": {"A": "GetDenseA"},
+        "L2NormCost": {"A": "GetDenseA"},
         "MathematicalProgram": {
             "GetSolverOptions": _options_of_solver,
-            **_renamed_of(
-                "MathematicalProgram",
-                {
-                    "AddMaximizeLogDeterminantSymmetricMatrixCost": "AddMaximizeLogDeterminantCost",
-                    "NewNonnegativePolynomial": "NewSosPolynomial",
-                },
-            ),
+            "AddMaximizeLogDeterminantSymmetricMatrixCost": "AddMaximizeLogDeterminantCost",
+            "NewNonnegativePolynomial": "NewSosPolynomial",
         },
         "SolverOptions": {
             "GetOptions": _options_of_solver,
@@ -329,23 +292,17 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         },
     },
     "sheldrake.systems.controllers": {
-        "JointStiffnessController": _renamed_of(
-            "JointStiffnessController", {"get_output_port_generalized_force": "get_output_port_actuation"}
-        ),
+        "JointStiffnessController": {"get_output_port_generalized_force": "get_output_port_actuation"},
         "InverseDynamics": {
-            "get_output_port_force": renamed(
-                "get_output_port_generalized_force", "InverseDynamics.get_output_port_force"
-            ),
+            "get_output_port_force": "get_output_port_generalized_force",
         },
     },
     "sheldrake.systems.framework": {
         "Context": {"FixInputPort": _fix_input_port},
         "System": {
-            "Publish": renamed("ForcedPublish", "System.Publish"),
-            "CalcDiscreteVariableUpdates": renamed(
-                "CalcForcedDiscreteVariableUpdate", "System.CalcDiscreteVariableUpdates"
-            ),
-            "CalcUnrestrictedUpdate": renamed("CalcForcedUnrestrictedUpdate", "System.CalcUnrestrictedUpdate"),
+            "Publish": "ForcedPublish",
+            "CalcDiscreteVariableUpdates": "CalcForcedDiscreteVariableUpdate",
+            "CalcUnrestrictedUpdate": "CalcForcedUnrestrictedUpdate",
         },
         "LeafSystem": {
             "DeclarePeriodicPublish": _declare_periodic_publish,
@@ -355,24 +312,22 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         },
     },
     "sheldrake.systems.analysis": {
-        "Simulator": {"StepTo": renamed("AdvanceTo", "Simulator.StepTo")},
+        "Simulator": {"StepTo": "AdvanceTo"},
     },
     "sheldrake.trajectories": {
         "PiecewisePolynomial": {
-            "Cubic": renamed("CubicWithContinuousSecondDerivatives", "PiecewisePolynomial.Cubic", static=True),
-            "Pchip": renamed("CubicShapePreserving", "PiecewisePolynomial.Pchip", static=True),
+            "Cubic": "CubicWithContinuousSecondDerivatives",
+            "Pchip": "CubicShapePreserving",
         },
         "PiecewisePose": {
-            "get_pose": renamed("GetPose", "PiecewisePose.get_pose"),
-            "get_velocity": renamed("GetVelocity", "PiecewisePose.get_velocity"),
-            "get_acceleration": renamed("GetAcceleration", "PiecewisePose.get_acceleration"),
+            "get_pose": "GetPose",
+            "get_velocity": "GetVelocity",
+            "get_acceleration": "GetAcceleration",
         },
     },
     "sheldrake.multibody.plant": {
         "MultibodyPlant": {
-            "CalcCenterOfMassPosition": renamed(
-                "CalcCenterOfMassPositionInWorld", "MultibodyPlant.CalcCenterOfMassPosition"
-            ),
+            "CalcCenterOfMassPosition": "CalcCenterOfMassPositionInWorld",
             "CalcBiasForJacobianSpatialVelocity": _bias("SpatialVelocity", "CalcBiasSpatialAcceleration"),
             "CalcBiasForJacobianTranslationalVelocity": _bias(
                 "TranslationalVelocity", "CalcBiasTranslationalAcceleration"
@@ -382,89 +337,72 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
                 for what in ("Positions", "Velocities", "PositionsAndVelocities")
             },
             "set_discrete_contact_solver": _set_discrete_contact_solver,
-            "get_continuous_state_output_port": renamed(
-                "get_state_output_port", "MultibodyPlant.get_continuous_state_output_port"
-            ),
-            "get_geometry_poses_output_port": renamed(
-                "get_geometry_pose_output_port", "MultibodyPlant.get_geometry_poses_output_port"
-            ),
-            "SetFreeBodyPoseInWorldFrame": renamed(
-                "SetFloatingBaseBodyPoseInWorldFrame", "MultibodyPlant.SetFreeBodyPoseInWorldFrame"
-            ),
-            "SetFreeBodyPoseInAnchoredFrame": renamed(
-                "SetFloatingBaseBodyPoseInAnchoredFrame", "MultibodyPlant.SetFreeBodyPoseInAnchoredFrame"
-            ),
+            "get_continuous_state_output_port": "get_state_output_port",
+            "get_geometry_poses_output_port": "get_geometry_pose_output_port",
+            "SetFreeBodyPoseInWorldFrame": "SetFloatingBaseBodyPoseInWorldFrame",
+            "SetFreeBodyPoseInAnchoredFrame": "SetFloatingBaseBodyPoseInAnchoredFrame",
         },
         "MultibodyPlantConfig": {
-            "discrete_contact_solver": _field(
-                "discrete_contact_approximation", "MultibodyPlantConfig.discrete_contact_solver"
-            ),
+            "discrete_contact_solver": "discrete_contact_approximation",
         },
     },
     "sheldrake.multibody.tree": {
         "RigidBody": {
-            "get_default_mass": renamed("default_mass", "RigidBody.get_default_mass"),
+            "get_default_mass": "default_mass",
             "floating_velocities_start": _floating_velocities_start,
         },
-        **{name: {"damping": renamed("default_damping", f"{name}.damping")} for name in _DAMPED},
-        "FixedOffsetFrame": _renamed_of("FixedOffsetFrame", {"SetPoseInBodyFrame": "SetPoseInParentFrame"}),
-        "QuaternionFloatingJoint": _renamed_of("QuaternionFloatingJoint", _FLOATING),
-        "RevoluteSpring": _renamed_of(
-            "RevoluteSpring", {"stiffness": "default_stiffness", "nominal_angle": "default_nominal_angle"}
-        ),
-        "WeldJoint": _renamed_of("WeldJoint", {"X_PC": "X_FM"}),
+        **{name: {"damping": "default_damping"} for name in _DAMPED},
+        "FixedOffsetFrame": {"SetPoseInBodyFrame": "SetPoseInParentFrame"},
+        "QuaternionFloatingJoint": _FLOATING,
+        "RevoluteSpring": {"stiffness": "default_stiffness", "nominal_angle": "default_nominal_angle"},
+        "WeldJoint": {"X_PC": "X_FM"},
     },
     "sheldrake.geometry": {
         "SceneGraph": {
-            "get_pose_bundle_output_port": renamed("get_query_output_port", "SceneGraph.get_pose_bundle_output_port"),
+            "get_pose_bundle_output_port": "get_query_output_port",
             "ExcludeCollisionsBetween": _exclude_collisions("Between"),
             "ExcludeCollisionsWithin": _exclude_collisions("Within"),
         },
-        "QueryObject": {"X_WG": renamed("GetPoseInWorld", "QueryObject.X_WG")},
+        "QueryObject": {"X_WG": "GetPoseInWorld"},
         **{name: {"filename": _filename} for name in ("Mesh", "Convex")},
         **{
             name: {"default_label": _no_default_label(name)}
             for name in ("RenderEngineGlParams", "RenderEngineGltfClientParams", "RenderEngineVtkParams")
         },
         "SceneGraphInspector": {
-            "all_frame_ids": renamed("GetAllFrameIds", "SceneGraphInspector.all_frame_ids"),
-            "GetPoseInParent": renamed("GetPoseInFrame", "SceneGraphInspector.GetPoseInParent"),
+            "all_frame_ids": "GetAllFrameIds",
+            "GetPoseInParent": "GetPoseInFrame",
         },
         "MeshcatVisualizerParams": {
-            name: _field("delete_on_initialization_event", f"MeshcatVisualizerParams.{name}")
+            name: "delete_on_initialization_event"
             for name in ("delete_prefix_on_initialization_event", "delete_prefix_initialization_event")
         },
     },
     "sheldrake.multibody.inverse_kinematics": {
         "InverseKinematics": {"AddMinimumDistanceConstraint": _add_minimum_distance},
         "DifferentialInverseKinematicsParameters": {
-            "get_timestep": renamed("get_time_step", "DifferentialInverseKinematicsParameters.get_timestep"),
+            "get_timestep": "get_time_step",
             "get_unconstrained_degrees_of_freedom_velocity_limit": _get_limit_of_unconstrained,
             "set_unconstrained_degrees_of_freedom_velocity_limit": _set_limit_of_unconstrained,
-            "set_timestep": renamed("set_time_step", "DifferentialInverseKinematicsParameters.set_timestep"),
+            "set_timestep": "set_time_step",
             "get_end_effector_velocity_gain": _get_end_effector_velocity_gain,
             "set_end_effector_velocity_gain": _set_end_effector_velocity_gain,
         },
     },
     "sheldrake.planning": {
         "GcsTrajectoryOptimization": {
-            "UnwrapToContinousTrajectory": renamed(
-                "UnwrapToContinuousTrajectory", "GcsTrajectoryOptimization.UnwrapToContinousTrajectory", static=True
-            ),
+            "UnwrapToContinousTrajectory": "UnwrapToContinuousTrajectory",
         },
         "MultipleShooting": {
-            "fixed_timestep": renamed("fixed_time_step", "MultipleShooting.fixed_timestep"),
-            "timestep": renamed("time_step", "MultipleShooting.timestep"),
+            "fixed_timestep": "fixed_time_step",
+            "timestep": "time_step",
             "__getattr__": _of_its_program,
         },
         "RobotDiagramBuilder": {
-            **{
-                f"mutable_{part}": renamed(part, f"RobotDiagramBuilder.mutable_{part}")
-                for part in ("builder", "parser", "plant", "scene_graph")
-            },
+            **{f"mutable_{part}": part for part in ("builder", "parser", "plant", "scene_graph")},
             "IsPlantFinalized": _is_plant_finalized,
             "FinalizePlant": _finalize_plant,
-            "BuildDiagram": renamed("Build", "RobotDiagramBuilder.BuildDiagram"),
+            "BuildDiagram": "Build",
         },
     },
     "sheldrake.systems.sensors": {
@@ -474,21 +412,21 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "X_BD": _sensor_pose("depth"),
             "color_camera_info": _camera_info("color"),
             "depth_camera_info": _camera_info("depth"),
-            "color_render_camera": renamed("default_color_render_camera", "RgbdSensor.color_render_camera"),
-            "depth_render_camera": renamed("default_depth_render_camera", "RgbdSensor.depth_render_camera"),
-            "parent_frame_id": renamed("default_parent_frame_id", "RgbdSensor.parent_frame_id"),
-            "X_PB": renamed("default_X_PB", "RgbdSensor.X_PB"),
-            "X_WB_output_port": renamed("body_pose_in_world_output_port", "RgbdSensor.X_WB_output_port"),
+            "color_render_camera": "default_color_render_camera",
+            "depth_render_camera": "default_depth_render_camera",
+            "parent_frame_id": "default_parent_frame_id",
+            "X_PB": "default_X_PB",
+            "X_WB_output_port": "body_pose_in_world_output_port",
         },
-        "RgbdSensorAsync": _renamed_of(
-            "RgbdSensorAsync",
-            {
-                "X_PB": "default_X_PB",
-                "color_camera": "default_color_render_camera",
-                "depth_camera": "default_depth_render_camera",
-                "parent_id": "default_parent_frame_id",
-            },
-        ),
+        "RgbdSensorAsync": {
+            "X_PB": "default_X_PB",
+            "color_camera": "default_color_render_camera",
+            "depth_camera": "default_depth_render_camera",
+            "parent_id": "default_parent_frame_id",
+        },
     },
 }
-"""Retired methods: module, class, name, function. A class gets those whose name it does not define itself."""
+"""Retired members: module, class, name, and what took its place, today's name or a function.
+
+A class gets those whose name it does not define itself.
+"""

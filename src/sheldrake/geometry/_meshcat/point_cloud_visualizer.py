@@ -9,7 +9,8 @@ from sheldrake.geometry._numbers import values_of
 from sheldrake.geometry._point_cloud import PointCloud
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem
+from sheldrake.systems.framework import EventStatus, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port
 
 from .meshcat import Meshcat
 from .tree import as_float
@@ -62,13 +63,8 @@ class MeshcatPointCloudVisualizer(LeafSystem):
         """Removes what was drawn."""
         self._meshcat.Delete(self._path)
 
-    def cloud_input_port(self) -> InputPort:
-        """Returns the input port for the point cloud."""
-        return self.get_input_port(0)
-
-    def pose_input_port(self) -> InputPort:
-        """Returns the input port for the pose of the cloud's frame."""
-        return self.get_input_port(1)
+    cloud_input_port = input_port(0, "Returns the input port for the point cloud.")
+    pose_input_port = input_port(1, "Returns the input port for the pose of the cloud's frame.")
 
     def _update(self, context: Context) -> EventStatus:
         cloud = self.cloud_input_port().Eval(context)

@@ -18,7 +18,8 @@ from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, V
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
-from sheldrake.systems.framework import BusValue, DiagramBuilder, EventStatus, InputPort, LeafSystem
+from sheldrake.systems.framework import BusValue, DiagramBuilder, EventStatus, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port
 
 from .animation import MeshcatAnimation
 from .meshcat import Meshcat
@@ -73,10 +74,8 @@ class MeshcatVisualizer(LeafSystem):
         self._geometry_paths: dict[Any, str] = {}
         self._alpha = 1.0
         self._alpha_slider = f"{params.prefix} α"
-        port = self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
-        self._query_object_index = port.get_index()
-        displacements = self.DeclareAbstractInputPort("surface_displacement", AbstractValue.Make(BusValue()))
-        self._displacements_index = displacements.get_index()
+        self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
+        self.DeclareAbstractInputPort("surface_displacement", AbstractValue.Make(BusValue()))
         self.DeclareInitializationPublishEvent(publish=self._initialize)
         self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
@@ -114,13 +113,10 @@ class MeshcatVisualizer(LeafSystem):
         visualizer = cls(meshcat, params, surface_data)
         return add_visualizer(builder, source, visualizer, f"meshcat_visualizer({visualizer._params.prefix})")
 
-    def query_object_input_port(self) -> InputPort:
-        """Returns the input port for a SceneGraph's query port."""
-        return self.get_input_port(self._query_object_index)
-
-    def surface_displacements_input_port(self) -> InputPort:
-        """Returns the input port for how far surfaces have come, a BusValue; it need not be connected."""
-        return self.get_input_port(self._displacements_index)
+    query_object_input_port = input_port(0, "Returns the input port for a SceneGraph's query port.")
+    surface_displacements_input_port = input_port(
+        1, "Returns the input port for how far surfaces have come, a BusValue; it need not be connected."
+    )
 
     def Delete(self) -> None:
         """Removes everything below the prefix; the next publish draws it anew."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._scalars import scalar_types
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.geometry._numbers import as_numbers, plain
@@ -20,15 +21,13 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
 
 
+@no_constructor("Fields come with a ContactSurface.")
 class _FieldLinear:
     """A number per vertex of a mesh, linear on every face."""
 
     _mesh: Any
     _values: np.ndarray
     _gradients: Any
-
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError(f"{type(self).__name__}: No constructor defined! Fields come with a ContactSurface.")
 
     @classmethod
     def _make(cls, mesh: Any, values: np.ndarray, gradients: np.ndarray | None = None) -> Self:

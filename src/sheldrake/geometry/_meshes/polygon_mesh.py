@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked_late import checked_late
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 if TYPE_CHECKING:
@@ -19,11 +20,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@no_constructor("Use PolygonSurfaceMesh.element().")
 class SurfacePolygon:
     """The vertex numbers of one polygon."""
-
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError("SurfacePolygon: No constructor defined! Use PolygonSurfaceMesh.element().")
 
     _vertices: tuple[int, ...]
 

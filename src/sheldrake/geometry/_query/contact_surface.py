@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._kernels.hydro_model import (
     Choices,
@@ -28,16 +29,12 @@ from sheldrake.geometry._roles import HydroelasticContactRepresentation
 _SAME_PLACE = 1e-10  # relative to the surface's size: vertices of neighbouring faces that are nearer are one
 
 
+@no_constructor("Surfaces come from QueryObject.ComputeContactSurfaces().")
 class ContactSurface:
     """Where the pressures of geometries M and N are equal, or that of one meets the other's rigid surface.
 
     id_M < id_N, and the faces' normals point out of N into M. Everything is in W.
     """
-
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError(
-            "ContactSurface: No constructor defined! Surfaces come from QueryObject.ComputeContactSurfaces()."
-        )
 
     _ids: tuple[GeometryId, GeometryId]
     _triangle: bool

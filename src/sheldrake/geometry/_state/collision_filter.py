@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from sheldrake.common._checked import checked
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry._ids import FilterId, GeometryId
 from sheldrake.geometry._roles import CollisionFilterScope
 from sheldrake.geometry._state.geometry_set import GeometrySet
@@ -167,11 +168,9 @@ def _pairs(declaration: CollisionFilterDeclaration, resolve: Resolver) -> dict[P
     return layer
 
 
+@no_constructor("Use SceneGraph.collision_filter_manager().")
 class CollisionFilterManager:
     """Changes which pairs of a SceneGraph (its model, or the copy in one context) may touch."""
-
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError("CollisionFilterManager: No constructor defined! Use SceneGraph.collision_filter_manager().")
 
     @classmethod
     def _make(cls, edit: Callable[[], tuple[CollisionFilter, Resolver]], read: Callable[[], CollisionFilter]) -> Self:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry._hydroelastic.representation import representation_of
 from sheldrake.geometry._ids import FrameId, GeometryId, SourceId, number_of
@@ -39,11 +40,9 @@ if TYPE_CHECKING:
 _SOURCE, _FRAME, _GEOMETRY = (instance_of(cls) for cls in (SourceId, FrameId, GeometryId))
 
 
+@no_constructor("Use SceneGraph.model_inspector().")
 class SceneGraphInspector:
     """Answers questions about sources, frames, geometries and roles; poses that change with time are QueryObject's."""
-
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError("SceneGraphInspector: No constructor defined! Use SceneGraph.model_inspector().")
 
     _get_state: Callable[[], GeometryState]
 

@@ -60,11 +60,7 @@ class MinkowskiSum(ConvexSet):
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         terms = into.new_columns(self._dimension, len(self._sets), "x")
-        for i in range(self._dimension):
-            total = terms[0][i : i + 1]
-            for term in terms[1:]:
-                total = total + term[i : i + 1]
-            into.equal(total - x[i : i + 1])
+        _add_up(into, terms, x)
         for s, term in zip(self._sets, terms):
             into.contain(s, term, scale)
         into.nonnegative(scale)
@@ -86,6 +82,15 @@ class MinkowskiSum(ConvexSet):
 
     def _some_point(self) -> np.ndarray | None:
         return _sum([s.MaybeGetFeasiblePoint() for s in self._sets])
+
+
+def _add_up(into: Rows, parts: list[Affine], x: Affine) -> None:
+    """Constrains points to have the sum x."""
+    for i in range(len(x)):
+        total = parts[0][i : i + 1]
+        for part in parts[1:]:
+            total = total + part[i : i + 1]
+        into.equal(total - x[i : i + 1])
 
 
 def _sum(points: list[np.ndarray | None]) -> np.ndarray | None:
@@ -315,11 +320,7 @@ class ConvexHull(ConvexSet):
         parts = into.new_columns(self._dimension, count, "x_sets")
         weights = into.new(count, "alpha")
         into.between(np.zeros(count), weights, np.full(count, 1.0 if scale.is_one() else np.inf))
-        for i in range(self._dimension):
-            total = parts[0][i : i + 1]
-            for part in parts[1:]:
-                total = total + part[i : i + 1]
-            into.equal(total - x[i : i + 1])
+        _add_up(into, parts, x)
         into.equal(np.ones((1, count)) @ weights - scale)
         for k, (s, part) in enumerate(zip(self._taking_part, parts)):
             into.contain(s, part, weights[k : k + 1])

@@ -15,6 +15,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._kinds import instance_of
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import dispatch, incompatible, overload
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -53,14 +54,12 @@ def checked_box(call: str, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np
     return lb, ub
 
 
+@no_constructor()
 class ConvexSet:
     """A convex set in a space of some dimension. Not made directly: its kinds are."""
 
     _dimension: int
     _has_volume = False
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"pydrake.geometry.optimization.{type(self).__name__}: No constructor defined!")
 
     # What a kind of set says
 

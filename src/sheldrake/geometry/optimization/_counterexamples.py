@@ -10,13 +10,13 @@ from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.solvers import Constraint, MathematicalProgram, SolverInterface
 from sheldrake.solvers._engines.quadratic import solve_rows
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Opaque
 
 if TYPE_CHECKING:
     from sheldrake.solvers import SolverOptions
 
 
-class Violated(Constraint):
+class Violated(Opaque, Constraint):
     """One value of a constraint is beyond one of its bounds by a little.
 
     Args:
@@ -43,9 +43,6 @@ class Violated(Constraint):
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return self._of._jacobian(x)[self._row : self._row + 1]
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 def violations(prog: MathematicalProgram | None) -> list[tuple[Constraint, np.ndarray]]:

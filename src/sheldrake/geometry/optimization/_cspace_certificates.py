@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake import symbolic
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry.optimization._cspace_geometries import CSpaceSeparatingPlane
 from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
 from sheldrake.symbolic import Expression, Monomial, Polynomial
@@ -192,6 +193,7 @@ class SeparatingPlaneLagrangians:
         return out
 
 
+@no_constructor()
 class SeparationCertificateResultBase:
     """A plane that separates two geometries.
 
@@ -206,9 +208,6 @@ class SeparationCertificateResultBase:
     b: symbolic.Polynomial
     plane_decision_var_vals: np.ndarray
     result: MathematicalProgramResult
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.SeparationCertificateResult: No constructor defined!")
 
 
 class SeparationCertificateResult(SeparationCertificateResultBase):
@@ -226,6 +225,7 @@ class SeparationCertificateResult(SeparationCertificateResultBase):
     _values: list[list[Table]]
 
 
+@no_constructor()
 class SeparationCertificate:
     """Multipliers for each rational function, with decision variables as coefficients.
 
@@ -233,9 +233,6 @@ class SeparationCertificate:
         positive_side_rational_lagrangians: Of the positive side.
         negative_side_rational_lagrangians: Of the negative side.
     """
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.SeparationCertificate: No constructor defined!")
 
     positive_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
     negative_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
@@ -262,6 +259,7 @@ class SeparationCertificate:
         return out
 
 
+@no_constructor()
 class SeparationCertificateProgramBase:
     """A program that looks for a certificate.
 
@@ -271,9 +269,6 @@ class SeparationCertificateProgramBase:
 
     plane_index: int
     _prog: MathematicalProgram
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.SeparationCertificateProgramBase: No constructor defined!")
 
     def prog(self) -> MathematicalProgram:
         """Returns the program."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.common import Parallelism
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._options import Options as _Options
 from sheldrake.geometry.optimization import _cspace_certificates as certificates
@@ -197,6 +198,7 @@ _Found: TypeAlias = SearchResult
 _log = logging.getLogger("drake")
 
 
+@no_constructor()
 class CspaceFreePolytopeBase:
     """Planes that are to separate the geometries of a plant; see `CspaceFreePolytope`."""
 
@@ -208,9 +210,6 @@ class CspaceFreePolytopeBase:
         """
 
         with_cross_y: bool = False
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")
 
     _pairs: dict[tuple[GeometryId, GeometryId], int]
     _planes: list[CSpaceSeparatingPlane]

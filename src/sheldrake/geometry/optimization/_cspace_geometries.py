@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.geometry import Box, Capsule, Convex, Cylinder, GeometryId, Mesh, Shape, Sphere
 from sheldrake.geometry.optimization._vpolytope import VPolytope
@@ -85,11 +86,9 @@ def _vertices(shape: Any) -> np.ndarray:
     )
 
 
+@no_constructor()
 class CIrisCollisionGeometry:
     """A collision geometry of a body; `CspaceFreePolytope` makes them."""
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.CIrisCollisionGeometry: No constructor defined!")
 
     @classmethod
     def _of(cls, shape: Shape, body_index: BodyIndex, id: GeometryId, X_BG: RigidTransform) -> CIrisCollisionGeometry:
@@ -130,6 +129,7 @@ class CIrisCollisionGeometry:
         return len(self._conditions)
 
 
+@no_constructor()
 class CSpaceSeparatingPlane:
     """A plane a x + b = 0 that is to separate two geometries; `CspaceFreePolytope` makes them.
 
@@ -150,9 +150,6 @@ class CSpaceSeparatingPlane:
     expressed_body: Any
     plane_degree: int
     decision_variables: np.ndarray
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.geometry.optimization.CSpaceSeparatingPlane: No constructor defined!")
 
 
 class _PlaneOfVariables(CSpaceSeparatingPlane):

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import anything
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Overload, overload, overloaded
 from sheldrake.geometry._ids import _Identifier
 from sheldrake.geometry.optimization._convex_set import ConvexSet
@@ -54,14 +55,12 @@ def constraints(name: str) -> tuple[Overload, ...]:
     return overload(binding=kinds.binding, **_USE), overload(**{name: kinds.formula, **_USE})
 
 
+@no_constructor()
 class Element:
     """What vertices and edges have in common: costs and constraints on their variables."""
 
     _allowed: np.ndarray
     _name: str
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError(f"pydrake.geometry.optimization.{type(self).__qualname__}: No constructor defined!")
 
     def _set_up(self, name: str, allowed: np.ndarray) -> None:
         self._name, self._allowed = name, allowed

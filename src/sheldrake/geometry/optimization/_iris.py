@@ -177,7 +177,7 @@ def _separated(domain: HPolyhedron, ellipsoid: Hyperellipsoid, obstacles: list[C
 def set_of_shape(query_object: QueryObject, geometry: GeometryId, frame: Frame) -> ConvexSet:
     """A geometry as a convex set, of the kind that programs are smallest with."""
     shape = query_object.inspector().GetShape(geometry)
-    kinds: list[tuple[tuple[type, ...], type[ConvexSet]]] = [
+    kinds: list[tuple[tuple[type, ...], Callable[..., ConvexSet]]] = [
         ((HalfSpace, Box), HPolyhedron),
         ((Sphere, Ellipsoid), Hyperellipsoid),
         ((Cylinder,), CartesianProduct),

@@ -14,7 +14,7 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase, Opaque, WithSlopes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -28,7 +28,7 @@ _ORIGIN = np.zeros(3)
 POSE, POINT = called("RigidTransform"), called("float array of shape (3,)")
 
 
-class KinematicFunction:
+class KinematicFunction(Opaque, WithSlopes):
     """A function of the positions q of a plant; its context is where they are put.
 
     Of a plant of floats the derivatives come from its Jacobians; a plant of AutoDiffXd carries them itself.
@@ -115,9 +115,6 @@ class KinematicFunction:
         slope = self._slope(more)
         return _vector(self._value(more)), slope if slope.ndim == 2 else slope.reshape(1, -1)
 
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
     def _eval_duals(self, x: np.ndarray) -> np.ndarray:
         if self._is_float:
             return EvaluatorBase._eval_duals(self, x)  # type: ignore[arg-type]
@@ -128,9 +125,6 @@ class KinematicFunction:
 
     def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
         raise RuntimeError(f"{type(self).__name__}::DoEval() does not work for symbolic variables.")
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
     # Kinematics of the plant
 

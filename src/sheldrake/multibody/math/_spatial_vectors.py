@@ -338,14 +338,13 @@ class SpatialAcceleration(SpatialVector):
         return self._make([x + y + z for x, y, z in zip(fixed, a, gyroscopic + [2.0 * x for x in coriolis])])
 
 
-class SpatialForce(SpatialVector):
-    """F_Bp_E: torque tau [N m] about a point Bp and force f [N], expressed in E."""
+class _ForceVector(SpatialVector):
+    """What moves to another point as forces do, and has a product with velocities."""
 
     __slots__ = ()
-    _NAMES = ("tau", "f", "F")
 
     def Shift(self, offset: Scalars) -> Self:
-        """The equivalent force at another point of the same body.
+        """The same about another point of the body.
 
         Args:
             offset: p_BpBq_E [m], shape (3,).
@@ -357,37 +356,25 @@ class SpatialForce(SpatialVector):
         return self._make([t - x for t, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
 
     def dot(self, velocity: SpatialVelocity) -> float:
-        """Power [W] on a body that moves with a SpatialVelocity."""
+        """The product with a SpatialVelocity of the body: a force's power [W], twice a momentum's energy [J]."""
         return self._dot(velocity, SpatialVelocity_)
 
     def __matmul__(self, other: SpatialVelocity) -> float:
         return self.dot(other)
 
 
-class SpatialMomentum(SpatialVector):
+class SpatialForce(_ForceVector):
+    """F_Bp_E: torque tau [N m] about a point Bp and force f [N], expressed in E."""
+
+    __slots__ = ()
+    _NAMES = ("tau", "f", "F")
+
+
+class SpatialMomentum(_ForceVector):
     """L_MBp_E: angular momentum h [N m s] about a point Bp and momentum l [N s], measured in M, expressed in E."""
 
     __slots__ = ()
     _NAMES = ("h", "l", "L")
-
-    def Shift(self, offset: Scalars) -> Self:
-        """The momentum about another point.
-
-        Args:
-            offset: p_BpBq_E [m], shape (3,).
-        """
-        if (made := _SHORT.get(("Shift", type(self)), _never)(self, offset)) is not None:
-            return made
-        p = self._moved("Shift", offset)
-        c = self._c.tolist()
-        return self._make([h - x for h, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
-
-    def dot(self, velocity: SpatialVelocity) -> float:
-        """Twice the kinetic energy [J] of a body that moves with a SpatialVelocity."""
-        return self._dot(velocity, SpatialVelocity_)
-
-    def __matmul__(self, other: SpatialVelocity) -> float:
-        return self.dot(other)
 
 
 def _add_short_way(name: str, kind: type, kernel: Kernel, *takes: Any, gives: Any) -> None:

@@ -15,7 +15,8 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat, QueryObject
 from sheldrake.geometry._meshcat.tree import as_float
 from sheldrake.multibody.plant import ContactResults, MultibodyPlant
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem, OutputPort
+from sheldrake.systems.framework._port_getters import input_port
 
 from ._arrow import as_floats
 from ._contact_items import Names, names_of_pairs, names_of_surface, point_items, surface_item
@@ -83,9 +84,8 @@ class ContactVisualizer(LeafSystem):
         self._paths: tuple[tuple[Sequence[Any], np.ndarray] | None, list[str]] = None, []
         self._points = _PointContactVisualizer(meshcat, _below(params, "point"))
         self._surfaces = _HydroelasticContactVisualizer(meshcat, _below(params, "hydroelastic"))
-        results = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
-        query = self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
-        self._results_index, self._query_index = results.get_index(), query.get_index()
+        self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
+        self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
         self.DeclareInitializationPublishEvent(publish=self._initialize)
         self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
@@ -128,13 +128,10 @@ class ContactVisualizer(LeafSystem):
             builder.Connect(query, visualizer.query_object_input_port())
         return visualizer
 
-    def contact_results_input_port(self) -> InputPort:
-        """Returns the input port for a plant's contact results."""
-        return self.get_input_port(self._results_index)
-
-    def query_object_input_port(self) -> InputPort:
-        """Returns the input port for a SceneGraph's query port; it need not be connected."""
-        return self.get_input_port(self._query_index)
+    contact_results_input_port = input_port(0, "Returns the input port for a plant's contact results.")
+    query_object_input_port = input_port(
+        1, "Returns the input port for a SceneGraph's query port; it need not be connected."
+    )
 
     def Delete(self) -> None:
         """Removes everything below the prefix; the next publish draws it anew."""

@@ -14,8 +14,9 @@ from sheldrake.multibody.math import SpatialForce_, SpatialVelocity_
 from sheldrake.multibody.meshcat._kernels.mouse_spring import Hold, add_spring_force
 from sheldrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from sheldrake.multibody.tree import BodyIndex
-from sheldrake.systems.framework import DiagramBuilder, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import DiagramBuilder, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage
+from sheldrake.systems.framework._port_getters import input_port, output_port
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
@@ -79,17 +80,11 @@ class MeshcatMouseSpring(LeafSystem):
             self._grabs.withdraw(self._offer)
             self._offer = self._grabs.offer(self._bodies, self._follow)
 
-    def get_body_poses_input_port(self) -> InputPort:
-        """Input: poses of the plant's bodies."""
-        return self.get_input_port(0)
-
-    def get_body_spatial_velocities_input_port(self) -> InputPort:
-        """Input: spatial velocities of the plant's bodies."""
-        return self.get_input_port(1)
-
-    def get_spatial_forces_output_port(self) -> OutputPort:
-        """Output: a list with the ExternallyAppliedSpatialForce of the spring, empty while nothing is held."""
-        return self.get_output_port(0)
+    get_body_poses_input_port = input_port(0, "Input: poses of the plant's bodies.")
+    get_body_spatial_velocities_input_port = input_port(1, "Input: spatial velocities of the plant's bodies.")
+    get_spatial_forces_output_port = output_port(
+        0, "Output: a list with the ExternallyAppliedSpatialForce of the spring, empty while nothing is held."
+    )
 
     @staticmethod
     def AddToBuilder(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
+@no_constructor()
 class ContactWrench:
     """The wrench that body A applies to body B at a point Cb.
 
@@ -34,9 +36,6 @@ class ContactWrench:
     bodyB_index: BodyIndex
     p_WCb_W: np.ndarray
     F_Cb_W: SpatialForce
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("pydrake.multibody.optimization.ContactWrench: No constructor defined!")
 
     @classmethod
     def _make(cls, A: BodyIndex, B: BodyIndex, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:

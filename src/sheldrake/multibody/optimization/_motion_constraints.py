@@ -12,7 +12,7 @@ from sheldrake.common._kernels.generic import cos, sin, sqrt
 from sheldrake.common._overloads import incompatible
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.solvers import Constraint
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Opaque
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -142,7 +142,7 @@ class SpatialVelocityConstraint(KinematicFunction, Constraint):
         return np.concatenate((v_AC, [square, cosine]))
 
 
-class QuaternionEulerIntegrationConstraint(Constraint):
+class QuaternionEulerIntegrationConstraint(Opaque, Constraint):
     """A constant angular velocity turns one unit quaternion into another; variables (quat1, quat2, w, h).
 
     Its value, which is one, is the product of quat2 with quat1 turned by w h; its square, if they may change sign.
@@ -190,8 +190,6 @@ class QuaternionEulerIntegrationConstraint(Constraint):
         return np.array([total**2 if self._negation else total])
 
     _eval = _eval_symbols = _eval_duals = _product
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 def _is_zero(square: Any) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.symbolic import Expression, Monomial, Polynomial, RationalFunction, Variable, atan2, tan
 from sheldrake.symbolic import _build as build
@@ -25,14 +26,12 @@ _Terms = dict[frozenset, np.ndarray]
 _Powers = dict[tuple[int, ...], Any]  # Coefficients by the powers of all s.
 
 
+@no_constructor()
 class RationalForwardKinematicsPose:
     """A pose whose elements are polynomials or rational functions; `CalcBodyPoseAsMultilinearPolynomial` makes it."""
 
     _rotation: np.ndarray
     _position: np.ndarray
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("pydrake.multibody.rational.RationalForwardKinematicsPose: No constructor defined!")
 
     @classmethod
     def _of(cls, elements: np.ndarray) -> RationalForwardKinematicsPose:

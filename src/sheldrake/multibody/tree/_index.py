@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.systems.framework._index import _TypedIndex
 
 
@@ -44,15 +45,13 @@ class ModelInstanceIndex(_TypedIndex):
     __slots__ = ()
 
 
+@no_constructor("Use MultibodyConstraintId.get_new_id().")
 class MultibodyConstraintId:
     """Names a constraint; unique in the process."""
 
     __slots__ = ("_value",)
     _value: int
     _next = itertools.count(1).__next__
-
-    def __init__(self) -> None:
-        raise TypeError("MultibodyConstraintId: No constructor defined! Use MultibodyConstraintId.get_new_id().")
 
     @classmethod
     def get_new_id(cls) -> MultibodyConstraintId:

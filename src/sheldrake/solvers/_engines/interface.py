@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._made_methods import MadeMethod
 from sheldrake.solvers._ids import (
     CommonSolverOption,
     ProgramAttribute,
@@ -36,6 +37,17 @@ def is_installed(package: str) -> bool:
 def attribute_name(attribute: ProgramAttribute) -> str:
     """The name of an attribute without its k."""
     return attribute.name[1:]
+
+
+def option_name(name: str, meaning: str) -> Callable[[], str]:
+    """A static method of a solver that returns the name of an option.
+
+    Args:
+        name: The name.
+        meaning: What the option is for.
+    """
+    made = MadeMethod(lambda: name, f"Returns the name of the option for {meaning}.", static=True)
+    return made  # type: ignore[return-value]
 
 
 class SolverInterface:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._engines.interface import is_installed
+from sheldrake.solvers._engines.interface import is_installed, option_name
 from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -31,6 +31,11 @@ def _set_params(problem: Any, given: dict[str, Any], prefix: str) -> None:
             problem.set_param(name.removeprefix(prefix), float(value))
 
 
+def _set_tolerances(problem: Any, given: dict[str, Any], prefix: str = "") -> None:
+    for name, default in (("xtol_rel", 1e-6), ("xtol_abs", 1e-6), ("ftol_rel", 0.0), ("ftol_abs", 0.0)):
+        getattr(problem, f"set_{name}")(number(given, prefix + name, default))
+
+
 class NloptSolverDetails(NamedTuple):
     """What the solver tells of a solve: NLopt's status, above 0 for success, 5 for too many evaluations."""
 
@@ -52,90 +57,38 @@ class NloptSolver(NonlinearSolver):
     def _why_not_available(self) -> str:
         return "stands on the package nlopt, which is not installed (pip install sheldrake[nlp])."
 
-    @staticmethod
-    def ConstraintToleranceName() -> str:
-        """Returns the name of the option for the largest violation of a constraint."""
-        return "constraint_tol"
-
-    @staticmethod
-    def XRelativeToleranceName() -> str:
-        """Returns the name of the option for the least relative step."""
-        return "xtol_rel"
-
-    @staticmethod
-    def XAbsoluteToleranceName() -> str:
-        """Returns the name of the option for the least step."""
-        return "xtol_abs"
-
-    @staticmethod
-    def MaxEvalName() -> str:
-        """Returns the name of the option for the largest number of evaluations."""
-        return "max_eval"
-
-    @staticmethod
-    def MaxTimeName() -> str:
-        """Returns the name of the option for the longest time [s]."""
-        return "max_time"
-
-    @staticmethod
-    def AlgorithmName() -> str:
-        """Returns the name of the option for the algorithm."""
-        return "algorithm"
-
-    @staticmethod
-    def FRelativeToleranceName() -> str:
-        """Returns the name of the option for the least relative change of the cost."""
-        return "ftol_rel"
-
-    @staticmethod
-    def FAbsoluteToleranceName() -> str:
-        """Returns the name of the option for the least change of the cost."""
-        return "ftol_abs"
-
-    @staticmethod
-    def StopValName() -> str:
-        """Returns the name of the option for a cost that is good enough to stop at."""
-        return "stopval"
+    ConstraintToleranceName = option_name("constraint_tol", "the largest violation of a constraint")
+    XRelativeToleranceName = option_name("xtol_rel", "the least relative step")
+    XAbsoluteToleranceName = option_name("xtol_abs", "the least step")
+    MaxEvalName = option_name("max_eval", "the largest number of evaluations")
+    MaxTimeName = option_name("max_time", "the longest time [s]")
+    AlgorithmName = option_name("algorithm", "the algorithm")
+    FRelativeToleranceName = option_name("ftol_rel", "the least relative change of the cost")
+    FAbsoluteToleranceName = option_name("ftol_abs", "the least change of the cost")
+    StopValName = option_name("stopval", "a cost that is good enough to stop at")
 
     @staticmethod
     def ParamPrefix() -> str:
         """Returns what the names of options begin with that go to the algorithm as they are, after it."""
         return "nlopt_param:"
 
-    @staticmethod
-    def LocalOptimizerAlgorithmName() -> str:
-        """Returns the name of the option for the algorithm that solves subproblems, where there are any."""
-        return "local_optimizer_algorithm"
-
-    @staticmethod
-    def LocalOptimizerXRelativeToleranceName() -> str:
-        """Returns the name of the option for the least relative step in a subproblem."""
-        return "local_optimizer_xtol_rel"
-
-    @staticmethod
-    def LocalOptimizerXAbsoluteToleranceName() -> str:
-        """Returns the name of the option for the least step in a subproblem."""
-        return "local_optimizer_xtol_abs"
-
-    @staticmethod
-    def LocalOptimizerFRelativeToleranceName() -> str:
-        """Returns the name of the option for the least relative change of the cost in a subproblem."""
-        return "local_optimizer_ftol_rel"
-
-    @staticmethod
-    def LocalOptimizerFAbsoluteToleranceName() -> str:
-        """Returns the name of the option for the least change of the cost in a subproblem."""
-        return "local_optimizer_ftol_abs"
-
-    @staticmethod
-    def LocalOptimizerMaxEvalName() -> str:
-        """Returns the name of the option for the largest number of evaluations in a subproblem."""
-        return "local_optimizer_max_eval"
-
-    @staticmethod
-    def LocalOptimizerMaxTimeName() -> str:
-        """Returns the name of the option for the longest time of a subproblem [s]."""
-        return "local_optimizer_max_time"
+    LocalOptimizerAlgorithmName = option_name(
+        "local_optimizer_algorithm", "the algorithm that solves subproblems, where there are any"
+    )
+    LocalOptimizerXRelativeToleranceName = option_name(
+        "local_optimizer_xtol_rel", "the least relative step in a subproblem"
+    )
+    LocalOptimizerXAbsoluteToleranceName = option_name("local_optimizer_xtol_abs", "the least step in a subproblem")
+    LocalOptimizerFRelativeToleranceName = option_name(
+        "local_optimizer_ftol_rel", "the least relative change of the cost in a subproblem"
+    )
+    LocalOptimizerFAbsoluteToleranceName = option_name(
+        "local_optimizer_ftol_abs", "the least change of the cost in a subproblem"
+    )
+    LocalOptimizerMaxEvalName = option_name(
+        "local_optimizer_max_eval", "the largest number of evaluations in a subproblem"
+    )
+    LocalOptimizerMaxTimeName = option_name("local_optimizer_max_time", "the longest time of a subproblem [s]")
 
     @staticmethod
     def LocalOptimizerParamPrefix() -> str:
@@ -144,29 +97,12 @@ class NloptSolver(NonlinearSolver):
 
     def _read(self, options: SolverOptions) -> Settings:
         prefixes = self.ParamPrefix(), self.LocalOptimizerParamPrefix()
-        known = [
-            self.ConstraintToleranceName(),
-            self.XRelativeToleranceName(),
-            self.XAbsoluteToleranceName(),
-            self.FRelativeToleranceName(),
-            self.FAbsoluteToleranceName(),
-            self.StopValName(),
-            self.MaxEvalName(),
-            self.MaxTimeName(),
-            self.AlgorithmName(),
-            self.LocalOptimizerAlgorithmName(),
-            self.LocalOptimizerXRelativeToleranceName(),
-            self.LocalOptimizerXAbsoluteToleranceName(),
-            self.LocalOptimizerFRelativeToleranceName(),
-            self.LocalOptimizerFAbsoluteToleranceName(),
-            self.LocalOptimizerMaxEvalName(),
-            self.LocalOptimizerMaxTimeName(),
-            *(name for name in options._of(self._name) if name.startswith(prefixes)),
-        ]
+        known = [getattr(self, call)() for call in dir(NloptSolver) if call.endswith("Name") and call != "SolverName"]
+        known += [name for name in options._of(self._name) if name.startswith(prefixes)]
         given = self._given(options, known)
         return Settings(
-            feasibility=max(1e-6, number(given, self.ConstraintToleranceName(), 1e-6)),
-            iterations=int(number(given, self.MaxEvalName(), 1000)),
+            feasibility=max(1e-6, number(given, "constraint_tol", 1e-6)),
+            iterations=int(number(given, "max_eval", 1000)),
             prints=self._prints(options),
             more=given,
         )
@@ -175,7 +111,7 @@ class NloptSolver(NonlinearSolver):
         import nlopt
 
         given = settings.more or {}
-        problem = nlopt.opt(_algorithm(given.get(self.AlgorithmName(), "LD_SLSQP")), form.num_vars)
+        problem = nlopt.opt(_algorithm(given.get("algorithm", "LD_SLSQP")), form.num_vars)
         seen: list[np.ndarray] = [start]
 
         def cost(y: np.ndarray, slope: np.ndarray) -> float:
@@ -190,20 +126,17 @@ class NloptSolver(NonlinearSolver):
         problem.set_min_objective(cost)
         problem.set_lower_bounds(form.x_lower)
         problem.set_upper_bounds(form.x_upper)
-        tolerance = number(given, self.ConstraintToleranceName(), 1e-6)
+        tolerance = number(given, "constraint_tol", 1e-6)
         equal = form.lower == form.upper
         self._constrain(problem.add_equality_mconstraint, form, np.flatnonzero(equal), None, tolerance)
         above, below = (np.flatnonzero(~equal & np.isfinite(bound)) for bound in (form.lower, form.upper))
         self._constrain(problem.add_inequality_mconstraint, form, below, above, tolerance)
-        problem.set_xtol_rel(number(given, self.XRelativeToleranceName(), 1e-6))
-        problem.set_xtol_abs(number(given, self.XAbsoluteToleranceName(), 1e-6))
+        _set_tolerances(problem, given)
         problem.set_maxeval(settings.iterations)
-        problem.set_maxtime(number(given, self.MaxTimeName(), 0.0))
-        problem.set_ftol_rel(number(given, self.FRelativeToleranceName(), 0.0))
-        problem.set_ftol_abs(number(given, self.FAbsoluteToleranceName(), 0.0))
-        problem.set_stopval(number(given, self.StopValName(), -np.inf))
+        problem.set_maxtime(number(given, "max_time", 0.0))
+        problem.set_stopval(number(given, "stopval", -np.inf))
         _set_params(problem, given, self.ParamPrefix())
-        if local := given.get(self.LocalOptimizerAlgorithmName(), ""):
+        if local := given.get("local_optimizer_algorithm", ""):
             problem.set_local_optimizer(self._local_optimizer(local, form.num_vars, given))
         try:
             y = problem.optimize(start)
@@ -219,12 +152,9 @@ class NloptSolver(NonlinearSolver):
         import nlopt
 
         local = nlopt.opt(_algorithm(name), num_vars)
-        local.set_xtol_rel(number(given, self.LocalOptimizerXRelativeToleranceName(), 1e-6))
-        local.set_xtol_abs(number(given, self.LocalOptimizerXAbsoluteToleranceName(), 1e-6))
-        local.set_ftol_rel(number(given, self.LocalOptimizerFRelativeToleranceName(), 0.0))
-        local.set_ftol_abs(number(given, self.LocalOptimizerFAbsoluteToleranceName(), 0.0))
-        local.set_maxeval(max(0, int(number(given, self.LocalOptimizerMaxEvalName(), 0))))
-        local.set_maxtime(max(0.0, number(given, self.LocalOptimizerMaxTimeName(), 0.0)))
+        _set_tolerances(local, given, "local_optimizer_")
+        local.set_maxeval(max(0, int(number(given, "local_optimizer_max_eval", 0))))
+        local.set_maxtime(max(0.0, number(given, "local_optimizer_max_time", 0.0)))
         _set_params(local, given, self.LocalOptimizerParamPrefix())
         return local
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sheldrake.solvers._engines.interface import Engine, SolverInterface
+from sheldrake.solvers._engines.interface import Engine, SolverInterface, option_name
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -31,30 +31,11 @@ class ProjectedGradientDescentSolver(Engine):
         self._projection: Callable | None = None
         self._interface: SolverInterface | None = None
 
-    @staticmethod
-    def ConvergenceTolOptionName() -> str:
-        """Returns the name of the option for the length of a step that ends it."""
-        return "ConvergenceTol"
-
-    @staticmethod
-    def MaxIterationsOptionName() -> str:
-        """Returns the name of the option for the largest number of steps."""
-        return "MaxIterations"
-
-    @staticmethod
-    def BacktrackingCOptionName() -> str:
-        """Returns the name of the option for the part of the expected decrease that is asked for."""
-        return "BacktrackingC"
-
-    @staticmethod
-    def BacktrackingTauOptionName() -> str:
-        """Returns the name of the option for the factor by which a step is made shorter."""
-        return "BacktrackingTau"
-
-    @staticmethod
-    def BacktrackingAlpha0OptionName() -> str:
-        """Returns the name of the option for the first factor of the gradient."""
-        return "BacktrackingAlpha0"
+    ConvergenceTolOptionName = option_name("ConvergenceTol", "the length of a step that ends it")
+    MaxIterationsOptionName = option_name("MaxIterations", "the largest number of steps")
+    BacktrackingCOptionName = option_name("BacktrackingC", "the part of the expected decrease that is asked for")
+    BacktrackingTauOptionName = option_name("BacktrackingTau", "the factor by which a step is made shorter")
+    BacktrackingAlpha0OptionName = option_name("BacktrackingAlpha0", "the first factor of the gradient")
 
     def SetCustomGradientFunction(self, custom_gradient_function: Callable) -> None:
         """Sets what gives the gradient at x."""

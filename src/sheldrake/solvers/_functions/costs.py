@@ -13,7 +13,7 @@ import numpy as np
 from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._functions.evaluators import Changes, Cost, EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Changes, Cost, Opaque
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.solvers._kernels.definite import have_factors
 from sheldrake.symbolic import Expression, ToLatex
@@ -315,14 +315,11 @@ def quadratic_symbols(Q: np.ndarray, b: np.ndarray, c: float, x: np.ndarray) -> 
     return out
 
 
-class PolynomialCost(ExpressionFunction, Cost):
+class PolynomialCost(Opaque, ExpressionFunction, Cost):
     """A cost that is a polynomial of degree three or more."""
 
     def __init__(self, e: Expression):
         self._set_expressions([_arrays.expression(e)])
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 class ExpressionCost(ExpressionFunction, Cost):

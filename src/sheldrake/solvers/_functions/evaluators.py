@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._checked import checked
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._text import latex_bounds, latex_matrix
@@ -48,6 +49,7 @@ class Changes:
         cls.latest = object()
 
 
+@no_constructor()
 class EvaluatorBase:
     """A function from a vector to a vector, with its derivatives. Not made directly: costs and constraints are."""
 
@@ -56,9 +58,6 @@ class EvaluatorBase:
     _description: str = ""
     _sparsity: list[tuple[int, int]] | None = None
     _thread_safe = True
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{_python_name(type(self))}: No constructor defined!")
 
     def _set_sizes(self, num_outputs: int, num_vars: int, description: str = "") -> None:
         self._num_outputs, self._num_vars, self._description = num_outputs, num_vars, description
@@ -165,11 +164,6 @@ class EvaluatorBase:
         return f"{type(self).__name__}{named} with {len(vars)} decision variables{names}\n"
 
 
-def _python_name(cls: type) -> str:
-    inside = cls.__module__.startswith("sheldrake.")
-    return f"pydrake.solvers.{cls.__name__}" if inside else cls.__name__
-
-
 class Cost(EvaluatorBase):
     """A function with one value, which a solver makes small."""
 
@@ -259,6 +253,24 @@ class Constraint(EvaluatorBase):
         return latex_bounds(latex_matrix(y, precision), self._lower, self._upper, precision)
 
 
+class Opaque:
+    """A cost or constraint that is no formula: its text is its name and its variables."""
+
+    _display = EvaluatorBase._display
+    _latex = EvaluatorBase._latex
+
+
+class WithSlopes:
+    """An evaluator whose values come with derivatives: `_eval_with_jacobian` has both."""
+
+    if TYPE_CHECKING:
+
+        def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[1]
+
+
 class VisualizationCallback(EvaluatorBase):
     """A function that a solver calls with its iterates."""
 
@@ -313,7 +325,7 @@ def _scalar_type(y: np.ndarray) -> type | None:
     return next((type(v) for v in y.flat if type(v).__module__ not in ("builtins", "numpy")), None)
 
 
-class _PyFunction:
+class _PyFunction(WithSlopes):
     """A Python function of a vector as an evaluator."""
 
     _thread_safe = False
@@ -334,9 +346,6 @@ class _PyFunction:
         y, J = _arrays.values_and_gradient(self._call(_arrays.variables_at(x), AutoDiffXd))
         return y, J if J.size or not y.size else np.zeros((len(y), len(x)))
 
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
 
 class PyFunctionCost(_PyFunction, Cost):
     """A cost that is a Python function of floats or AutoDiffXd.
@@ -356,7 +365,7 @@ class PyFunctionCost(_PyFunction, Cost):
     _display = EvaluatorBase._display
 
 
-class PyFunctionConstraint(_PyFunction, Constraint):
+class PyFunctionConstraint(Opaque, _PyFunction, Constraint):
     """A constraint that is a Python function of floats or AutoDiffXd.
 
     Args:
@@ -395,9 +404,6 @@ class PyFunctionConstraint(_PyFunction, Constraint):
     def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the greatest values."""
         self._set_bounds(self._lower, _arrays.float_vector(new_ub))
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 def takes_vector_function(value: object) -> bool:

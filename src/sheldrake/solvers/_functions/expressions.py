@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
+from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many, WithSlopes
 from sheldrake.symbolic import Expression, Jacobian, Variable
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.symbolic._compiled import Compiled, Vectorized, smooth_source
@@ -56,7 +56,7 @@ class Formulas:
         return Compiled([*self.expressions, *(J[p] for p in places)], self.vars), rows, cols
 
 
-class ExpressionFunction(EvaluatorBase):
+class ExpressionFunction(WithSlopes, EvaluatorBase):
     """Expressions as an evaluator: values, and derivatives by differentiating symbols once."""
 
     _formulas: Formulas
@@ -93,9 +93,6 @@ class ExpressionFunction(EvaluatorBase):
         J = np.zeros((m, len(self._vars)))
         J[rows, cols] = found[m:]
         return np.array(found[:m], dtype=float), J
-
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
 
     def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
         formulas = self._formulas

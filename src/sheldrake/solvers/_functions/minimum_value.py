@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Constraint, Opaque, WithSlopes
 
 
 def quadratically_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:
@@ -36,7 +36,7 @@ def smooth_under_max(x: list[float], zeros: int, alpha: float) -> tuple[float, l
     return mean, [a / total * (1.0 + alpha * (v - mean)) for a, v in zip(w, x)]
 
 
-class _MinimumValueConstraint(Constraint):
+class _MinimumValueConstraint(Opaque, WithSlopes, Constraint):
     """Smooth function of penalties of values; the values come from a user."""
 
     _thread_safe = False
@@ -103,15 +103,6 @@ class _MinimumValueConstraint(Constraint):
 
     def _values_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return _arrays.values_and_gradient(np.atleast_1d(self._values(_arrays.variables_at(x), self._influence)))
-
-    def _jacobian(self, x: np.ndarray) -> np.ndarray:
-        return self._eval_with_jacobian(x)[1]
-
-    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
-        raise RuntimeError(f"{type(self).__name__} does not support symbolic evaluation.")
-
-    _display = EvaluatorBase._display
-    _latex = EvaluatorBase._latex
 
 
 def _as_duals(x: np.ndarray) -> np.ndarray:

@@ -6,8 +6,7 @@ documented there.
 
 from __future__ import annotations
 
-from typing import Any
-
+from sheldrake.common._copies import Cloned
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import incompatible, overload, overloaded
 from sheldrake.common._parts import Call, part
@@ -33,7 +32,7 @@ _polynomials = part(ProgramPolynomials, "_parts.polynomials")
 _bindings = part(ProgramBindings, "_parts.bindings")
 
 
-class MathematicalProgram:
+class MathematicalProgram(Cloned):
     """Decision variables, costs whose sum is to be small, and constraints to be satisfied."""
 
     NonnegativePolynomial = NonnegativePolynomial
@@ -196,12 +195,6 @@ class MathematicalProgram:
         out._parts = self._parts.copy()
         out._options = SolverOptions(self._options.options)
         return out
-
-    def __copy__(self) -> MathematicalProgram:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> MathematicalProgram:
-        return self.Clone()
 
     def __str__(self) -> str:
         out = "" if self.num_vars() else "No decision variables.\n"

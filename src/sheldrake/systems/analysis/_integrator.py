@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.systems.framework._kernels.integrate import RK3, Integrator, IntegratorNumbers
 from sheldrake.systems.framework._kernels.program import Run, RunWords
 from sheldrake.systems.framework._vector import plain
@@ -46,6 +47,7 @@ def _positive(call: str, number: Any) -> float:
     return value
 
 
+@no_constructor()
 class IntegratorBase:
     """Integrates the continuous state of a system's context.
 
@@ -60,9 +62,6 @@ class IntegratorBase:
     _name = "runge_kutta3"
     # Accuracy unless set, accuracy that no setting exceeds, and the first step as a fraction of the largest.
     _default_accuracy, _loosest_accuracy, _first_step = 1e-3, 0.1, 0.1
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     def _set_up(self, system: System, context: Context | None) -> None:
         self._system, self._context = system, context

@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
 from sheldrake.common._checked_late import checked_late
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._thread_team import in_parallel, threads_of
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
 
 
+@no_constructor()
 class RandomSimulationResult:
     """One sample: `output`, and `generator_snapshot`, the generator from which it can be had again."""
 
     generator_snapshot: RandomGenerator
     output: float
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("RandomSimulationResult: No constructor defined!")
 
     @classmethod
     def _make(cls, generator_snapshot: RandomGenerator, output: float) -> RandomSimulationResult:

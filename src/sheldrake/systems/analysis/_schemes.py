@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked_late import checked_late
 from sheldrake.systems.analysis._explicit import (
@@ -46,7 +46,7 @@ def ResetIntegratorFromFlags(simulator: Simulator, scheme: str, max_step_size: f
     if scheme not in GetIntegrationSchemes():
         raise RuntimeError(f"Unknown integration scheme: {scheme} (valid: {', '.join(GetIntegrationSchemes())})")
     system = simulator.get_system()
-    cls: type[IntegratorBase] | None = SCHEMES.get(scheme)
+    cls: type[Any] | None = SCHEMES.get(scheme)
     if cls is None:
         module, name = _FROM_ABOVE[scheme]
         cls = getattr(importlib.import_module(module), name)

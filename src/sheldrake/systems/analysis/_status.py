@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import System
 
 
+@no_constructor()
 class SimulatorStatus:
     """Why and when `Simulator.AdvanceTo` or `Initialize` returned."""
 
@@ -26,9 +28,6 @@ class SimulatorStatus:
         kReachedBoundaryTime = 0
         kReachedTerminationCondition = 1
         kEventHandlerFailed = 2
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("SimulatorStatus: No constructor defined!")
 
     @classmethod
     def _make(

@@ -17,7 +17,8 @@ from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.controllers._kernels import inverse_dynamics as kernels
 from sheldrake.systems.controllers._pid import PidController, _vector
-from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 if TYPE_CHECKING:
@@ -76,9 +77,7 @@ class _PlantKeeper(LeafSystem):
         self._plant.CalcForceElementsContribution(context, forces)
         return forces
 
-    def get_input_port_estimated_state(self) -> InputPort:
-        """Returns the input for the plant's state."""
-        return self.GetInputPort("estimated_state")
+    get_input_port_estimated_state = input_port("estimated_state", "Returns the input for the plant's state.")
 
 
 class InverseDynamics(_PlantKeeper):
@@ -138,9 +137,7 @@ class InverseDynamics(_PlantKeeper):
             raise RuntimeError("InverseDynamics: gravity compensation has no input for a desired acceleration.")
         return self.GetInputPort("desired_acceleration")
 
-    def get_output_port_generalized_force(self) -> OutputPort:
-        """Returns the output with generalized forces [Nm or N]."""
-        return self.get_output_port(0)
+    get_output_port_generalized_force = output_port(0, "Returns the output with generalized forces [Nm or N].")
 
 
 def _require_fully_actuated(call: str, plant: MultibodyPlant, *gains: np.ndarray) -> None:
@@ -215,25 +212,17 @@ class InverseDynamicsController(Diagram):
         """Returns the plant."""
         return self._plant
 
-    def get_input_port_estimated_state(self) -> InputPort:
-        """Returns the input for the plant's state."""
-        return self.GetInputPort("estimated_state")
-
-    def get_input_port_desired_state(self) -> InputPort:
-        """Returns the input for the desired state."""
-        return self.GetInputPort("desired_state")
-
-    def get_input_port_desired_acceleration(self) -> InputPort:
-        """Returns the input for desired accelerations; there is one if so constructed."""
-        return self.GetInputPort("desired_acceleration")
-
-    def get_output_port_control(self) -> OutputPort:
-        """Returns the output with actuation [Nm or N], one element for each actuator."""
-        return self.GetOutputPort("actuation")
-
-    def get_output_port_generalized_force(self) -> OutputPort:
-        """Returns the output with generalized forces [Nm or N]."""
-        return self.GetOutputPort("generalized_force")
+    get_input_port_estimated_state = input_port("estimated_state", "Returns the input for the plant's state.")
+    get_input_port_desired_state = input_port("desired_state", "Returns the input for the desired state.")
+    get_input_port_desired_acceleration = input_port(
+        "desired_acceleration", "Returns the input for desired accelerations; there is one if so constructed."
+    )
+    get_output_port_control = output_port(
+        "actuation", "Returns the output with actuation [Nm or N], one element for each actuator."
+    )
+    get_output_port_generalized_force = output_port(
+        "generalized_force", "Returns the output with generalized forces [Nm or N]."
+    )
 
 
 class JointStiffnessController(_PlantKeeper):
@@ -280,10 +269,7 @@ class JointStiffnessController(_PlantKeeper):
         """Returns the plant."""
         return self._plant
 
-    def get_input_port_desired_state(self) -> InputPort:
-        """Returns the input for the desired state."""
-        return self.GetInputPort("desired_state")
-
-    def get_output_port_actuation(self) -> OutputPort:
-        """Returns the output with actuation [Nm or N], one element for each actuator."""
-        return self.get_output_port(0)
+    get_input_port_desired_state = input_port("desired_state", "Returns the input for the desired state.")
+    get_output_port_actuation = output_port(
+        0, "Returns the output with actuation [Nm or N], one element for each actuator."
+    )

@@ -93,6 +93,22 @@ def _check_stable(A: np.ndarray, B: np.ndarray, R: np.ndarray, S: np.ndarray, di
         raise np.linalg.LinAlgError("a mode of the closed loop does not decay")
 
 
+def _regulator(
+    call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None, *, discrete: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """K and S."""
+    if (made := _quick(A, B, Q, R, N, discrete=discrete)) is not None:
+        return made
+    N = _check(call, A, B, Q, R, N)
+    R_inverse = np.linalg.inv(R)
+    # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
+    A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
+    S = _riccati(call, A1, B, Q1, R, discrete=discrete)
+    K = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T) if discrete else R_inverse @ (B.T @ S + N.T)
+    require_stable(call, A - B @ K, discrete=discrete)
+    return K, S
+
+
 def _gain(system: LinearSystem, Q: np.ndarray, R: np.ndarray, N: np.ndarray | None) -> np.ndarray:
     if system.time_period() > 0.0:
         return DiscreteTimeLinearQuadraticRegulator(system.A(), system.B(), Q, R, N)[0]
@@ -172,23 +188,14 @@ def LinearQuadraticRegulator(
         RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
     """
     call = "LinearQuadraticRegulator"
-    constrained = F is not None and np.size(F)
-    if not constrained and (made := _quick(A, B, Q, R, N, discrete=False)) is not None:
-        return made
-    N = _check(call, A, B, Q, R, N)
-    if constrained:
-        from scipy.linalg import null_space
+    if F is None or not np.size(F):
+        return _regulator(call, A, B, Q, R, N, discrete=False)
+    from scipy.linalg import null_space
 
-        basis = null_space(np.atleast_2d(np.array(F, dtype=float)))
-        K, S = LinearQuadraticRegulator(basis.T @ A @ basis, basis.T @ B, basis.T @ Q @ basis, R, basis.T @ N)
-        return K @ basis.T, basis @ S @ basis.T
-    R_inverse = np.linalg.inv(R)
-    # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
-    A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
-    S = _riccati(call, A1, B, Q1, R, discrete=False)
-    K = R_inverse @ (B.T @ S + N.T)
-    require_stable(call, A - B @ K, discrete=False)
-    return K, S
+    N = _check(call, A, B, Q, R, N)
+    basis = null_space(np.atleast_2d(np.array(F, dtype=float)))
+    K, S = _regulator(call, basis.T @ A @ basis, basis.T @ B, basis.T @ Q @ basis, R, basis.T @ N, discrete=False)
+    return K @ basis.T, basis @ S @ basis.T
 
 
 def DiscreteTimeLinearQuadraticRegulator(
@@ -199,15 +206,6 @@ def DiscreteTimeLinearQuadraticRegulator(
     Raises:
         RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
     """
-    call = "DiscreteTimeLinearQuadraticRegulator"
     A, B, Q, R = (matrix(x) for x in (A, B, Q, R))
     N = None if N is None else matrix(N)
-    if (made := _quick(A, B, Q, R, N, discrete=True)) is not None:
-        return made
-    N = _check(call, A, B, Q, R, N)
-    R_inverse = np.linalg.inv(R)
-    A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
-    S = _riccati(call, A1, B, Q1, R, discrete=True)
-    K = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T)
-    require_stable(call, A - B @ K, discrete=True)
-    return K, S
+    return _regulator("DiscreteTimeLinearQuadraticRegulator", A, B, Q, R, N, discrete=True)

@@ -13,6 +13,7 @@ from sheldrake.common._kinds import called, count, instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.systems.controllers._kernels import pid
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.primitives import Adder
 
 if TYPE_CHECKING:
@@ -116,17 +117,9 @@ class PidController(LeafSystem):
         """Returns the derivative gains [s], shape `(n,)`."""
         return self._model.kd.copy()
 
-    def get_input_port_estimated_state(self) -> InputPort:
-        """Returns the input for the state."""
-        return self.get_input_port(0)
-
-    def get_input_port_desired_state(self) -> InputPort:
-        """Returns the input for the desired positions and velocities."""
-        return self.get_input_port(1)
-
-    def get_output_port_control(self) -> OutputPort:
-        """Returns the output with the control."""
-        return self.get_output_port(0)
+    get_input_port_estimated_state = input_port(0, "Returns the input for the state.")
+    get_input_port_desired_state = input_port(1, "Returns the input for the desired positions and velocities.")
+    get_output_port_control = output_port(0, "Returns the output with the control.")
 
 
 class PidControlledSystem(Diagram):
@@ -185,14 +178,6 @@ class PidControlledSystem(Diagram):
         builder.ExportOutput(state, state.get_name())
         builder.BuildInto(self)
 
-    def get_control_input_port(self) -> InputPort:
-        """Returns the input added to the controller's output."""
-        return self.get_input_port(0)
-
-    def get_state_input_port(self) -> InputPort:
-        """Returns the input for the desired positions and velocities."""
-        return self.get_input_port(1)
-
-    def get_state_output_port(self) -> OutputPort:
-        """Returns the output with the plant's state."""
-        return self.get_output_port(0)
+    get_control_input_port = input_port(0, "Returns the input added to the controller's output.")
+    get_state_input_port = input_port(1, "Returns the input for the desired positions and velocities.")
+    get_state_output_port = output_port(0, "Returns the output with the plant's state.")

@@ -17,11 +17,10 @@ from sheldrake.systems.framework import (
     Context,
     ContinuousState,
     DiscreteValues,
-    InputPort,
     LeafSystem,
-    OutputPort,
     System,
 )
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 if TYPE_CHECKING:
@@ -133,17 +132,13 @@ class LuenbergerObserver(LeafSystem):
         """Returns the gain, shape `(n, num_outputs)`."""
         return self._gain.copy()
 
-    def get_observed_system_output_input_port(self) -> InputPort:
-        """Returns the input for the observed system's output."""
-        return self.GetInputPort("observed_system_output")
-
-    def get_observed_system_input_input_port(self) -> InputPort:
-        """Returns the input for the observed system's input; there is one if that has one."""
-        return self.GetInputPort("observed_system_input")
-
-    def get_estimated_state_output_port(self) -> OutputPort:
-        """Returns the output with the estimate."""
-        return self.get_output_port(0)
+    get_observed_system_output_input_port = input_port(
+        "observed_system_output", "Returns the input for the observed system's output."
+    )
+    get_observed_system_input_input_port = input_port(
+        "observed_system_input", "Returns the input for the observed system's input; there is one if that has one."
+    )
+    get_estimated_state_output_port = output_port(0, "Returns the output with the estimate.")
 
 
 def _check(call: str, A: np.ndarray, C: np.ndarray, W: np.ndarray, V: np.ndarray) -> None:

@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine.freshness import Sources, freshness
@@ -36,14 +37,12 @@ class ValueProducer:
         """A `calc` that does nothing."""
 
 
+@no_constructor()
 class CacheEntryValue:
     """The kept value of a cache entry in one context."""
 
     _entry: CacheEntry
     _context: Context
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("CacheEntryValue: No constructor defined!")
 
     @classmethod
     def _make(cls, entry: CacheEntry, context: Context) -> CacheEntryValue:
@@ -78,15 +77,13 @@ class _Record:
         self.enabled, self.sources = enabled, sources
 
 
+@no_constructor("Use System.DeclareCacheEntry().")
 class CacheEntry:
     """A value that a system computes from its context."""
 
     _system: Any
     _number: int
     _values: weakref.WeakValueDictionary[int, CacheEntryValue]  # by id of their context, which they hold
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
 
     @classmethod
     def _make(cls, system: SystemBase, index: int) -> CacheEntry:

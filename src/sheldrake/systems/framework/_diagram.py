@@ -176,3 +176,12 @@ class Diagram(System):
         new._fill(systems, self._wires, inputs, outputs)
         new._name, new._scalar = self._name, scalar
         return new
+
+
+def all_systems(system: System) -> list[Any]:
+    """A system and, level by level, all that are in it."""
+    found: list[Any] = [system]
+    for each in found:
+        if isinstance(each, Diagram):
+            found += each.GetSystems()
+    return found

@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.kernel import Kernel
 
@@ -43,6 +44,7 @@ class WitnessFunctionDirection(IndexEnum):
     kCrossesZero = 3
 
 
+@no_constructor("Use EventStatus.Succeeded() and its like.")
 class EventStatus:
     """How handling an event went."""
 
@@ -57,9 +59,6 @@ class EventStatus:
         kSucceeded = 1
         kReachedTermination = 2
         kFailed = 3
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("EventStatus: No constructor defined! Use EventStatus.Succeeded() and its like.")
 
     @classmethod
     def _make(cls, severity: EventStatus.Severity, system: System | None = None, message: str = "") -> EventStatus:
@@ -117,14 +116,12 @@ class EventStatus:
         return self.__copy__()
 
 
+@no_constructor()
 class PeriodicEventData:
     """Period and offset of a periodic event."""
 
     _period: float
     _offset: float
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("PeriodicEventData: No constructor defined!")
 
     @classmethod
     def _make(cls, period: float, offset: float) -> PeriodicEventData:
@@ -211,6 +208,7 @@ class UnrestrictedUpdateEvent(Event):
         self._set(args, kwargs)
 
 
+@no_constructor("Use LeafSystem.MakeWitnessFunction().")
 class WitnessFunction:
     """A function of a context whose change of sign triggers an event. Made by `LeafSystem.MakeWitnessFunction`."""
 
@@ -220,9 +218,6 @@ class WitnessFunction:
     _calc: Callable
     _kernel: Kernel | None
     _event: Event | None
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("WitnessFunction: No constructor defined! Use LeafSystem.MakeWitnessFunction().")
 
     @classmethod
     def _make(

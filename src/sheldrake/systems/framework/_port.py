@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.value import AbstractValue, Value
@@ -36,14 +37,12 @@ if TYPE_CHECKING:
 FLOAT64 = np.dtype(np.float64)
 
 
+@no_constructor("Use InputPort.FixValue().")
 class FixedInputPortValue:
     """The value an input port was fixed to."""
 
     _store: Store
     _port: tuple[int, int]
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("FixedInputPortValue: No constructor defined! Use InputPort.FixValue().")
 
     @classmethod
     def _make(cls, store: Store, node: int, index: int) -> FixedInputPortValue:
@@ -70,6 +69,7 @@ def _value_on(memory: np.ndarray, on_write: Callable[[], None] | None) -> Abstra
     return value
 
 
+@no_constructor()
 class _Port:
     __slots__ = ("__weakref__", "_index", "_system")
     _kind = ""
@@ -79,9 +79,6 @@ class _Port:
     @property
     def _declaration(self) -> InputDeclaration | OutputDeclaration:
         raise NotImplementedError
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     @classmethod
     def _make(cls, system: SystemBase, index: int) -> Self:

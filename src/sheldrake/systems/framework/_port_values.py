@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from sheldrake.common._copies import Cloned
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue, _register_value_type
 from sheldrake.systems.framework._values import _index
 from sheldrake.systems.framework._vector import BasicVector
 
 
-class BusValue:
+class BusValue(Cloned):
     """Abstract values by name, as one port carries them together."""
 
     def __init__(self) -> None:
@@ -41,12 +43,6 @@ class BusValue:
     def _assign_from(self, other: BusValue) -> None:
         self._values = other.Clone()._values
 
-    def __copy__(self) -> BusValue:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> BusValue:
-        return self.Clone()
-
     def __getitem__(self, key: str) -> Any:
         if key not in self._values:
             raise KeyError(key)
@@ -59,13 +55,11 @@ class BusValue:
 _register_value_type(BusValue)
 
 
+@no_constructor("Use System.AllocateOutput().")
 class SystemOutput:
     """The values of all output ports of a system, filled by `System.CalcOutput`."""
 
     _values: list[AbstractValue]
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError("SystemOutput: No constructor defined! Use System.AllocateOutput().")
 
     @classmethod
     def _of(cls, values: list[AbstractValue]) -> SystemOutput:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, overload
 
 from sheldrake.common._checked import checked
+from sheldrake.common._copies import Cloned
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector
@@ -84,7 +85,7 @@ class State:
         return State._view(self._continuous.Clone(), self._discrete.Clone(), self._abstract.Clone())
 
 
-class Parameters:
+class Parameters(Cloned):
     """What is constant during a simulation: groups of numbers, and abstract values.
 
     Args:
@@ -165,9 +166,3 @@ class Parameters:
     def Clone(self) -> Parameters:
         """A copy with its own memory."""
         return Parameters._view(self._numeric.Clone(), self._abstract.Clone())
-
-    def __copy__(self) -> Parameters:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> Parameters:
-        return self.Clone()

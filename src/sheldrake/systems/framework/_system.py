@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._copies import Cloned
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import writable
 from sheldrake.systems.framework import _evaluate
@@ -46,7 +47,7 @@ class _NoCollection:
             gc.enable()
 
 
-class System(ScalarConversion, SystemPorts):
+class System(ScalarConversion, SystemPorts, Cloned):
     """Base of all systems."""
 
     # Contexts.
@@ -413,12 +414,6 @@ class System(ScalarConversion, SystemPorts):
             RuntimeError: it cannot be converted.
         """
         return self._clone()
-
-    def __copy__(self) -> System:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> System:
-        return self.Clone()
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")

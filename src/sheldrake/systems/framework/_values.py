@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._copies import Cloned
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase, as_vector
@@ -27,7 +28,7 @@ def _index(what: str, index: SupportsIndex, count: int) -> int:
     return i
 
 
-class AbstractValues:
+class AbstractValues(Cloned):
     """A list of abstract values.
 
     Args:
@@ -71,14 +72,8 @@ class AbstractValues:
         """Independent copies of all values."""
         return AbstractValues([value.Clone() for value in self._data])
 
-    def __copy__(self) -> AbstractValues:
-        return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> AbstractValues:
-        return self.Clone()
-
-
-class DiscreteValues:
+class DiscreteValues(Cloned):
     """Groups of numbers, each a BasicVector.
 
     Args:
@@ -171,12 +166,6 @@ class DiscreteValues:
         """A copy with its own memory."""
         return DiscreteValues._view([group.Clone() for group in self._groups])
 
-    def __copy__(self) -> DiscreteValues:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> DiscreteValues:
-        return self.Clone()
-
     def __getitem__(self, index: SupportsIndex) -> Any:
         return self._only("operator[]")[index]
 
@@ -187,7 +176,7 @@ class DiscreteValues:
         return iter(self._only("iter"))
 
 
-class ContinuousState:
+class ContinuousState(Cloned):
     """Generalized positions q, velocities v and other variables z, as one vector and as three.
 
     Args:
@@ -292,12 +281,6 @@ class ContinuousState:
     def Clone(self) -> ContinuousState:
         """A copy with its own memory."""
         return ContinuousState._view(BasicVector(self._vector.CopyToVector()), self._parts)
-
-    def __copy__(self) -> ContinuousState:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> ContinuousState:
-        return self.Clone()
 
     def __getitem__(self, index: SupportsIndex | slice) -> Any:
         return self._vector[index]

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
+from sheldrake.common._copies import Cloned
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import _register_value_type
 
@@ -111,14 +113,12 @@ def lifted(values: np.ndarray, scalar: type) -> np.ndarray:
     return new
 
 
+@no_constructor()
 class VectorBase:
     """A vector with `size()`, indexing and element access. Memory is an array, owned or a view of a context's slab."""
 
     _v: np.ndarray
     _on_write: Callable[[], None] | None = None
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     @classmethod
     def _view(cls, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Self:
@@ -251,7 +251,7 @@ class VectorBase:
         return f"{name}({self._v.tolist()})"
 
 
-class BasicVector(VectorBase):
+class BasicVector(VectorBase, Cloned):
     """The vector that ports, states and parameters hold.
 
     Args:
@@ -318,12 +318,6 @@ class BasicVector(VectorBase):
     def Clone(self) -> Self:
         """A copy with its own memory."""
         return self._on_memory(self._v.copy())
-
-    def __copy__(self) -> Self:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> Self:
-        return self.Clone()
 
     def _assign_from(self, other: BasicVector) -> None:
         self.SetFromVector(other._v)

@@ -17,6 +17,7 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._declarations import vector_model
 from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._port_getters import input_port
 from sheldrake.systems.framework._vector import as_size, as_vector, plain
 from sheldrake.systems.primitives._kernels import blocks
 
@@ -272,9 +273,7 @@ class PortSwitch(LeafSystem):
             return super().DeclareInputPort(name, *args)
         return super().DeclareInputPort(name, PortDataType.kVectorValued, self._n)
 
-    def get_port_selector_input_port(self) -> InputPort:
-        """The input that tells which one."""
-        return self.get_input_port(0)
+    get_port_selector_input_port = input_port(0, "The input that tells which one.")
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         which = self.get_input_port(0).Eval(context)

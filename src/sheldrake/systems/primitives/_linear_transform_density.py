@@ -8,10 +8,11 @@ import numpy as np
 
 from sheldrake.common import CalcProbabilityDensity, RandomDistribution
 from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.systems.framework import Context, FixedInputPortValue, InputPort, OutputPort
+    from sheldrake.systems.framework import Context, FixedInputPortValue
     from sheldrake.systems.framework._vector import BasicVector
 
 
@@ -40,25 +41,11 @@ class LinearTransformDensity(LeafSystem):
         """Distribution of each element of w_in."""
         return self._distribution
 
-    def get_input_port_w_in(self) -> InputPort:
-        """The input w_in."""
-        return self.get_input_port(0)
-
-    def get_input_port_A(self) -> InputPort:
-        """The input A, its columns one after the other."""
-        return self.get_input_port(1)
-
-    def get_input_port_b(self) -> InputPort:
-        """The input b; zero if it has no value."""
-        return self.get_input_port(2)
-
-    def get_output_port_w_out(self) -> OutputPort:
-        """The output w_out."""
-        return self.get_output_port(0)
-
-    def get_output_port_w_out_density(self) -> OutputPort:
-        """The output with the density of w_out."""
-        return self.get_output_port(1)
+    get_input_port_w_in = input_port(0, "The input w_in.")
+    get_input_port_A = input_port(1, "The input A, its columns one after the other.")
+    get_input_port_b = input_port(2, "The input b; zero if it has no value.")
+    get_output_port_w_out = output_port(0, "The output w_out.")
+    get_output_port_w_out_density = output_port(1, "The output with the density of w_out.")
 
     def FixConstantA(self, context: Context, A: Scalars) -> FixedInputPortValue:
         """Fixes A, shape (output_size, input_size)."""

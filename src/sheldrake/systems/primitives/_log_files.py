@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.systems.framework._diagram import all_systems
 from sheldrake.systems.primitives._log_set import LogSet, TableLog
 from sheldrake.systems.primitives._vector_log_sink import VectorLogSink
 
@@ -163,17 +164,13 @@ def _sinks(simulator: Simulator, logs: Any) -> dict[str, VectorLogSink]:
 def find_sinks(system: System, context: Context) -> dict[str, VectorLogSink]:
     """All VectorLogSinks in a system, by the port that each logs."""
     found: dict[str, VectorLogSink] = {}
-    waiting = [system]
-    while waiting:
-        system = waiting.pop(0)
-        if isinstance(system, VectorLogSink):
-            title, number = log_title(system, context), 1
+    for sink in all_systems(system):
+        if isinstance(sink, VectorLogSink):
+            title, number = log_title(sink, context), 1
             while title in found:
                 number += 1
-                title = f"{log_title(system, context)} ({number})"
-            found[title] = system
-        elif hasattr(system, "GetSystems"):
-            waiting += system.GetSystems()
+                title = f"{log_title(sink, context)} ({number})"
+            found[title] = sink
     return found
 
 

@@ -10,7 +10,8 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, QueryObject
 from sheldrake.geometry._image import ConvertDepth32FTo16U, ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
@@ -33,33 +34,15 @@ class CameraPorts:
     GetInputPort: Any  # of the system that this is mixed into
     GetOutputPort: Any
 
-    def query_object_input_port(self) -> InputPort:
-        """Takes a SceneGraph's query object."""
-        return self.GetInputPort("geometry_query")
-
-    def color_image_output_port(self) -> OutputPort:
-        """Colours, an ImageRgba8U."""
-        return self.GetOutputPort("color_image")
-
-    def depth_image_32F_output_port(self) -> OutputPort:
-        """Depths in metres, an ImageDepth32F."""
-        return self.GetOutputPort("depth_image_32f")
-
-    def depth_image_16U_output_port(self) -> OutputPort:
-        """Depths in millimetres, an ImageDepth16U."""
-        return self.GetOutputPort("depth_image_16u")
-
-    def label_image_output_port(self) -> OutputPort:
-        """Labels, an ImageLabel16I."""
-        return self.GetOutputPort("label_image")
-
-    def body_pose_in_world_output_port(self) -> OutputPort:
-        """Pose X_WB of the camera's body, a RigidTransform."""
-        return self.GetOutputPort("body_pose_in_world")
-
-    def image_time_output_port(self) -> OutputPort:
-        """When the images were taken [s], shape (1,)."""
-        return self.GetOutputPort("image_time")
+    query_object_input_port = input_port("geometry_query", "Takes a SceneGraph's query object.")
+    color_image_output_port = output_port("color_image", "Colours, an ImageRgba8U.")
+    depth_image_32F_output_port = output_port("depth_image_32f", "Depths in metres, an ImageDepth32F.")
+    depth_image_16U_output_port = output_port("depth_image_16u", "Depths in millimetres, an ImageDepth16U.")
+    label_image_output_port = output_port("label_image", "Labels, an ImageLabel16I.")
+    body_pose_in_world_output_port = output_port(
+        "body_pose_in_world", "Pose X_WB of the camera's body, a RigidTransform."
+    )
+    image_time_output_port = output_port("image_time", "When the images were taken [s], shape (1,).")
 
 
 @checked_late

@@ -10,12 +10,13 @@ from sheldrake.common._kernels.vec import add3, cross3
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import LeafSystem, LeafSystem_
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.framework._templates import SystemTemplate
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import BodyIndex, RigidBody
-    from sheldrake.systems.framework import Context, DiagramBuilder, InputPort, OutputPort
+    from sheldrake.systems.framework import Context, DiagramBuilder, InputPort
 
 
 class _OnBody(LeafSystem):
@@ -49,17 +50,9 @@ class _OnBody(LeafSystem):
         """Pose of the sensor's frame in the body's."""
         return self._X_BS
 
-    def get_body_poses_input_port(self) -> InputPort:
-        """Takes the plant's body poses."""
-        return self.GetInputPort("body_poses")
-
-    def get_body_velocities_input_port(self) -> InputPort:
-        """Takes the plant's spatial velocities."""
-        return self.GetInputPort("body_spatial_velocities")
-
-    def get_measurement_output_port(self) -> OutputPort:
-        """The measurement, shape (3,)."""
-        return self.get_output_port(0)
+    get_body_poses_input_port = input_port("body_poses", "Takes the plant's body poses.")
+    get_body_velocities_input_port = input_port("body_spatial_velocities", "Takes the plant's spatial velocities.")
+    get_measurement_output_port = output_port(0, "The measurement, shape (3,).")
 
 
 class Accelerometer(_OnBody):
@@ -82,9 +75,9 @@ class Accelerometer(_OnBody):
         """Gravity in the world [m/s^2], shape (3,)."""
         return self._gravity.copy()
 
-    def get_body_accelerations_input_port(self) -> InputPort:
-        """Takes the plant's spatial accelerations."""
-        return self.GetInputPort("body_spatial_accelerations")
+    get_body_accelerations_input_port = input_port(
+        "body_spatial_accelerations", "Takes the plant's spatial accelerations."
+    )
 
     def _calc(self, context: Context, output: Any) -> None:
         R_WB = self._of_body(0, context).rotation().matrix()

@@ -24,7 +24,8 @@ from sheldrake.geometry._image import (
     PixelType,
 )
 from sheldrake.lcm._messages import lcmt_header, lcmt_image, lcmt_image_array
-from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import InputPort, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -134,21 +135,10 @@ class ImageToLcmImageArrayT(LeafSystem):
     def _declare(self, kind: PixelType, name: str) -> InputPort:
         return self.DeclareAbstractInputPort(name, AbstractValue.Make(Image[kind]()))
 
-    def color_image_input_port(self) -> InputPort:
-        """Takes colours, an ImageRgba8U."""
-        return self.get_input_port(0)
-
-    def depth_image_input_port(self) -> InputPort:
-        """Takes depths, an ImageDepth32F."""
-        return self.get_input_port(1)
-
-    def label_image_input_port(self) -> InputPort:
-        """Takes labels, an ImageLabel16I."""
-        return self.get_input_port(2)
-
-    def image_array_t_msg_output_port(self) -> OutputPort:
-        """The message, an lcmt_image_array."""
-        return self.get_output_port(0)
+    color_image_input_port = input_port(0, "Takes colours, an ImageRgba8U.")
+    depth_image_input_port = input_port(1, "Takes depths, an ImageDepth32F.")
+    label_image_input_port = input_port(2, "Takes labels, an ImageLabel16I.")
+    image_array_t_msg_output_port = output_port(0, "The message, an lcmt_image_array.")
 
     def _calc(self, context: Context, output: Any) -> None:
         utime = int(context.get_time() * 1e6)
@@ -217,21 +207,10 @@ class LcmImageArrayToImages(LeafSystem):
                 return metres
         return None
 
-    def image_array_t_input_port(self) -> InputPort:
-        """Takes an lcmt_image_array."""
-        return self.get_input_port(0)
-
-    def color_image_output_port(self) -> OutputPort:
-        """Colours, an ImageRgba8U."""
-        return self.get_output_port(0)
-
-    def depth_image_output_port(self) -> OutputPort:
-        """Depths in metres, an ImageDepth32F."""
-        return self.get_output_port(1)
-
-    def label_image_output_port(self) -> OutputPort:
-        """Labels, an ImageLabel16I."""
-        return self.get_output_port(2)
+    image_array_t_input_port = input_port(0, "Takes an lcmt_image_array.")
+    color_image_output_port = output_port(0, "Colours, an ImageRgba8U.")
+    depth_image_output_port = output_port(1, "Depths in metres, an ImageDepth32F.")
+    label_image_output_port = output_port(2, "Labels, an ImageLabel16I.")
 
 
 def _first(images: list[Any], kind: type) -> Any:

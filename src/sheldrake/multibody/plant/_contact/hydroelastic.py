@@ -6,17 +6,16 @@ import copy
 
 import numpy as np
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._kernels.hydro_model import Face, FaceValue, Found, HydroModel, HydroTable
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.multibody.math import SpatialForce, SpatialForce_
 
 
+@no_constructor("It comes with ContactResults.")
 class HydroelasticContactInfo:
     """The contact of two geometries along a surface; M belongs to body A, N to body B."""
-
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        raise TypeError("HydroelasticContactInfo: No constructor defined! It comes with ContactResults.")
 
     _surface: ContactSurface
     _F_Ac_W: SpatialForce

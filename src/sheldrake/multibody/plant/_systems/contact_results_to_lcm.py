@@ -20,7 +20,8 @@ from sheldrake.lcm._messages import (
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
 from sheldrake.multibody.plant._contact.results import ContactResults, PointPairContactInfo
 from sheldrake.multibody.plant._parts import parts_of
-from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import Context, LeafSystem
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.lcm import LcmPublisherSystem
 
 if TYPE_CHECKING:
@@ -62,13 +63,8 @@ class ContactResultsToLcmSystem(LeafSystem):
         self.DeclareAbstractInputPort("u0", AbstractValue.Make(ContactResults()))
         self.DeclareAbstractOutputPort("y0", lambda: AbstractValue.Make(lcmt_contact_results_for_viz()), self._calc)
 
-    def get_contact_result_input_port(self) -> InputPort:
-        """The contact results."""
-        return self.get_input_port(0)
-
-    def get_lcm_message_output_port(self) -> OutputPort:
-        """The message."""
-        return self.get_output_port(0)
+    get_contact_result_input_port = input_port(0, "The contact results.")
+    get_lcm_message_output_port = output_port(0, "The message.")
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
         results, time = self.get_input_port(0).Eval(context), int(context.get_time() * 1e6)

@@ -20,8 +20,9 @@ from sheldrake.multibody.plant._kernels.applied_forces import (
 from sheldrake.multibody.plant._step.applied_forces import stages_that_feed
 from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import BodyIndex
-from sheldrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
 from sheldrake.systems.framework._declarations import FedStage
+from sheldrake.systems.framework._port_getters import input_port, output_port
 from sheldrake.systems.framework._templates import on_scalar_of
 
 if TYPE_CHECKING:
@@ -143,17 +144,9 @@ class Propeller(LeafSystem):
         """Number of propellers."""
         return len(self._info)
 
-    def get_command_input_port(self) -> InputPort:
-        """Input: one command a propeller."""
-        return self.get_input_port(0)
-
-    def get_body_poses_input_port(self) -> InputPort:
-        """Input: poses of the plant's bodies."""
-        return self.get_input_port(1)
-
-    def get_spatial_forces_output_port(self) -> OutputPort:
-        """Output: a list of ExternallyAppliedSpatialForce."""
-        return self.get_output_port(0)
+    get_command_input_port = input_port(0, "Input: one command a propeller.")
+    get_body_poses_input_port = input_port(1, "Input: poses of the plant's bodies.")
+    get_spatial_forces_output_port = output_port(0, "Output: a list of ExternallyAppliedSpatialForce.")
 
     def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> list[FedStage] | None:
         """The same as a stage of the plant that it feeds; None if it is not fed by that plant.
@@ -219,29 +212,16 @@ class Wing(LeafSystem):
         poses = {self.input_port_ticket(0)}
         self.DeclareVectorOutputPort("aerodynamic_center", 3, self._calc_center, poses)
 
-    def get_body_poses_input_port(self) -> InputPort:
-        """Input: poses of the plant's bodies."""
-        return self.get_input_port(0)
-
-    def get_body_spatial_velocities_input_port(self) -> InputPort:
-        """Input: spatial velocities of the plant's bodies."""
-        return self.get_input_port(1)
-
-    def get_wind_velocity_input_port(self) -> InputPort:
-        """Input: velocity of the air at the aerodynamic centre, in W [m/s]; still air when not connected."""
-        return self.get_input_port(2)
-
-    def get_fluid_density_input_port(self) -> InputPort:
-        """Input: density of the air [kg/m³]; the constructor's when not connected."""
-        return self.get_input_port(3)
-
-    def get_spatial_force_output_port(self) -> OutputPort:
-        """Output: a list with one ExternallyAppliedSpatialForce."""
-        return self.get_output_port(0)
-
-    def get_aerodynamic_center_output_port(self) -> OutputPort:
-        """Output: the aerodynamic centre, in W [m]."""
-        return self.get_output_port(1)
+    get_body_poses_input_port = input_port(0, "Input: poses of the plant's bodies.")
+    get_body_spatial_velocities_input_port = input_port(1, "Input: spatial velocities of the plant's bodies.")
+    get_wind_velocity_input_port = input_port(
+        2, "Input: velocity of the air at the aerodynamic centre, in W [m/s]; still air when not connected."
+    )
+    get_fluid_density_input_port = input_port(
+        3, "Input: density of the air [kg/m³]; the constructor's when not connected."
+    )
+    get_spatial_force_output_port = output_port(0, "Output: a list with one ExternallyAppliedSpatialForce.")
+    get_aerodynamic_center_output_port = output_port(1, "Output: the aerodynamic centre, in W [m].")
 
     def _native_forces(self, plant: MultibodyPlant, rows_of: list[int], root: RootView) -> list[FedStage] | None:
         """The same as a stage of the plant that it feeds; None if it is not fed by that plant.

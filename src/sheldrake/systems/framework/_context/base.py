@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._no_constructor import no_constructor
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._vector import BasicVector
 
 
+@no_constructor("Use System.CreateDefaultContext().")
 class ContextBase:
     """What all contexts have in common: ports and the cache."""
 
@@ -36,9 +38,6 @@ class ContextBase:
     """Groups of numeric parameters, likewise."""
     _parameters: Any = None
     """The parameters as one object, likewise."""
-
-    def __init__(self, *args: object, **kwargs: object):
-        raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
 
     @classmethod
     def _make(cls, store: Store, node: int, system: System) -> Self:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._copies import Cloned
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._context import text
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from sheldrake.common._types import Scalars
 
 
-class Context(ContextBase):
+class Context(ContextBase, Cloned):
     """Time, state, parameters and input of one system."""
 
     # Time and accuracy.
@@ -381,12 +382,6 @@ class Context(ContextBase):
         """
         self._must_be_root("Clone")
         return self._store.clone().context(0)  # type: ignore[return-value]  # of the same class
-
-    def __copy__(self) -> Self:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> Self:
-        return self.Clone()
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object: SaveContext() writes its content")
