@@ -14,6 +14,7 @@ from sheldrake.symbolic import _build, _decompose, _differentiate, _traverse
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable
 from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._keys import age
 from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._traverse import object_array, variables_of
 from sheldrake.symbolic._variable import Variable, Variables
@@ -33,7 +34,7 @@ def _flat(call: str, expressions: Symbolics) -> list[Expression]:
 
 
 def _sorted(variables: Iterable[Variable]) -> list[Variable]:
-    return sorted(variables, key=_decompose.age)
+    return sorted(variables, key=age)
 
 
 # Arrays of expressions

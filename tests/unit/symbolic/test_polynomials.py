@@ -232,3 +232,10 @@ def test_lumped_parameters_that_come_twice_count_twice():
     at = {x: 0.3, y: 0.4, m: 0.5, l: 0.6}
     for given, again in zip(f, W @ alpha + w0):
         assert again.Evaluate(at) == pytest.approx(given.Evaluate(at), abs=1e-14)
+
+
+def test_monomials_of_a_polynomial_are_copies():
+    p = Polynomial(3 * x * y + 1)
+    for m in p.monomial_to_coefficient_map():
+        m.pow_in_place(2)
+    assert str(p) == "1*1 + 3*x * y" and p.Evaluate({x: 2.0, y: 5.0}) == 31.0

@@ -35,8 +35,8 @@ from sheldrake.symbolic import (
     Variable,
     Variables,
 )
-from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
+from sheldrake.symbolic._keys import Sums, keys_for, number_or
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -309,11 +309,11 @@ _ADD_SOS = Ways(
 
 def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     """m' Q m for a symmetric matrix of variables or expressions."""
-    terms: dict[Monomial, list[tuple[float, Expression]]] = {}
+    keys = keys_for(basis)
+    at, times, out = list(map(keys.key, basis)), keys.times, Sums()
     for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
-        factor = 1.0 if i == j else 2.0
-        terms.setdefault(basis[i]._times(basis[j]), []).append((factor, kinds.expression(Q[i, j])))
-    return Polynomial._of({m: build.combination(0.0, found) for m, found in terms.items()})
+        out.add(times(at[i], at[j]), number_or(kinds.expression(Q[i, j])), 1.0 if i == j else 2.0)
+    return Polynomial._of(keys, out.whole())
 
 
 def half_newton_basis(p: Polynomial) -> np.ndarray:
