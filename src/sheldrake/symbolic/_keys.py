@@ -11,7 +11,7 @@ from sheldrake.symbolic import _build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
-from sheldrake.symbolic._variable import Variable
+from sheldrake.symbolic._variable import Variable, Variables
 
 Coefficients = dict[Monomial, Expression]
 Coefficient = float | Expression
@@ -34,6 +34,7 @@ class Keys:
 
     Attributes:
         variables: In the order of their creation.
+        set: The same, to be read.
         of: The key of each.
         one: The key of the monomial 1.
         times: Key of a product.
@@ -46,7 +47,7 @@ class Keys:
     narrow = True
 
     def __init__(self, variables: tuple[Variable, ...]) -> None:
-        self.variables = variables
+        self.variables, self.set = variables, Variables._of(variables)
         self.of = {v: 1 << _BITS * i for i, v in enumerate(reversed(variables))}
         self._shown: dict[int, Monomial] = {}
 
@@ -92,6 +93,14 @@ class Keys:
         for key in part:
             bits |= key
         return [v for v, _ in self.powers(bits)]
+
+    def without_absent(self, part: Part) -> tuple[Keys, Part]:
+        """Keys of the variables that there are, and coefficients by these."""
+        present = self.present(part)
+        if len(present) == len(self.variables):
+            return self, part
+        keys = keys_in(present)
+        return keys, {keys.key(self.monomial(key)): c for key, c in part.items()}
 
     def in_order(self, part: Part) -> list[Any]:
         """The keys in the order of their monomials."""
@@ -141,7 +150,7 @@ class _ManyKeys(Keys):
     one, times, narrow = _ONE, staticmethod(Monomial._times), False
 
     def __init__(self, variables: tuple[Variable, ...]) -> None:
-        self.variables = variables
+        self.variables, self.set = variables, Variables._of(variables)
         self.of = {v: Monomial._ordered({v: 1}) for v in variables}
 
     def power(self, v: Variable, n: int) -> Any:
@@ -265,7 +274,7 @@ class Sums:
         self._numbers: dict[Any, float] = {}
         self._terms: dict[Any, _build.Terms] = {}
 
-    def add(self, m: Any, c: Any, factor: float = 1.0) -> None:
+    def add(self, m: Any, c: Any, factor: float = 1.0, into: Any = _build.add_scaled_into) -> None:
         """Adds factor c m."""
         numbers = self._numbers
         if c.__class__ is float:
@@ -275,16 +284,16 @@ class Sums:
         if terms is None:
             terms = self._terms[m] = {}
             numbers.setdefault(m, 0.0)
-        rest = _build.add_scaled_into(terms, factor, c)
+        rest = into(terms, factor, c)
         if rest:
             numbers[m] += rest
 
     def add_product(self, m: Any, c: Any, d: Any) -> None:
-        """Adds c d m."""
+        """Adds c d m, where minus a sum is a sum."""
         if c.__class__ is float:
-            self.add(m, d, c)
+            self.add(m, d, c, _build.add_product_into)
         elif d.__class__ is float:
-            self.add(m, c, d)
+            self.add(m, c, d, _build.add_product_into)
         else:
             self.add(m, _build.multiply(c, d))
 

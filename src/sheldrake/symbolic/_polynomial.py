@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Set
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -69,11 +69,11 @@ class Polynomial:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
 
-    __slots__ = ("_keys", "_known_decisions", "_known_indeterminates", "_known_numeric", "_part")
+    __slots__ = ("_decided", "_is_loose", "_keys", "_known_numeric", "_part")
     __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
+    _decided: frozenset[Variable] | None  # the decision variables; None: those of the coefficients
+    _is_loose: bool  # variables of the keys that no term has are no indeterminates; else all of them are
     _keys: Keys
-    _known_decisions: Variables | frozenset[Variable] | None
-    _known_indeterminates: Variables | frozenset[Variable] | None
     _known_numeric: bool | None
     _part: Part  # its terms, by the keys; never changed, only replaced
 
@@ -87,12 +87,20 @@ class Polynomial:
         found = variables_of(e)
         chosen = found if indeterminates is None else frozenset(indeterminates)
         keys, part = _decompose.parted(e, chosen)
-        self._set(keys, part if found <= chosen else _decompose.expanded(part))
-        self._known_indeterminates, self._known_decisions = chosen, found - chosen
+        self._set(keys, part if found <= chosen else _decompose.expanded(part), decided=found - chosen)
+        self._take_indeterminates(chosen)
 
-    def _set(self, keys: Keys, part: Part, numeric: bool | None = None) -> None:
+    def _set(
+        self,
+        keys: Keys,
+        part: Part,
+        numeric: bool | None = None,
+        loose: bool = False,
+        decided: frozenset[Variable] | None = None,
+    ) -> None:
+        """numeric: whether all coefficients are numbers, if that is known."""
         self._keys, self._part, self._known_numeric = keys, part, numeric
-        self._known_indeterminates = self._known_decisions = None
+        self._is_loose, self._decided = loose, decided
 
     def _set_map(self, map: Mapping[Monomial, Any]) -> None:
         for m in map:
@@ -102,12 +110,31 @@ class Polynomial:
         self._set(keys, without_zeros(plain))
 
     @classmethod
-    def _of(cls, keys: Keys, part: Part, numeric: bool | None = None) -> Polynomial:
-        """That of terms by keys; numeric: whether all coefficients are numbers, if that is known."""
+    def _of(
+        cls,
+        keys: Keys,
+        part: Part,
+        numeric: bool | None = None,
+        loose: bool = False,
+        decided: frozenset[Variable] | None = None,
+    ) -> Polynomial:
+        """That of terms by keys; see `_set`."""
         out = object.__new__(cls)
         out._keys, out._part, out._known_numeric = keys, part, numeric
-        out._known_indeterminates = out._known_decisions = None
+        out._is_loose, out._decided = loose, decided
         return out
+
+    def _take_indeterminates(self, chosen: Set[Variable]) -> None:
+        """Adds indeterminates that no term has."""
+        if len(chosen) > len(self._keys.variables):
+            self._keys, _, self._part = in_common(keys_in(chosen), {}, self._keys, self._part)
+
+    def _by_indeterminates(self) -> tuple[Keys, Part]:
+        """Its terms by the keys of its indeterminates alone."""
+        if self._is_loose:
+            self._keys, self._part = self._keys.without_absent(self._part)
+            self._is_loose = False
+        return self._keys, self._part
 
     def _is_numeric(self) -> bool:
         """Whether all coefficients are numbers."""
@@ -120,29 +147,22 @@ class Polynomial:
 
     @property
     def _indeterminates(self) -> Variables:
-        found: Any = self._known_indeterminates
-        if found is None:
-            found = self._keys.present(self._part)
-        if found.__class__ is not Variables:
-            self._known_indeterminates = found = Variables._of(found)
-        return found
+        return self._by_indeterminates()[0].set
 
     @property
-    def _decisions(self) -> Variables:
-        found: Any = self._known_decisions
-        if found is None:
-            found = frozenset().union(*[variables_of(c) for c in self._part.values() if c.__class__ is not float])
-        if found.__class__ is not Variables:
-            self._known_decisions = found = Variables._of(found)
-        return found
+    def _decisions(self) -> frozenset[Variable]:
+        if self._decided is None:
+            coefficients = [c for c in self._part.values() if c.__class__ is not float]
+            self._decided = frozenset().union(*map(variables_of, coefficients))
+        return self._decided
 
     def indeterminates(self) -> Variables:
-        """Returns the variables of the monomials."""
+        """Returns the variables of the monomials, also those that cancelled in sums and products."""
         return self._indeterminates.__copy__()
 
     def decision_variables(self) -> Variables:
-        """Returns the variables of the coefficients."""
-        return self._decisions.__copy__()
+        """Returns the variables of the coefficients, also those that cancelled in sums and products."""
+        return Variables._of(self._decisions)
 
     @checked
     def SetIndeterminates(self, new_indeterminates: Variables) -> None:
@@ -151,13 +171,11 @@ class Polynomial:
         Raises:
             RuntimeError: it is no polynomial in those.
         """
-        known = self._indeterminates
-        if new_indeterminates.IsSupersetOf(known) and new_indeterminates._set.keys().isdisjoint(self._decisions._set):
-            self._known_indeterminates = new_indeterminates.__copy__()
+        if new_indeterminates.IsSupersetOf(self._indeterminates) and self._decisions.isdisjoint(new_indeterminates):
+            self._take_indeterminates(frozenset(new_indeterminates))
             return
         new = Polynomial(self.ToExpression(), new_indeterminates)
-        self._set(new._keys, new._part)
-        self._known_indeterminates, self._known_decisions = new._known_indeterminates, new._known_decisions
+        self._set(new._keys, new._part, decided=new._decided)
 
     def monomial_to_coefficient_map(self) -> dict[Monomial, Expression]:
         """Returns the coefficients by monomial, in the order of monomials."""
@@ -227,7 +245,7 @@ class Polynomial:
                     value *= x**n
                     key = keys.without(key, v, n)
             add_to(out, key, scaled(value, c if c.__class__ is float else number_or(substitute([c], env)[0])))
-        return Polynomial._of(keys, out)
+        return Polynomial._of(keys, out, loose=True)
 
     def EvaluateIndeterminates(self, indeterminates: Symbolics, indeterminates_values: ArrayLike) -> np.ndarray:
         """Returns the values for many values of the indeterminates, shape `(n,)`.
@@ -261,7 +279,7 @@ class Polynomial:
             RuntimeError: a coefficient is not affine.
         """
         values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
-        decisions = list(self._decisions)
+        decisions = list(self.decision_variables())
         rows, constants = np.zeros((len(self._part), len(decisions))), np.zeros(len(self._part))
         places = {v: i for i, v in enumerate(decisions)}
         weights = np.ones((len(self._part), values.shape[1]))
@@ -303,7 +321,7 @@ class Polynomial:
                 add_to(out, keys.without(key, x, 1), scaled(n, c))
             elif not numeric and c.__class__ is not float and x in self._decisions:
                 add_to(out, key, number_or(c.Differentiate(x)))
-        return Polynomial._of(keys, out, numeric or None)
+        return Polynomial._of(keys, out, numeric or None, loose=True)
 
     def Jacobian(self, vars: Symbolics) -> np.ndarray:
         """Returns the partial derivatives by each of the variables, shape `(n,)`."""
@@ -324,12 +342,12 @@ class Polynomial:
         keys, part, _ = in_common(self._keys, self._part, keys_of((x,)), {})
         unit = keys.of[x]
         out = {keys.times(key, unit): scaled(1.0 / (keys.exponent(key, x) + 1), c) for key, c in part.items()}
-        whole = Polynomial._of(keys, out, self._known_numeric)
+        whole = Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
         return whole if a is None or b is None else whole.EvaluatePartial({x: b}) - whole.EvaluatePartial({x: a})
 
     def Expand(self) -> Polynomial:
         """Returns it with coefficients multiplied out, and those that vanish gone."""
-        return Polynomial._of(self._keys, _decompose.expanded(self._part))
+        return Polynomial._of(self._keys, _decompose.expanded(self._part), loose=True)
 
     def SubstituteAndExpand(
         self,
@@ -354,7 +372,7 @@ class Polynomial:
             keys, parts = _by_common_keys(places.values())
             numeric = all([p._is_numeric() for p in places.values()])
             found = _substituted(zip(monomials, coefficients), dict(zip(places, parts)), keys, numeric)
-            return Polynomial._of(keys, _decompose.expanded(found))
+            return Polynomial._of(keys, _decompose.expanded(found), loose=True)
         cache = substitutions_cached_data._data
         cache.setdefault(_ONE, Polynomial._of(NONE, {0: 1.0}))
         keys, parts = _by_common_keys([substituted(m, indeterminate_substitution, cache) for m in monomials])
@@ -362,7 +380,7 @@ class Polynomial:
         for c, part in zip(coefficients, parts):
             for key, d in part.items():
                 sums.add_product(key, c, d)
-        return Polynomial._of(keys, _decompose.expanded(sums.whole()))
+        return Polynomial._of(keys, _decompose.expanded(sums.whole()), loose=True)
 
     # Changes
 
@@ -370,8 +388,9 @@ class Polynomial:
         """Adds a term to this polynomial and returns it."""
         c = number_or(_build.expect("AddProduct", coeff))
         own = keys_for([m])
-        keys, part, term = in_common(self._keys, self._part, own, {own.key(m): c})
-        self._set(keys, added(part, term, 1.0))
+        keys, part, term = in_common(*self._by_indeterminates(), own, {own.key(m): c})
+        decided = self._decisions if c.__class__ is float else self._decisions | variables_of(c)
+        self._set(keys, added(part, term, 1.0), decided=decided)
         return self
 
     def RemoveTermsWithSmallCoefficients(self, coefficient_tol: float) -> Polynomial:
@@ -385,7 +404,7 @@ class Polynomial:
             raise RuntimeError(f"{call}(): coefficient_tol must be positive, got {coefficient_tol}.")
         tol = coefficient_tol
         keep = {key: c for key, c in self._part.items() if c.__class__ is not float or not abs(c) <= tol}
-        return Polynomial._of(self._keys, keep)
+        return Polynomial._of(self._keys, keep, loose=True)
 
     # Comparison
 
@@ -405,7 +424,7 @@ class Polynomial:
     def __eq__(self, other: object) -> Formula:  # type: ignore[override]
         if not isinstance(other, Polynomial):
             return NotImplemented
-        rest = (other - self).Expand()._part.values()
+        rest = (other - self)._part.values()
         conditions = [_formula.compare("==", as_expression(c), _build.ZERO) for c in rest]
         return _functions.logical_and(_formula.truth(True), *conditions)
 
@@ -439,14 +458,18 @@ class Polynomial:
 
     def _has(self, v: Variable) -> bool:
         """Whether a variable is an indeterminate."""
-        known = self._known_indeterminates
-        return v in (frozenset(self._keys.present(self._part)) if known is None else known)
+        return v in self._by_indeterminates()[0].of
+
+    def _decisions_with(self, other: Polynomial) -> frozenset[Variable] | None:
+        """The decision variables of both."""
+        mine, its = self._decisions, other._decisions
+        return mine | its if its else mine
 
     def _combine(self, other: Polynomial, sign: float) -> Polynomial:
         """The sum with another times +1 or -1."""
-        keys, mine, its = in_common(self._keys, self._part, other._keys, other._part)
+        keys, mine, its = in_common(*self._by_indeterminates(), *other._by_indeterminates())
         numeric = self._is_numeric() and other._is_numeric()
-        return Polynomial._of(keys, added(mine, its, sign), numeric or None)
+        return Polynomial._of(keys, added(mine, its, sign), numeric or None, decided=self._decisions_with(other))
 
     @typing_overload
     def __add__(self, other: Polynomial | Monomial | Variable | float) -> Polynomial: ...
@@ -480,9 +503,11 @@ class Polynomial:
     def __mul__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
-            keys, mine, its = in_common(self._keys, self._part, p._keys, p._part)
+            keys, mine, its = in_common(*self._by_indeterminates(), *p._by_indeterminates())
             numeric = self._is_numeric() and p._is_numeric()
-            return Polynomial._of(keys, product(mine, its, keys, numeric), numeric or None)
+            return Polynomial._of(
+                keys, product(mine, its, keys, numeric), numeric or None, decided=self._decisions_with(p)
+            )
         return self.ToExpression() * other if isinstance(other, Expression) else NotImplemented
 
     __rmul__ = __mul__
@@ -491,7 +516,7 @@ class Polynomial:
         if isinstance(other, _build._REAL):
             divisor = _build.constant(other)
             quotients = {key: _quotient(c, divisor) for key, c in self._part.items()}
-            return Polynomial._of(self._keys, without_zeros(quotients))
+            return Polynomial._of(self._keys, without_zeros(quotients), None, self._is_loose, self._decided)
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(self.ToExpression(), e)
 
@@ -500,20 +525,24 @@ class Polynomial:
         return NotImplemented if e is None else _build.divide(e, self.ToExpression())
 
     def __neg__(self) -> Polynomial:
-        return Polynomial._of(self._keys, {key: negated(c) for key, c in self._part.items()}, self._known_numeric)
+        negatives = {key: negated(c) for key, c in self._part.items()}
+        return Polynomial._of(self._keys, negatives, self._known_numeric, self._is_loose, self._decided)
 
     def __pow__(self, n: int) -> Polynomial:
         if n < 0:
             raise RuntimeError(f"Polynomial.__pow__(): the exponent must not be negative, got {n}.")
         if n > _LARGEST_EXPONENT:
             raise TypeError(f"Polynomial.__pow__(): the exponent must be at most {_LARGEST_EXPONENT}, got {n}.")
+        if n == 0:
+            return Polynomial._of(self._by_indeterminates()[0], {self._keys.one: 1.0}, True)
         numeric = self._is_numeric()
-        return Polynomial._of(self._keys, power(self._part, int(n), self._keys, numeric), numeric or None)
+        out = _decompose.expanded(power(self._part, int(n), self._keys, numeric))
+        return Polynomial._of(self._keys, out, numeric or None, self._is_loose, self._decided)
 
     def __copy__(self) -> Polynomial:
         out = object.__new__(Polynomial)
         out._keys, out._part, out._known_numeric = self._keys, self._part, self._known_numeric
-        out._known_indeterminates, out._known_decisions = self._known_indeterminates, self._known_decisions
+        out._is_loose, out._decided = self._is_loose, self._decided
         return out
 
     def __deepcopy__(self, memo: dict) -> Polynomial:
@@ -538,7 +567,7 @@ def _quotient(c: Any, divisor: Expression) -> Coefficient:
 
 def _by_common_keys(polynomials: Collection[Polynomial]) -> tuple[Keys, list[Part]]:
     """The terms of polynomials by the same keys."""
-    keys = keys_in({v: None for p in polynomials for v in p._keys.variables})
+    keys = keys_in({v: None for p in polynomials for v in p._by_indeterminates()[0].of})
     return keys, [in_common(keys, {}, p._keys, p._part)[2] for p in polynomials]
 
 

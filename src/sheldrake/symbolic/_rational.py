@@ -93,13 +93,13 @@ class RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
-        return self._numerator * r._denominator == self._denominator * r._numerator
+        return self._denominator * r._numerator == self._numerator * r._denominator
 
     def __ne__(self, other: object) -> Formula:  # type: ignore[override]
         r = _as_rational(other)
         if r is None:
             return NotImplemented
-        return self._numerator * r._denominator != self._denominator * r._numerator
+        return self._denominator * r._numerator != self._numerator * r._denominator
 
     def __add__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
