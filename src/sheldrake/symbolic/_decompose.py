@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Mapping, Set
+from typing import Any
 
 import numpy as np
 
@@ -259,42 +260,48 @@ class _Decomposition:
         return number_or(_build.divide(as_expression(c), divisor))
 
     def _of_sum(self, e: Expression, of: Callable[[Expression], Part]) -> Part:
-        places = self._keys.of
-        if self._numeric:
-            out: Part = {0: e._constant}
-            for t, c in e._terms.values():
-                if t._kind == k.VAR:
-                    key = places[t._made[0]]
-                    out[key] = out.get(key, 0.0) + c
-                else:
-                    for key, d in of(t).items():
-                        out[key] = out.get(key, 0.0) + c * d
-            return without_zeros(out) if 0.0 in out.values() else out
-        sums = Sums()
+        places, sums = self._keys.of, Sums()
         if e._constant != 0.0:
             sums.add(self._keys.one, e._constant)
         for t, c in e._terms.values():
-            if t._kind == k.VAR and t._made[0] in places:
+            kind = t._kind
+            if kind == k.VAR and t._made[0] in places:
                 sums.add(places[t._made[0]], c)
                 continue
+            if kind == k.MUL:
+                key, d, powers = self._split(t)
+                if not powers:
+                    sums.add(key, d, c)
+                    continue
             for m, d in of(t).items():
                 sums.add(m, d, c)
         return sums.whole()
 
-    def _of_product(self, e: Expression, of: Callable[[Expression], Part]) -> Part:
-        keys = self._keys
-        key, others, sums = keys.one, {}, []
+    def _split(self, e: Expression) -> tuple[Any, Coefficient, list[tuple[Expression, Expression]]]:
+        """A product as the key of powers of indeterminates, a coefficient, and powers of all else that holds some."""
+        keys, key, others = self._keys, self._keys.one, {}
+        powers: list[tuple[Expression, Expression]] = []
         for n, (base, exponent) in e._terms.items():
-            p = exponent._made[0] if exponent._kind == k.CONSTANT else -1.0
-            if base._kind == k.VAR and base._made[0] in keys.of and p > 0.0 and p == int(p):
-                key = keys.times(key, keys.power(base._made[0], int(p)))
+            is_constant = exponent._kind == k.CONSTANT
+            if base._kind == k.VAR and is_constant:
+                unit, p = keys.of.get(base._made[0]), exponent._made[0]
+                if unit is None:
+                    others[n] = (base, exponent)
+                elif p > 0.0 and p == int(p):
+                    key = keys.times(key, unit if p == 1.0 else keys.power(base._made[0], int(p)))
+                else:
+                    powers.append((base, exponent))
             elif self._numeric or self._holds(base) or self._holds(exponent):
-                sums.append(self._of_power(base, exponent, of))
+                powers.append((base, exponent))
             else:
                 others[n] = (base, exponent)
-        out = {key: _build.make_product(e._constant, others) if others else e._constant}
-        for part in sums:
-            out = product(out, part, keys, self._numeric)
+        return key, _build.make_product(e._constant, others) if others else e._constant, powers
+
+    def _of_product(self, e: Expression, of: Callable[[Expression], Part]) -> Part:
+        key, c, powers = self._split(e)
+        out: Part = {key: c}
+        for base, exponent in powers:
+            out = product(out, self._of_power(base, exponent, of), self._keys, self._numeric)
         return out
 
     def _of_power(self, base: Expression, exponent: Expression, of: Callable[[Expression], Part]) -> Part:

@@ -389,7 +389,7 @@ class Polynomial:
         c = number_or(_build.expect("AddProduct", coeff))
         own = keys_for([m])
         keys, part, term = in_common(*self._by_indeterminates(), own, {own.key(m): c})
-        decided = self._decisions if c.__class__ is float else self._decisions | variables_of(c)
+        decided = self._decisions | variables_of(as_expression(c))
         self._set(keys, added(part, term, 1.0), decided=decided)
         return self
 
