@@ -60,6 +60,10 @@ class Keys:
         unit = self.of.get(v)
         return 0 if unit is None else (key >> unit.bit_length() - 1) & _MASK
 
+    def degree(self, key: Any) -> int:
+        """The sum of all exponents: that of the digits is the rest that a division by the last of them leaves."""
+        return key % _MASK
+
     def without(self, key: Any, v: Variable, n: int) -> Any:
         """The key where the exponent of a variable, which is n at least, is less by n."""
         return key - self.of[v] * n
@@ -158,6 +162,9 @@ class _ManyKeys(Keys):
 
     def exponent(self, key: Any, v: Variable) -> int:
         return key._powers.get(v, 0)
+
+    def degree(self, key: Any) -> int:
+        return key.total_degree()
 
     def without(self, key: Any, v: Variable, n: int) -> Any:
         return key._with(v, key._powers[v] - n)
@@ -259,9 +266,13 @@ def add_to(part: Part, key: Any, c: Any) -> None:
         part[key] = c
 
 
-def added(a: Part, b: Part, sign: float) -> Part:
-    """The sum with another times +1 or -1."""
+def added(a: Part, b: Part, sign: float, numeric: bool) -> Part:
+    """The sum with another times +1 or -1; numeric: all coefficients are numbers."""
     out = a.copy()
+    if numeric:
+        for key, c in b.items():
+            out[key] = out.get(key, 0.0) + sign * c
+        return without_zeros(out) if 0.0 in out.values() else out
     for key, c in b.items():
         add_to(out, key, c if sign > 0.0 else negated(c))
     return out

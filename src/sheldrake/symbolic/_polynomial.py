@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 
 
 _ONE = Monomial()
+_NOBODY: frozenset[Variable] = frozenset()
 _LARGEST_EXPONENT = 2**31 - 1  # as in Drake; a power of many terms takes for ever long before
 
 
@@ -80,7 +81,7 @@ class Polynomial:
     @overloaded(
         overload(lambda self: self._set(NONE, {})),
         overload(lambda self, map: self._set_map(map), map=by_variable),
-        overload(lambda self, m: self._set_map({m: _build.ONE}), m=instance_of(Monomial)),
+        overload(lambda self, m: self._set_map({m: 1.0}), m=instance_of(Monomial)),
         overload(e=expression, indeterminates=(variables, None)),
     )
     def __init__(self, e: Expression, indeterminates: Variables | None):
@@ -193,15 +194,15 @@ class Polynomial:
 
     def TotalDegree(self) -> int:
         """Returns the highest total degree of its monomials."""
-        return max([m.total_degree() for m in self._monomials()], default=0)
+        return max(map(self._keys.degree, self._part), default=0)
 
     def IsEven(self) -> bool:
         """Tells whether all monomials have an even total degree."""
-        return all([m.total_degree() % 2 == 0 for m in self._monomials()])
+        return all([n % 2 == 0 for n in map(self._keys.degree, self._part)])
 
     def IsOdd(self) -> bool:
         """Tells whether all monomials have an odd total degree."""
-        return all([m.total_degree() % 2 == 1 for m in self._monomials()])
+        return all([n % 2 == 1 for n in map(self._keys.degree, self._part)])
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""
@@ -230,11 +231,16 @@ class Polynomial:
 
     @overloaded(
         overload(env=by_variable),
-        overload(lambda self, var, c: self.EvaluatePartial({var: c}), var=variable, c=anything),
+        overload(
+            lambda self, v, c: self._partial(numbers_by_variable("EvaluatePartial", {v: c})), var=variable, c=anything
+        ),
     )
     def EvaluatePartial(self, env: Mapping[Variable, float] | None) -> Polynomial:
         """Returns it with values in the place of some variables; called with a dict, or with a variable and a value."""
-        env = numbers_by_variable("EvaluatePartial", env)
+        return self._partial(numbers_by_variable("EvaluatePartial", env))
+
+    def _partial(self, env: Mapping[Variable, float]) -> Polynomial:
+        """`EvaluatePartial` of values already checked."""
         keys, out = self._keys, dict[Any, Any]()
         given = [(v, x) for v, x in env.items() if v in keys.of]
         for key, c in self._part.items():
@@ -343,7 +349,10 @@ class Polynomial:
         unit = keys.of[x]
         out = {keys.times(key, unit): scaled(1.0 / (keys.exponent(key, x) + 1), c) for key, c in part.items()}
         whole = Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
-        return whole if a is None or b is None else whole.EvaluatePartial({x: b}) - whole.EvaluatePartial({x: a})
+        if a is None or b is None:
+            return whole
+        ends = numbers_by_variable("Integrate", {x: b}), numbers_by_variable("Integrate", {x: a})
+        return whole._partial(ends[0]) - whole._partial(ends[1])
 
     def Expand(self) -> Polynomial:
         """Returns it with coefficients multiplied out, and those that vanish gone."""
@@ -390,7 +399,7 @@ class Polynomial:
         own = keys_for([m])
         keys, part, term = in_common(*self._by_indeterminates(), own, {own.key(m): c})
         decided = self._decisions | variables_of(as_expression(c))
-        self._set(keys, added(part, term, 1.0), decided=decided)
+        self._set(keys, added(part, term, 1.0, False), decided=decided)
         return self
 
     def RemoveTermsWithSmallCoefficients(self, coefficient_tol: float) -> Polynomial:
@@ -440,7 +449,7 @@ class Polynomial:
         """Another polynomial from what may be added; None for an expression, which makes the sum an expression."""
         if isinstance(other, Variable):
             if self._has(other):
-                return Polynomial._of(keys_of((other,)), {1: 1.0}, True)
+                return Polynomial._of(keys_of((other,)), {1: 1.0}, True, False, _NOBODY)
             return Polynomial._of(NONE, {0: _build.expect("Polynomial", other)}, False)
         return Polynomial._from(other)
 
@@ -450,26 +459,35 @@ class Polynomial:
         if isinstance(value, Polynomial):
             return value
         if isinstance(value, Monomial):
-            keys = keys_for([value])
-            return cls._of(keys, {keys.key(value): 1.0}, True)
+            keys = keys_of(tuple(value._powers))
+            return cls._of(keys, {keys.key(value): 1.0}, True, False, _NOBODY)
         if isinstance(value, _build._REAL):
-            return cls._of(NONE, without_zeros({0: number_or(_build.constant(value))}))
+            number = float(value)
+            if number == number:
+                return cls._of(NONE, {0: number} if number else {}, True, False, _NOBODY)
+            return cls._of(NONE, {0: _build.NOT_A_NUMBER}, False, False, _NOBODY)
         return None
 
     def _has(self, v: Variable) -> bool:
         """Whether a variable is an indeterminate."""
         return v in self._by_indeterminates()[0].of
 
-    def _decisions_with(self, other: Polynomial) -> frozenset[Variable] | None:
-        """The decision variables of both."""
-        mine, its = self._decisions, other._decisions
-        return mine | its if its else mine
+    def _with(self, other: Polynomial) -> tuple[Keys, Part, Part, bool, frozenset[Variable]]:
+        """The terms of both by the same keys, whether all coefficients are numbers, and the decision variables."""
+        if self._is_loose or other._is_loose:
+            self._by_indeterminates(), other._by_indeterminates()
+        keys, mine, its = self._keys, self._part, other._part
+        if keys is not other._keys and not (other._keys is NONE and keys.narrow):
+            keys, mine, its = in_common(keys, mine, other._keys, its)
+        decided = self._decisions
+        if other._decisions is not decided:
+            decided |= other._decisions
+        return keys, mine, its, self._is_numeric() and other._is_numeric(), decided
 
     def _combine(self, other: Polynomial, sign: float) -> Polynomial:
         """The sum with another times +1 or -1."""
-        keys, mine, its = in_common(*self._by_indeterminates(), *other._by_indeterminates())
-        numeric = self._is_numeric() and other._is_numeric()
-        return Polynomial._of(keys, added(mine, its, sign), numeric or None, decided=self._decisions_with(other))
+        keys, mine, its, numeric, decided = self._with(other)
+        return Polynomial._of(keys, added(mine, its, sign, numeric), numeric or None, False, decided)
 
     @typing_overload
     def __add__(self, other: Polynomial | Monomial | Variable | float) -> Polynomial: ...
@@ -503,11 +521,8 @@ class Polynomial:
     def __mul__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
-            keys, mine, its = in_common(*self._by_indeterminates(), *p._by_indeterminates())
-            numeric = self._is_numeric() and p._is_numeric()
-            return Polynomial._of(
-                keys, product(mine, its, keys, numeric), numeric or None, decided=self._decisions_with(p)
-            )
+            keys, mine, its, numeric, decided = self._with(p)
+            return Polynomial._of(keys, product(mine, its, keys, numeric), numeric or None, False, decided)
         return self.ToExpression() * other if isinstance(other, Expression) else NotImplemented
 
     __rmul__ = __mul__
