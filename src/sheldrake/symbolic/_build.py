@@ -472,6 +472,8 @@ def multiply(a: Expression, b: Expression) -> Expression:
         return power(b, add(a._made[1], ONE))
     if other == _POW and b._made[0]._serial == a._serial:
         return power(a, add(b._made[1], ONE))
+    if other == _MUL and (kind != _MUL or len(a._terms) < len(b._terms)):
+        a, b = b, a  # the factors of the longer are copied all at once
     factors: Factors = {}
     c = multiply_into(factors, a)
     c *= multiply_into(factors, b)

@@ -6,9 +6,7 @@ from typing import Any
 
 from sheldrake.common._checked_late import checked_late
 from sheldrake.symbolic import _build
-from sheldrake.symbolic._decompose import add_to
-from sheldrake.symbolic._expression import Expression
-from sheldrake.symbolic._monomial import Monomial
+from sheldrake.symbolic._keys import Sums, keys_for, number_or
 from sheldrake.symbolic._polynomial import Polynomial
 
 
@@ -29,10 +27,11 @@ def CalcPolynomialWLowerTriangularPart(monomial_basis: Any, gram_lower: Any) -> 
         raise RuntimeError(
             f"CalcPolynomialWLowerTriangularPart(): {n} monomials need {n * (n + 1) // 2} numbers, got {len(lower)}."
         )
-    out: dict[Monomial, Expression] = {}
+    keys = keys_for(basis)
+    at, times, out = list(map(keys.key, basis)), keys.times, Sums()
     entries = iter(lower)
     for j in range(n):
         for i in range(j, n):
             c = _build.expect("CalcPolynomialWLowerTriangularPart", next(entries))
-            add_to(out, basis[i] * basis[j], c if i == j else _build.scale(2.0, c))
-    return Polynomial._of(out)
+            out.add(times(at[i], at[j]), number_or(c), 1.0 if i == j else 2.0)
+    return Polynomial._of(keys, out.whole())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Callable
@@ -50,18 +51,25 @@ _MOST_TIMES = 1000
 
 
 def _number(x: float, precision: int) -> str:
+    if float(x).is_integer():
+        return f"{x:.0f}"
     if math.isinf(x):
         return r"\infty" if x > 0 else r"-\infty"
     for value, name in ((math.pi, r"\pi"), (math.e, "e")):
         times = round(x / value) if abs(x) < _MOST_TIMES * value else 0
         if times and times * value == x:
             return {1: name, -1: f"-{name}"}.get(times, f"{times}{name}")
-    return f"{x:.0f}" if float(x).is_integer() else f"{x:.{precision}f}"
+    return f"{x:.{precision}f}"
 
 
 def _variable(v: Variable) -> str:
+    return _name(v.get_name())
+
+
+@functools.lru_cache(maxsize=1024)
+def _name(name: str) -> str:
     """Indices in parentheses become subscripts."""
-    return re.sub(r"\(([^)]*)\)", r"_{\1}", v.get_name())
+    return re.sub(r"\(([^)]*)\)", r"_{\1}", name)
 
 
 def _expression(e: Expression, precision: int) -> str:
@@ -88,7 +96,7 @@ def _node(e: Expression, of: Callable[[Expression], str], precision: int) -> str
         then, otherwise = of(args[1]), of(args[2])
         condition = _formula(args[0], precision)
         return rf"\begin{{cases}} {then} & \text{{if }} {condition}, \\ {otherwise} & \text{{otherwise}}.\end{{cases}}"
-    return _function(kind, [of(a) for a in args])
+    return _TEMPLATES[kind] % tuple([of(a) for a in args])
 
 
 def _sum(c0: float, terms: list[tuple[str, float]], precision: int) -> str:
@@ -102,20 +110,18 @@ def _sum(c0: float, terms: list[tuple[str, float]], precision: int) -> str:
     return f"({text})"
 
 
-def _function(kind: int, args: list[str]) -> str:
-    templates = {
-        k.DIV: r"\frac{%s}{%s}",
-        k.POW: "%s^{%s}",
-        k.EXP: "e^{%s}",
-        k.ABS: "|%s|",
-        k.ATAN2: r"\atan{\frac{%s}{%s}}",
-        k.MIN: r"\min\{%s, %s\}",
-        k.MAX: r"\max\{%s, %s\}",
-        k.CEIL: r"\lceil %s \rceil",
-        k.FLOOR: r"\lfloor %s \rfloor",
-    }
-    template = templates.get(kind) or rf"\{k.UNARY_NAMES[kind]}{{%s}}"
-    return template % tuple(args)
+_TEMPLATES = {
+    **{kind: rf"\{name}{{%s}}" for kind, name in k.UNARY_NAMES.items()},
+    k.DIV: r"\frac{%s}{%s}",
+    k.POW: "%s^{%s}",
+    k.EXP: "e^{%s}",
+    k.ABS: "|%s|",
+    k.ATAN2: r"\atan{\frac{%s}{%s}}",
+    k.MIN: r"\min\{%s, %s\}",
+    k.MAX: r"\max\{%s, %s\}",
+    k.CEIL: r"\lceil %s \rceil",
+    k.FLOOR: r"\lfloor %s \rfloor",
+}
 
 
 def _formula(f: Formula, precision: int) -> str:

@@ -14,6 +14,7 @@ from sheldrake.symbolic import _build, _decompose, _differentiate, _traverse
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable
 from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._keys import age
 from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._traverse import object_array, variables_of
 from sheldrake.symbolic._variable import Variable, Variables
@@ -33,7 +34,7 @@ def _flat(call: str, expressions: Symbolics) -> list[Expression]:
 
 
 def _sorted(variables: Iterable[Variable]) -> list[Variable]:
-    return sorted(variables, key=_decompose.age)
+    return sorted(variables, key=age)
 
 
 # Arrays of expressions
@@ -338,27 +339,30 @@ def TaylorExpand(f: Symbolics, a: dict[Variable, float], order: int) -> Expressi
         raise RuntimeError(f"TaylorExpand(): the order must be at least one, got {order}.")
     point = _traverse.numbers_by_variable("TaylorExpand", a)
     variables = _sorted(point)
-    terms = [e.EvaluatePartial(point)]
-    layer = [((0,) * len(variables), e)]
+    shifts = [v - point[v] for v in variables]
+    layer = {(0,) * len(variables): e}
+    derivatives = dict(layer)
     for _ in range(order):
         layer = _next_layer(layer, variables)
-        for powers, derivative in layer:
-            term = derivative.EvaluatePartial(point)
-            for v, p in zip(variables, powers):
-                term = _build.multiply(term, _build.power(v - point[v], _build.constant(p)))
-            terms.append(_build.divide(term, _build.constant(math.prod(math.factorial(p) for p in powers))))
+        derivatives.update(layer)
+    terms = []
+    for powers, term in zip(derivatives, _traverse.substitute(derivatives.values(), point)):
+        for shift, p in zip(shifts, powers):
+            term = _build.multiply(term, _build.power(shift, _build.constant(p)))
+        terms.append(_build.divide(term, _build.constant(math.prod(map(math.factorial, powers)))))
     return _build.sum_of(terms)
 
 
-def _next_layer(layer: list, variables: list[Variable]) -> list:
+_Derivatives = dict[tuple[int, ...], Expression]
+
+
+def _next_layer(layer: _Derivatives, variables: list[Variable]) -> _Derivatives:
     """Derivatives of one order more; those of equal powers once."""
-    out: dict[tuple, Expression] = {}
-    for powers, e in layer:
-        for i, v in enumerate(variables):
-            new = (*powers[:i], powers[i] + 1, *powers[i + 1 :])
-            if new not in out:
-                out[new] = e.Differentiate(v)
-    return list(out.items())
+    out: _Derivatives = {}
+    for powers, slopes in zip(layer, _differentiate.jacobian(list(layer.values()), variables)):
+        for i, slope in enumerate(slopes):
+            out.setdefault((*powers[:i], powers[i] + 1, *powers[i + 1 :]), slope)
+    return out
 
 
 def DecomposeLumpedParameters(f: Symbolics, parameters: Symbolics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Set
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
@@ -12,10 +12,29 @@ from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
-from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable, variables
-from sheldrake.symbolic._decompose import Numbers, add_to, is_zero
 from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._keys import (
+    NONE,
+    Coefficient,
+    Keys,
+    Part,
+    Sums,
+    add_to,
+    added,
+    as_expression,
+    in_common,
+    is_numeric,
+    keys_for,
+    keys_in,
+    keys_of,
+    negated,
+    number_or,
+    power,
+    product,
+    scaled,
+    without_zeros,
+)
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
 from sheldrake.symbolic._traverse import (
@@ -35,10 +54,8 @@ if TYPE_CHECKING:
     from sheldrake.symbolic._formula import Formula
 
 
-def _expressions_of(map: Mapping[Monomial, Any]) -> dict[Monomial, Expression]:
-    return {m: _build.expect("Polynomial", c) for m, c in map.items()}
-
-
+_ONE = Monomial()
+_NOBODY: frozenset[Variable] = frozenset()
 _LARGEST_EXPONENT = 2**31 - 1  # as in Drake; a power of many terms takes for ever long before
 
 
@@ -53,86 +70,100 @@ class Polynomial:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
 
-    __slots__ = ("_known_decisions", "_known_indeterminates", "_made", "_numbers")
+    __slots__ = ("_decided", "_is_loose", "_keys", "_known_numeric", "_part")
     __array_priority__ = -1.0  # more than NumPy's scalars have, which then leave operators to us, and less than arrays
-    _known_decisions: Variables | frozenset[Variable] | None
-    _known_indeterminates: Variables | frozenset[Variable] | None
-    _made: dict[Monomial, Expression] | None  # once it has been asked for
-    _numbers: Numbers | None  # the same, if it is known that all coefficients are numbers
+    _decided: frozenset[Variable] | None  # the decision variables; None: those of the coefficients
+    _is_loose: bool  # variables of the keys that no term has are no indeterminates; else all of them are
+    _keys: Keys
+    _known_numeric: bool | None
+    _part: Part  # its terms, by the keys; never changed, only replaced
 
     @overloaded(
-        overload(lambda self: self._set_map({})),
-        overload(lambda self, map: self._set_map(_expressions_of(map)), map=by_variable),
-        overload(lambda self, m: self._set_map({m: _build.ONE}), m=instance_of(Monomial)),
+        overload(lambda self: self._set(NONE, {})),
+        overload(lambda self, map: self._set_map(map), map=by_variable),
+        overload(lambda self, m: self._set_map({m: 1.0}), m=instance_of(Monomial)),
         overload(e=expression, indeterminates=(variables, None)),
     )
     def __init__(self, e: Expression, indeterminates: Variables | None):
-        chosen = variables_of(e) if indeterminates is None else frozenset(indeterminates)
-        self._made, self._numbers = None, Numbers.of_expression(e, chosen)
-        if self._numbers is None:
-            found = _decompose.decompose(e, chosen)
-            self._set_map(_decompose.expanded(found))
-        self._known_indeterminates, self._known_decisions = chosen, variables_of(e) - chosen
+        found = variables_of(e)
+        chosen = found if indeterminates is None else frozenset(indeterminates)
+        keys, part = _decompose.parted(e, chosen)
+        self._set(keys, part if found <= chosen else _decompose.expanded(part), decided=found - chosen)
+        self._take_indeterminates(chosen)
 
-    def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
-        has_zeros = any(map(is_zero, coefficients.values()))  # a copy asks no monomial for its hash
-        kept = {m: c for m, c in coefficients.items() if not is_zero(c)} if has_zeros else dict(coefficients)
-        self._made, self._numbers = kept, None
-        self._known_indeterminates = self._known_decisions = None
+    def _set(
+        self,
+        keys: Keys,
+        part: Part,
+        numeric: bool | None = None,
+        loose: bool = False,
+        decided: frozenset[Variable] | None = None,
+    ) -> None:
+        """numeric: whether all coefficients are numbers, if that is known."""
+        self._keys, self._part, self._known_numeric = keys, part, numeric
+        self._is_loose, self._decided = loose, decided
 
-    @property
-    def _map(self) -> dict[Monomial, Expression]:
-        """Coefficients by monomial."""
-        if self._made is None:
-            assert self._numbers is not None
-            self._made = self._numbers.coefficients()
-        return self._made
-
-    @classmethod
-    def _of(cls, coefficients: dict[Monomial, Expression]) -> Polynomial:
-        out = object.__new__(cls)
-        out._set_map(coefficients)
-        return out
+    def _set_map(self, map: Mapping[Monomial, Any]) -> None:
+        for m in map:
+            expect("Polynomial", m, Monomial)
+        keys = keys_for(map)
+        plain = keys.plain({m: _build.expect("Polynomial", c) for m, c in map.items()})
+        self._set(keys, without_zeros(plain))
 
     @classmethod
-    def _of_numbers(cls, numbers: Numbers) -> Polynomial:
+    def _of(
+        cls,
+        keys: Keys,
+        part: Part,
+        numeric: bool | None = None,
+        loose: bool = False,
+        decided: frozenset[Variable] | None = None,
+    ) -> Polynomial:
+        """That of terms by keys; see `_set`."""
         out = object.__new__(cls)
-        out._made, out._numbers, out._known_indeterminates, out._known_decisions = None, numbers, None, None
+        out._keys, out._part, out._known_numeric = keys, part, numeric
+        out._is_loose, out._decided = loose, decided
         return out
 
-    def _as_numbers(self) -> Numbers | None:
-        """The same, if all coefficients are numbers."""
-        if self._numbers is None:
-            self._numbers = Numbers.of(self._map)
-        return self._numbers
+    def _take_indeterminates(self, chosen: Set[Variable]) -> None:
+        """Adds indeterminates that no term has."""
+        if len(chosen) > len(self._keys.variables):
+            self._keys, _, self._part = in_common(keys_in(chosen), {}, self._keys, self._part)
+
+    def _by_indeterminates(self) -> tuple[Keys, Part]:
+        """Its terms by the keys of its indeterminates alone."""
+        if self._is_loose:
+            self._keys, self._part = self._keys.without_absent(self._part)
+            self._is_loose = False
+        return self._keys, self._part
+
+    def _is_numeric(self) -> bool:
+        """Whether all coefficients are numbers."""
+        found = self._known_numeric
+        if found is None:
+            self._known_numeric = found = is_numeric(self._part)
+        return found
 
     # Parts
 
     @property
     def _indeterminates(self) -> Variables:
-        found: Any = self._known_indeterminates
-        if found is None:
-            found = {v for m in self._map for v in m._powers} if self._numbers is None else self._numbers.variables()
-        if found.__class__ is not Variables:
-            self._known_indeterminates = found = Variables._of(found)
-        return found
+        return self._by_indeterminates()[0].set
 
     @property
-    def _decisions(self) -> Variables:
-        found: Any = self._known_decisions
-        if found is None:
-            found = frozenset().union(*map(variables_of, self._map.values() if self._numbers is None else ()))
-        if found.__class__ is not Variables:
-            self._known_decisions = found = Variables._of(found)
-        return found
+    def _decisions(self) -> frozenset[Variable]:
+        if self._decided is None:
+            coefficients = [c for c in self._part.values() if c.__class__ is not float]
+            self._decided = frozenset().union(*map(variables_of, coefficients))
+        return self._decided
 
     def indeterminates(self) -> Variables:
-        """Returns the variables of the monomials."""
+        """Returns the variables of the monomials, also those that cancelled in sums and products."""
         return self._indeterminates.__copy__()
 
     def decision_variables(self) -> Variables:
-        """Returns the variables of the coefficients."""
-        return self._decisions.__copy__()
+        """Returns the variables of the coefficients, also those that cancelled in sums and products."""
+        return Variables._of(self._decisions)
 
     @checked
     def SetIndeterminates(self, new_indeterminates: Variables) -> None:
@@ -141,38 +172,44 @@ class Polynomial:
         Raises:
             RuntimeError: it is no polynomial in those.
         """
+        if new_indeterminates.IsSupersetOf(self._indeterminates) and self._decisions.isdisjoint(new_indeterminates):
+            self._take_indeterminates(frozenset(new_indeterminates))
+            return
         new = Polynomial(self.ToExpression(), new_indeterminates)
-        self._made, self._numbers = new._made, new._numbers
-        self._known_indeterminates, self._known_decisions = new._indeterminates, new._decisions
+        self._set(new._keys, new._part, decided=new._decided)
 
     def monomial_to_coefficient_map(self) -> dict[Monomial, Expression]:
         """Returns the coefficients by monomial, in the order of monomials."""
-        return dict(sorted(self._map.items(), key=lambda item: item[0]._key()))
+        keys, part = self._keys, self._part
+        return {keys.monomial(key).__copy__(): as_expression(part[key]) for key in keys.in_order(part)}
+
+    def _monomials(self) -> list[Monomial]:
+        """Its monomials, to be read."""
+        return list(map(self._keys.monomial, self._part))
 
     @checked
     def Degree(self, v: Variable) -> int:
         """Returns the highest exponent of an indeterminate."""
-        return max((m.degree(v) for m in self._map), default=0)
+        return max([self._keys.exponent(key, v) for key in self._part], default=0)
 
     def TotalDegree(self) -> int:
         """Returns the highest total degree of its monomials."""
-        return max((m.total_degree() for m in self._map), default=0)
+        return max(map(self._keys.degree, self._part), default=0)
 
     def IsEven(self) -> bool:
         """Tells whether all monomials have an even total degree."""
-        return all(m.total_degree() % 2 == 0 for m in self._map)
+        return all([n % 2 == 0 for n in map(self._keys.degree, self._part)])
 
     def IsOdd(self) -> bool:
         """Tells whether all monomials have an odd total degree."""
-        return all(m.total_degree() % 2 == 1 for m in self._map)
+        return all([n % 2 == 1 for n in map(self._keys.degree, self._part)])
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""
-        numbers = self._as_numbers()
-        if numbers is not None:
-            return numbers.expression()
+        if self._is_numeric():
+            return self._keys.sum_of(self._part)
         return _build.sum_of(
-            _build.multiply(c, m.ToExpression()) for m, c in self.monomial_to_coefficient_map().items()
+            [_build.multiply(c, m.ToExpression()) for m, c in self.monomial_to_coefficient_map().items()]
         )
 
     # Values
@@ -185,24 +222,36 @@ class Polynomial:
             RuntimeError: a variable has no value.
         """
         values = numbers_by_variable("Evaluate", env)
-        total = 0.0
-        for m, c in self._map.items():
-            coefficient = c._made[0] if c._kind == k.CONSTANT else evaluate_nodes([c], values)[0]
-            total += coefficient * m._value(values)
+        total, keys, part = 0.0, self._keys, self._part
+        for key in keys.in_order(part):
+            c = part[key]
+            value = c if c.__class__ is float else evaluate_nodes([c], values)[0]
+            total += value * keys.monomial(key)._value(values)
         return total
 
     @overloaded(
         overload(env=by_variable),
-        overload(lambda self, var, c: self.EvaluatePartial({var: c}), var=variable, c=anything),
+        overload(
+            lambda self, v, c: self._partial(numbers_by_variable("EvaluatePartial", {v: c})), var=variable, c=anything
+        ),
     )
     def EvaluatePartial(self, env: Mapping[Variable, float] | None) -> Polynomial:
         """Returns it with values in the place of some variables; called with a dict, or with a variable and a value."""
-        env = numbers_by_variable("EvaluatePartial", env)
-        out: dict[Monomial, Expression] = {}
-        for m, c in self._map.items():
-            value, rest = m._partial(env)
-            add_to(out, rest, _build.scale(value, c if c._kind == k.CONSTANT else substitute([c], env)[0]))
-        return Polynomial._of(out)
+        return self._partial(numbers_by_variable("EvaluatePartial", env))
+
+    def _partial(self, env: Mapping[Variable, float]) -> Polynomial:
+        """`EvaluatePartial` of values already checked."""
+        keys, out = self._keys, dict[Any, Any]()
+        given = [(v, x) for v, x in env.items() if v in keys.of]
+        for key, c in self._part.items():
+            value = 1.0
+            for v, x in given:
+                n = keys.exponent(key, v)
+                if n:
+                    value *= x**n
+                    key = keys.without(key, v, n)
+            add_to(out, key, scaled(value, c if c.__class__ is float else number_or(substitute([c], env)[0])))
+        return Polynomial._of(keys, out, loose=True)
 
     def EvaluateIndeterminates(self, indeterminates: Symbolics, indeterminates_values: ArrayLike) -> np.ndarray:
         """Returns the values for many values of the indeterminates, shape `(n,)`.
@@ -215,11 +264,12 @@ class Polynomial:
             RuntimeError: a coefficient is no number.
         """
         values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
+        known = dict(zip(variable_list("Evaluate", indeterminates), values))
         out = np.zeros(values.shape[1])
-        for m, c in self._map.items():
-            if c._kind != k.CONSTANT:
+        for m, c in zip(self._monomials(), self._part.values()):
+            if c.__class__ is not float:
                 raise RuntimeError(f"Polynomial::EvaluateIndeterminates: the coefficient {c} is not a constant")
-            out = out + c._args[0] * m.Evaluate(indeterminates, values)
+            out += c * m._values(known, values.shape[1])
         return out
 
     def EvaluateWithAffineCoefficients(
@@ -235,13 +285,13 @@ class Polynomial:
             RuntimeError: a coefficient is not affine.
         """
         values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
-        decisions = list(self._decisions)
-        rows, constants = np.zeros((len(self._map), len(decisions))), np.zeros(len(self._map))
+        decisions = list(self.decision_variables())
+        rows, constants = np.zeros((len(self._part), len(decisions))), np.zeros(len(self._part))
         places = {v: i for i, v in enumerate(decisions)}
-        weights = np.ones((len(self._map), values.shape[1]))
+        weights = np.ones((len(self._part), values.shape[1]))
         known = dict(zip(variable_list("Evaluate", indeterminates), values))
-        for i, (m, c) in enumerate(self._map.items()):
-            constants[i] = _decompose.affine_into(rows[i], c, places)
+        for i, (m, c) in enumerate(zip(self._monomials(), self._part.values())):
+            constants[i] = _decompose.affine_into(rows[i], as_expression(c), places)
             weights[i] = m._values(known, values.shape[1])
         return weights.T @ rows, object_array(decisions), constants @ weights
 
@@ -254,13 +304,13 @@ class Polynomial:
         if len(self._indeterminates) != 1:
             raise RuntimeError(f"{self} is not a univariate polynomial; it has indeterminates {self._indeterminates}.")
         coefficients = np.zeros(self.TotalDegree() + 1)
-        for m, c in self._map.items():
-            if c._kind != k.CONSTANT:
+        for m, c in zip(self._monomials(), self._part.values()):
+            if c.__class__ is not float:
                 raise RuntimeError(
                     "Polynomial::Roots() only supports polynomials with constant coefficients. This polynomial has "
                     f"coefficient {c} for the monomial {m}."
                 )
-            coefficients[m.total_degree()] = c._args[0]
+            coefficients[m.total_degree()] = c
         found = np.roots(coefficients[::-1]).astype(complex)
         return found[np.lexsort((-found.imag, -found.real, -np.round(np.abs(found), 12)))]
 
@@ -269,17 +319,15 @@ class Polynomial:
     @checked
     def Differentiate(self, x: Variable) -> Polynomial:
         """Returns the partial derivative by any of its variables."""
-        numbers = self._as_numbers()
-        if numbers is not None:
-            return Polynomial._of_numbers(numbers.slope(x))
-        out: dict[Monomial, Expression] = {}
-        for m, c in self._map.items():
-            n = m._powers.get(x, 0)
+        keys, out = self._keys, dict[Any, Any]()
+        numeric, unit = self._is_numeric(), keys.of.get(x)
+        for key, c in self._part.items():
+            n = 0 if unit is None else keys.exponent(key, x)
             if n:
-                add_to(out, m._with(x, n - 1), _build.scale(float(n), c))
-            elif x in self._decisions:
-                add_to(out, m, c.Differentiate(x))
-        return Polynomial._of(out)
+                add_to(out, keys.without(key, x, 1), scaled(n, c))
+            elif not numeric and c.__class__ is not float and x in self._decisions:
+                add_to(out, key, number_or(c.Differentiate(x)))
+        return Polynomial._of(keys, out, numeric or None, loose=True)
 
     def Jacobian(self, vars: Symbolics) -> np.ndarray:
         """Returns the partial derivatives by each of the variables, shape `(n,)`."""
@@ -297,16 +345,18 @@ class Polynomial:
                 f"{x} is a decision variable of polynomial {self}. Integration with respect to decision variables is "
                 "not supported yet."
             )
-        out: dict[Monomial, Expression] = {}
-        for m, c in self._map.items():
-            n = m._powers.get(x, 0) + 1
-            add_to(out, m._with(x, n), _build.scale(1.0 / n, c))
-        whole = Polynomial._of(out)
-        return whole if a is None or b is None else whole.EvaluatePartial({x: b}) - whole.EvaluatePartial({x: a})
+        keys, part, _ = in_common(self._keys, self._part, keys_of((x,)), {})
+        unit = keys.of[x]
+        out = {keys.times(key, unit): scaled(1.0 / (keys.exponent(key, x) + 1), c) for key, c in part.items()}
+        whole = Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
+        if a is None or b is None:
+            return whole
+        ends = numbers_by_variable("Integrate", {x: b}), numbers_by_variable("Integrate", {x: a})
+        return whole._partial(ends[0]) - whole._partial(ends[1])
 
     def Expand(self) -> Polynomial:
         """Returns it with coefficients multiplied out, and those that vanish gone."""
-        return Polynomial._of(_decompose.expanded(self._map))
+        return Polynomial._of(self._keys, _decompose.expanded(self._part), loose=True)
 
     def SubstituteAndExpand(
         self,
@@ -325,24 +375,31 @@ class Polynomial:
         for v in self._indeterminates:
             if v not in indeterminate_substitution:
                 raise RuntimeError(f"Polynomial.SubstituteAndExpand(): the indeterminate {v} has no substitution.")
+        coefficients, monomials = self._part.values(), self._monomials()
         if substitutions_cached_data is None:
-            places = {v: indeterminate_substitution[v]._map for v in self._indeterminates}
-            return Polynomial._of(_decompose.expanded(_decompose.substitute(self._map, places)))
+            places = {v: indeterminate_substitution[v] for v in self._indeterminates}
+            keys, parts = _by_common_keys(places.values())
+            numeric = all([p._is_numeric() for p in places.values()])
+            found = _substituted(zip(monomials, coefficients), dict(zip(places, parts)), keys, numeric)
+            return Polynomial._of(keys, _decompose.expanded(found), loose=True)
         cache = substitutions_cached_data._data
-        cache.setdefault(Monomial(), Polynomial._of({Monomial(): _build.ONE}))
-        out: dict[Monomial, Expression] = {}
-        for m, c in self._map.items():
-            for n, d in substituted(m, indeterminate_substitution, cache)._map.items():
-                add_to(out, n, _build.multiply(c, d))
-        return Polynomial._of(_decompose.expanded(out))
+        cache.setdefault(_ONE, Polynomial._of(NONE, {0: 1.0}))
+        keys, parts = _by_common_keys([substituted(m, indeterminate_substitution, cache) for m in monomials])
+        sums = Sums()
+        for c, part in zip(coefficients, parts):
+            for key, d in part.items():
+                sums.add_product(key, c, d)
+        return Polynomial._of(keys, _decompose.expanded(sums.whole()), loose=True)
 
     # Changes
 
     def AddProduct(self, coeff: Symbolic, m: Monomial) -> Polynomial:
         """Adds a term to this polynomial and returns it."""
-        changed = dict(self._map)
-        add_to(changed, m, _build.expect("AddProduct", coeff))
-        self._set_map(changed)
+        c = number_or(_build.expect("AddProduct", coeff))
+        own = keys_for([m])
+        keys, part, term = in_common(*self._by_indeterminates(), own, {own.key(m): c})
+        decided = self._decisions | variables_of(as_expression(c))
+        self._set(keys, added(part, term, 1.0, False), decided=decided)
         return self
 
     def RemoveTermsWithSmallCoefficients(self, coefficient_tol: float) -> Polynomial:
@@ -354,56 +411,83 @@ class Polynomial:
         if not coefficient_tol > 0.0:
             call = "Polynomial.RemoveTermsWithSmallCoefficients"
             raise RuntimeError(f"{call}(): coefficient_tol must be positive, got {coefficient_tol}.")
-        keep = {m: c for m, c in self._map.items() if c._kind != k.CONSTANT or abs(c._args[0]) > coefficient_tol}
-        return Polynomial._of(keep)
+        tol = coefficient_tol
+        keep = {key: c for key, c in self._part.items() if c.__class__ is not float or not abs(c) <= tol}
+        return Polynomial._of(self._keys, keep, loose=True)
 
     # Comparison
 
     def EqualTo(self, other: Polynomial) -> bool:
         """Tells whether both have the same monomials with coefficients of the same structure."""
-        its = expect("Polynomial.EqualTo", other, Polynomial)._map
-        return self._map.keys() == its.keys() and all(c._serial == its[m]._serial for m, c in self._map.items())
+        other = expect("Polynomial.EqualTo", other, Polynomial)
+        _, mine, its = in_common(self._keys, self._part, other._keys, other._part)
+        if mine.keys() != its.keys():
+            return False
+        return all([_are_equal(c, its[key]) for key, c in mine.items()])
 
     def CoefficientsAlmostEqual(self, p: Polynomial, tolerance: float) -> bool:
         """Tells whether coefficients differ by numbers of no more than this magnitude."""
-        return all(c._kind == k.CONSTANT and abs(c._args[0]) <= tolerance for c in (self - p).Expand()._map.values())
+        rest = (self - p).Expand()._part.values()
+        return all([c.__class__ is float and abs(c) <= tolerance for c in rest])
 
     def __eq__(self, other: object) -> Formula:  # type: ignore[override]
         if not isinstance(other, Polynomial):
             return NotImplemented
-        conditions = [_formula.compare("==", c, _build.ZERO) for c in (other - self).Expand()._map.values()]
+        rest = (other - self)._part.values()
+        conditions = [_formula.compare("==", as_expression(c), _build.ZERO) for c in rest]
         return _functions.logical_and(_formula.truth(True), *conditions)
 
     def __ne__(self, other: object) -> Formula:  # type: ignore[override]
         return _formula.negation(self == other) if isinstance(other, Polynomial) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash(frozenset((m, c._serial) for m, c in self._map.items()))
+        return hash(frozenset([(m, as_expression(c)._serial) for m, c in zip(self._monomials(), self._part.values())]))
 
     # Arithmetic
 
     def _operand(self, other: object) -> Polynomial | None:
         """Another polynomial from what may be added; None for an expression, which makes the sum an expression."""
-        if isinstance(other, Polynomial):
-            return other
-        if isinstance(other, Monomial):
-            return Polynomial._of({other: _build.ONE})
-        if isinstance(other, Variable) and other in self._indeterminates:
-            return Polynomial._of({Monomial(other): _build.ONE})
-        if isinstance(other, (Variable, *_build._REAL)):
-            return Polynomial._of({Monomial(): _build.expect("Polynomial", other)})
+        if isinstance(other, Variable):
+            if self._has(other):
+                return Polynomial._of(keys_of((other,)), {1: 1.0}, True, False, _NOBODY)
+            return Polynomial._of(NONE, {0: _build.expect("Polynomial", other)}, False)
+        return Polynomial._from(other)
+
+    @classmethod
+    def _from(cls, value: object) -> Polynomial | None:
+        """A polynomial, a monomial or a number as a polynomial; None for anything else."""
+        if isinstance(value, Polynomial):
+            return value
+        if isinstance(value, Monomial):
+            keys = keys_of(tuple(value._powers))
+            return cls._of(keys, {keys.key(value): 1.0}, True, False, _NOBODY)
+        if isinstance(value, _build._REAL):
+            number = float(value)
+            if number == number:
+                return cls._of(NONE, {0: number} if number else {}, True, False, _NOBODY)
+            return cls._of(NONE, {0: _build.NOT_A_NUMBER}, False, False, _NOBODY)
         return None
+
+    def _has(self, v: Variable) -> bool:
+        """Whether a variable is an indeterminate."""
+        return v in self._by_indeterminates()[0].of
+
+    def _with(self, other: Polynomial) -> tuple[Keys, Part, Part, bool, frozenset[Variable]]:
+        """The terms of both by the same keys, whether all coefficients are numbers, and the decision variables."""
+        if self._is_loose or other._is_loose:
+            self._by_indeterminates(), other._by_indeterminates()
+        keys, mine, its = self._keys, self._part, other._part
+        if keys is not other._keys and not (other._keys is NONE and keys.narrow):
+            keys, mine, its = in_common(keys, mine, other._keys, its)
+        decided = self._decisions
+        if other._decisions is not decided:
+            decided |= other._decisions
+        return keys, mine, its, self._is_numeric() and other._is_numeric(), decided
 
     def _combine(self, other: Polynomial, sign: float) -> Polynomial:
         """The sum with another times +1 or -1."""
-        mine, its = self._as_numbers(), other._as_numbers()
-        numbers = None if mine is None or its is None else mine.plus(its, sign)
-        if numbers is not None:
-            return Polynomial._of_numbers(numbers)
-        out = dict(self._map)
-        for m, c in other._map.items():
-            add_to(out, m, c if sign > 0.0 else _build.negate(c))
-        return Polynomial._of(out)
+        keys, mine, its, numeric, decided = self._with(other)
+        return Polynomial._of(keys, added(mine, its, sign, numeric), numeric or None, False, decided)
 
     @typing_overload
     def __add__(self, other: Polynomial | Monomial | Variable | float) -> Polynomial: ...
@@ -437,11 +521,8 @@ class Polynomial:
     def __mul__(self, other: Polynomial | Monomial | Symbolic) -> Polynomial | Expression:
         p = self._operand(other)
         if p is not None:
-            mine, its = self._as_numbers(), p._as_numbers()
-            numbers = None if mine is None or its is None else mine.times(its)
-            if numbers is not None:
-                return Polynomial._of_numbers(numbers)
-            return Polynomial._of(_decompose.multiply(self._map, p._map))
+            keys, mine, its, numeric, decided = self._with(p)
+            return Polynomial._of(keys, product(mine, its, keys, numeric), numeric or None, False, decided)
         return self.ToExpression() * other if isinstance(other, Expression) else NotImplemented
 
     __rmul__ = __mul__
@@ -449,7 +530,8 @@ class Polynomial:
     def __truediv__(self, other: Polynomial | Symbolic) -> Polynomial | Expression:
         if isinstance(other, _build._REAL):
             divisor = _build.constant(other)
-            return Polynomial._of({m: _build.divide(c, divisor) for m, c in self._map.items()})
+            quotients = {key: _quotient(c, divisor) for key, c in self._part.items()}
+            return Polynomial._of(self._keys, without_zeros(quotients), None, self._is_loose, self._decided)
         e = _build.as_expression(other)
         return NotImplemented if e is None else _build.divide(self.ToExpression(), e)
 
@@ -458,19 +540,24 @@ class Polynomial:
         return NotImplemented if e is None else _build.divide(e, self.ToExpression())
 
     def __neg__(self) -> Polynomial:
-        return Polynomial._of({m: _build.negate(c) for m, c in self._map.items()})
+        negatives = {key: negated(c) for key, c in self._part.items()}
+        return Polynomial._of(self._keys, negatives, self._known_numeric, self._is_loose, self._decided)
 
     def __pow__(self, n: int) -> Polynomial:
         if n < 0:
             raise RuntimeError(f"Polynomial.__pow__(): the exponent must not be negative, got {n}.")
         if n > _LARGEST_EXPONENT:
             raise TypeError(f"Polynomial.__pow__(): the exponent must be at most {_LARGEST_EXPONENT}, got {n}.")
-        return Polynomial._of(_decompose.power(self._map, int(n)))
+        if n == 0:
+            return Polynomial._of(self._by_indeterminates()[0], {self._keys.one: 1.0}, True)
+        numeric = self._is_numeric()
+        out = _decompose.expanded(power(self._part, int(n), self._keys, numeric))
+        return Polynomial._of(self._keys, out, numeric or None, self._is_loose, self._decided)
 
     def __copy__(self) -> Polynomial:
         out = object.__new__(Polynomial)
-        out._made, out._numbers = self._made, self._numbers  # neither ever changes, only which one it is
-        out._known_indeterminates, out._known_decisions = self._known_indeterminates, self._known_decisions
+        out._keys, out._part, out._known_numeric = self._keys, self._part, self._known_numeric
+        out._is_loose, out._decided = self._is_loose, self._decided
         return out
 
     def __deepcopy__(self, memo: dict) -> Polynomial:
@@ -481,3 +568,42 @@ class Polynomial:
 
     def __repr__(self) -> str:
         return f'<Polynomial "{self}">'
+
+
+def _are_equal(c: Any, d: Any) -> bool:
+    if c.__class__ is float or d.__class__ is float:
+        return c.__class__ is d.__class__ and c == d
+    return c._serial == d._serial
+
+
+def _quotient(c: Any, divisor: Expression) -> Coefficient:
+    return number_or(_build.divide(as_expression(c), divisor))
+
+
+def _by_common_keys(polynomials: Collection[Polynomial]) -> tuple[Keys, list[Part]]:
+    """The terms of polynomials by the same keys."""
+    keys = keys_in({v: None for p in polynomials for v in p._by_indeterminates()[0].of})
+    return keys, [in_common(keys, {}, p._keys, p._part)[2] for p in polynomials]
+
+
+def _substituted(
+    terms: Iterable[tuple[Monomial, Coefficient]], places: Mapping[Variable, Part], keys: Keys, numeric: bool
+) -> Part:
+    """Terms with others in the place of variables; numeric: the coefficients of these others are numbers."""
+    known: dict[tuple[Variable, int], Part] = {}
+
+    def power_of(v: Variable, n: int) -> Part:
+        found = known.get((v, n))
+        if found is None:
+            found = places[v] if n == 1 else product(places[v], power_of(v, n - 1), keys, numeric)
+            known[v, n] = found
+        return found
+
+    sums = Sums()
+    for m, c in terms:
+        part: Part | None = None
+        for v, n in m._powers.items():
+            part = power_of(v, n) if part is None else product(part, power_of(v, n), keys, numeric)
+        for key, d in ({keys.one: 1.0} if part is None else part).items():
+            sums.add_product(key, c, d)
+    return sums.whole()

@@ -9,6 +9,7 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._keys import NONE
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._variable import Variable, Variables
@@ -17,9 +18,12 @@ if TYPE_CHECKING:
     from sheldrake.symbolic._formula import Formula
 
 
+_ONE = Polynomial._of(NONE, {0: 1.0}, True)
+
+
 @kind("Polynomial")
 def _polynomial(value: object) -> Polynomial:
-    p = _as_polynomial(value)
+    p = Polynomial._from(value)
     if p is None:
         raise Mismatch
     return p
@@ -47,9 +51,16 @@ class RationalFunction:
     )
     def __init__(self, numerator: Polynomial, denominator: Polynomial | None = None):
         self._numerator: Polynomial = numerator.__copy__()
-        self._denominator: Polynomial = Polynomial(1.0) if denominator is None else denominator.__copy__()
-        if not self._denominator._map:
+        self._denominator: Polynomial = (_ONE if denominator is None else denominator).__copy__()
+        if not self._denominator._part:
             raise RuntimeError("RationalFunction(): the denominator must not be zero.")
+
+    @classmethod
+    def _of(cls, numerator: Polynomial, denominator: Polynomial) -> RationalFunction:
+        """That of polynomials of its own, the one below not zero."""
+        out = object.__new__(cls)
+        out._numerator, out._denominator = numerator, denominator
+        return out
 
     def numerator(self) -> Polynomial:
         """Returns the polynomial above."""
@@ -82,22 +93,22 @@ class RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
-        return self._numerator * r._denominator == self._denominator * r._numerator
+        return self._denominator * r._numerator == self._numerator * r._denominator
 
     def __ne__(self, other: object) -> Formula:  # type: ignore[override]
         r = _as_rational(other)
         if r is None:
             return NotImplemented
-        return self._numerator * r._denominator != self._denominator * r._numerator
+        return self._denominator * r._numerator != self._numerator * r._denominator
 
     def __add__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
         if self._denominator.EqualTo(r._denominator):
-            return RationalFunction(self._numerator + r._numerator, self._denominator)
+            return RationalFunction._of(self._numerator + r._numerator, self._denominator.__copy__())
         numerator = self._numerator * r._denominator + r._numerator * self._denominator
-        return RationalFunction(numerator, self._denominator * r._denominator)
+        return RationalFunction._of(numerator, self._denominator * r._denominator)
 
     __radd__ = __add__
 
@@ -112,7 +123,7 @@ class RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
-        return RationalFunction(self._numerator * r._numerator, self._denominator * r._denominator)
+        return RationalFunction._of(self._numerator * r._numerator, self._denominator * r._denominator)
 
     __rmul__ = __mul__
 
@@ -120,19 +131,19 @@ class RationalFunction:
         r = _as_rational(other)
         if r is None:
             return NotImplemented
-        if not r._numerator._map:
+        if not r._numerator._part:
             raise RuntimeError("RationalFunction: operator/=: The divider is 0.")
-        return RationalFunction(self._numerator * r._denominator, self._denominator * r._numerator)
+        return RationalFunction._of(self._numerator * r._denominator, self._denominator * r._numerator)
 
     def __rtruediv__(self, other: RationalFunction | Polynomial | Monomial | Variable | float) -> RationalFunction:
         r = _as_rational(other)
         return NotImplemented if r is None else r / self
 
     def __neg__(self) -> RationalFunction:
-        return RationalFunction(-self._numerator, self._denominator)
+        return RationalFunction._of(-self._numerator, self._denominator.__copy__())
 
     def __copy__(self) -> RationalFunction:
-        return RationalFunction(self._numerator, self._denominator)
+        return RationalFunction._of(self._numerator.__copy__(), self._denominator.__copy__())
 
     def __deepcopy__(self, memo: dict) -> RationalFunction:
         return self.__copy__()
@@ -144,14 +155,8 @@ class RationalFunction:
         return f'<RationalFunction "{self}">'
 
 
-def _as_polynomial(p: object) -> Polynomial | None:
-    if isinstance(p, Polynomial):
-        return p
-    return Polynomial(p) if isinstance(p, (Monomial, *_build._REAL)) else None
-
-
 def _as_rational(r: object) -> RationalFunction | None:
     if isinstance(r, RationalFunction):
         return r
-    p = _as_polynomial(r)
-    return None if p is None else RationalFunction(p)
+    p = Polynomial._from(r)
+    return None if p is None else RationalFunction._of(p, _ONE)

@@ -144,7 +144,7 @@ def SubstituteStereographicProjection(e: Polynomial, sin_cos: list[SinCos], t: V
     ts = variable_list("SubstituteStereographicProjection", t)
     if len(ts) != len(sin_cos):
         raise RuntimeError(f"SubstituteStereographicProjection(): {len(sin_cos)} angles but {len(ts)} variables t.")
-    degrees = [max((m.degree(p.s) + m.degree(p.c) for m in e._map), default=0) for p in sin_cos]
+    degrees = [max([m.degree(p.s) + m.degree(p.c) for m in e._monomials()], default=0) for p in sin_cos]
     one_plus, one_minus, twice = [], [], []
     for v in ts:
         square = Monomial(v, 2)

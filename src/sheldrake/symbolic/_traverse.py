@@ -27,9 +27,10 @@ def variables_of(e: Expression) -> frozenset[Variable]:
     """The variables in an expression; kept with it."""
     if e._variables is None:
         found: set[Variable] = set()
-        if e._kind == k.ADD:
-            found.update([t._made[0] for t, _ in e._terms.values() if t._kind == k.VAR])
-            if len(found) == len(e._terms):
+        if e._kind == k.ADD or e._kind == k.MUL:
+            parts = e._terms.values()
+            found.update([part._made[0] for part, _ in parts if part._kind == k.VAR])
+            if len(found) == len(parts) and (e._kind == k.ADD or all([x._kind == k.CONSTANT for _, x in parts])):
                 e._variables = frozenset(found)
                 return e._variables
         seen: set[int] = set()
@@ -126,8 +127,16 @@ def _plain_sum(e: Expression, env: dict[Variable, float]) -> float | None:
     return total
 
 
-def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]) -> list[float]:
-    """Values of expressions, the environment already checked."""
+def evaluate_nodes(
+    expressions: Sequence[Expression], env: dict[Variable, float], both_branches: bool = False
+) -> list[float]:
+    """Values of expressions, the environment already checked.
+
+    Args:
+        expressions: What is evaluated.
+        env: Values by variable.
+        both_branches: The branch of a conditional that is not taken must have a value, too.
+    """
     if len(expressions) == 1 and expressions[0]._kind == k.ADD:
         total = _plain_sum(expressions[0], env)
         if total is not None:
@@ -151,6 +160,8 @@ def evaluate_nodes(expressions: Sequence[Expression], env: dict[Variable, float]
                 product *= b if exponent is _build.ONE else _numbers.power(b, of(exponent))
             return product
         if kind == k.IF_THEN_ELSE:
+            if both_branches:
+                of(args[1]), of(args[2])
             return of(args[1] if args[0]._evaluate(env) else args[2])
         return _value(e, of)
 
@@ -201,11 +212,26 @@ def substitute(expressions: Iterable[Expression], s: Mapping[Variable, Any]) -> 
     expressions, variables = list(expressions), list(s)
     if not expressions:
         return []
+    values = _values_if_numbers(expressions, s)
+    if values is not None:
+        return values
     found = _build.found_of(expressions[0])
     known = found.get(_SUBSTITUTION)
     if known is None or not known.is_for(expressions, variables):
         known = found[_SUBSTITUTION] = _Substitution(expressions, variables)
     return known.given(expressions, [_build.expect("Substitute", e) for e in s.values()])
+
+
+def _values_if_numbers(expressions: list[Expression], s: Mapping[Variable, Any]) -> list[Expression] | None:
+    """The same where all variables become numbers; None otherwise, and where only rules for expressions tell."""
+    numbers = {v: x for v, x in s.items() if x.__class__ is float}
+    if len(numbers) < len(s) or not all([variables_of(e) <= numbers.keys() for e in expressions]):
+        return None
+    try:
+        values = evaluate_nodes(expressions, numbers, both_branches=True)
+    except (RuntimeError, ValueError):
+        return None
+    return [_build.constant(x) for x in values] if all(map(math.isfinite, values)) else None
 
 
 _SUBSTITUTION = "substitution"

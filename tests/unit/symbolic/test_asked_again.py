@@ -16,6 +16,7 @@ from sheldrake.symbolic import (
     cos,
     exp,
     if_then_else,
+    log,
     sin,
     sqrt,
 )
@@ -115,3 +116,12 @@ def test_polynomials_with_and_without_other_variables():
         [a, c], np.array([[0.4, 1.0], [-0.3, 2.0]])
     )
     np.testing.assert_allclose(A @ [POINT[x] for x in v] + b0, [0.7 * 0.16 + (1.1 - 1.4) * -0.3 + 1.0, 0.7 - 0.6 + 1.0])
+
+
+def test_numbers_in_the_place_of_all_variables_need_both_branches():
+    x, y = Variable("x"), Variable("y")
+    e = if_then_else(x > 0, log(x), y * y) + sin(x) * y
+    assert e.EvaluatePartial({x: 2.0, y: 3.0}).EqualTo(Expression(e.Evaluate({x: 2.0, y: 3.0})))
+    assert e.Evaluate({x: -2.0, y: 3.0}) == 9.0 + np.sin(-2.0) * 3.0
+    with pytest.raises(ValueError, match="log"):
+        e.EvaluatePartial({x: -2.0, y: 3.0})

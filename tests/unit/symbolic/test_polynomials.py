@@ -232,3 +232,32 @@ def test_lumped_parameters_that_come_twice_count_twice():
     at = {x: 0.3, y: 0.4, m: 0.5, l: 0.6}
     for given, again in zip(f, W @ alpha + w0):
         assert again.Evaluate(at) == pytest.approx(given.Evaluate(at), abs=1e-14)
+
+
+def test_monomials_of_a_polynomial_are_copies():
+    p = Polynomial(3 * x * y + 1)
+    for m in p.monomial_to_coefficient_map():
+        m.pow_in_place(2)
+    assert str(p) == "1*1 + 3*x * y" and p.Evaluate({x: 2.0, y: 5.0}) == 31.0
+
+
+@pytest.mark.parametrize("n", [3, 40])
+def test_indeterminates_and_decision_variables_stay_when_terms_cancel(n):
+    v, a = sym.MakeVectorVariable(n, "v"), Variable("a")
+    p = Polynomial(a * v[0] ** 2 + v[1], Variables(v))
+    assert p.indeterminates() == Variables(v) and (p - p).indeterminates() == Variables(v)
+    assert (p - p).decision_variables() == Variables([a]) and (p - p).EqualTo(Polynomial())
+    assert p.Differentiate(v[0]).indeterminates() == Variables([v[0]])
+    q = Polynomial(v[0]) * 2.0 + Polynomial(v[-1] ** 3)
+    assert (p.Differentiate(v[0]) + q).indeterminates() == Variables([v[0], v[-1]]) and q.TotalDegree() == 3
+    q.SetIndeterminates(Variables(v[[0, 2, -1]]))
+    assert q.indeterminates() == Variables(v[[0, 2, -1]]) and str(q) == f"1*{v[-1]}^3 + 2*{v[0]}"
+
+
+def test_keys_of_monomials_are_in_their_order():
+    v = sym.MakeVectorVariable(3, "v")
+    basis = sym.MonomialBasis(Variables(v), 4)
+    p = Polynomial({m: float(i + 1) for i, m in enumerate(basis)})
+    found = list(p.monomial_to_coefficient_map())
+    assert [m.get_powers() for m in found] == [m.get_powers() for m in sorted(basis, key=Monomial._key)]
+    assert p.TotalDegree() == 4 and not p.IsEven() and not p.IsOdd()

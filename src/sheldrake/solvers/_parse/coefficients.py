@@ -12,6 +12,7 @@ from sheldrake.symbolic import _decompose as decompose
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.symbolic._decompose import LinearTerms
+from sheldrake.symbolic._keys import age
 
 
 def _age_of_term(term: tuple[Variable, float]) -> int:
@@ -33,7 +34,7 @@ class Coefficients:
                 flat = _terms_of(e, variables)
         else:
             found = {v: None for _, powers in flat for v, _ in powers}
-        ordered = sorted(found, key=decompose.age)
+        ordered = sorted(found, key=age)
         self.vars = traverse.object_array(ordered)
         self.b, self.c = np.zeros(len(ordered)), 0.0
         if self.degree > 2:
@@ -121,7 +122,7 @@ class Quadratic(NamedTuple):
         found = dict.fromkeys(linear)
         for v, w, _ in products:
             found[v] = found[w] = None
-        ordered = sorted(found, key=decompose.age)
+        ordered = sorted(found, key=age)
         places, n = {v: i for i, v in enumerate(ordered)}, len(ordered)
         at: list[int] = []
         values: list[float] = []
@@ -141,10 +142,8 @@ class Quadratic(NamedTuple):
 
 def _terms_of(e: Expression, variables: Set[Variable]) -> list[tuple[float, list[tuple[Variable, int]]]]:
     """The terms of a polynomial: numbers and powers of variables."""
-    numbers = decompose.Numbers.of_expression(e, variables)
-    if numbers is not None:
-        return [(c, list(numbers.keys.powers(key))) for key, c in numbers.part.items()]
-    return [(c._made[0], list(m._powers.items())) for m, c in decompose.decompose(e, variables).items()]
+    keys, part = decompose.parted(e, variables)
+    return [(c, list(keys.powers(key))) for key, c in part.items()]
 
 
 def difference(a: Expression, b: Expression) -> LinearTerms | None:

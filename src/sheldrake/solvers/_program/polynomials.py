@@ -35,8 +35,8 @@ from sheldrake.symbolic import (
     Variable,
     Variables,
 )
-from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
+from sheldrake.symbolic._keys import Sums, as_expression, keys_for, number_or
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -96,7 +96,8 @@ class ProgramPolynomials:
 
     def _free(self, basis: np.ndarray, coeff_name: str) -> Polynomial:
         coefficients = self._variables.NewContinuousVariables(len(basis), coeff_name)
-        return Polynomial({m: Expression(c) for m, c in zip(basis, coefficients)})
+        keys, terms = keys_for(basis), [(m, kinds.expression(c)) for m, c in zip(basis, coefficients)]
+        return Polynomial._of(keys, {keys.key(m): c for m, c in terms}, False, decided=frozenset(coefficients))
 
     def NewFreePolynomial(self, indeterminates: Variables, deg: int, coeff_name: str = "a") -> Polynomial:
         """Returns a polynomial of a degree with new variables as coefficients."""
@@ -261,9 +262,10 @@ class ProgramPolynomials:
         """
         difference = self._reparsed(p1 - p2)
         out = []
-        for coefficient in difference.monomial_to_coefficient_map().values():
-            if not traverse.variables_of(coefficient):
-                never = LinearEqualityConstraint(np.zeros((1, 0)), [-coefficient.Evaluate()])
+        for key in difference._keys.in_order(difference._part):
+            coefficient = difference._part[key]
+            if isinstance(coefficient, float) or not traverse.variables_of(coefficient):
+                never = LinearEqualityConstraint(np.zeros((1, 0)), [-as_expression(coefficient).Evaluate()])
                 out.append(self._bindings.add(bind(LinearEqualityConstraint, never, np.empty(0, dtype=object))))
                 continue
             out.append(self._bindings.add(equality_constraint(coefficient, 0.0)))
@@ -309,11 +311,13 @@ _ADD_SOS = Ways(
 
 def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     """m' Q m for a symmetric matrix of variables or expressions."""
-    terms: dict[Monomial, list[tuple[float, Expression]]] = {}
+    keys = keys_for(basis)
+    at, times, out = list(map(keys.key, basis)), keys.times, Sums()
+    entries = [[kinds.expression(x) for x in row] for row in Q]
     for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
-        factor = 1.0 if i == j else 2.0
-        terms.setdefault(basis[i]._times(basis[j]), []).append((factor, kinds.expression(Q[i, j])))
-    return Polynomial._of({m: build.combination(0.0, found) for m, found in terms.items()})
+        out.add(times(at[i], at[j]), number_or(entries[i][j]), 1.0 if i == j else 2.0)
+    decided = frozenset().union(*[traverse.variables_of(e) for row in entries for e in row])
+    return Polynomial._of(keys, out.whole(), decided=decided)
 
 
 def half_newton_basis(p: Polynomial) -> np.ndarray:
