@@ -94,11 +94,14 @@ class Dynamics:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._contexts.view(context)
         _require_fitting("CalcForceElementsContribution", view, forces)
-        if (view.T is float) != (forces._tau.dtype == float) or view.ask_contribution(forces._F_Bo_W, forces._tau):
+        F, tau = forces._F_Bo_W, forces._tau
+        if (view.T is float) != (tau.dtype == float):
             raise TypeError(
                 "CalcForceElementsContribution(): incompatible function arguments. forces must have the scalar type of "
                 "the context."
             )
+        found = view.ask_contribution()
+        F[:], tau[:] = found[: F.size].reshape(F.shape), found[F.size :]
 
     def CalcGeneralizedForces(self, context: Context, forces: MultibodyForces) -> np.ndarray:
         """All of `forces` as generalized forces, shape (nv,)."""
