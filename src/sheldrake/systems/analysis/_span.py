@@ -79,6 +79,7 @@ class Span:
         """Of Python rows, by number; those of the simulator come after the program's."""
         self._logs: np.ndarray | None = None
         self._loops: dict[Kernel, Any] = {}
+        self._words: tuple[np.ndarray, tuple] | None = None  # of all of them: they take the same arrays
         if self.native:
             self._bind()
 
@@ -276,17 +277,20 @@ class Span:
     def _on_memory(self, kernel: Kernel) -> Any:
         """A kernel of the event loop, bound to what it works on as long as that is where it is."""
         if self._logs is not self.store.L:
-            self._logs, self._loops = self.store.L, {}
+            self._logs, self._loops, self._words = self.store.L, {}, None
         bound = self._loops.get(kernel)
         if bound is None:
             bound = self._loops[kernel] = self._bound(kernel)
         return bound
 
     def _bound(self, kernel: Kernel) -> Any:
-        names = "program_model", "run", "integrator", "S", "side", "L", "rows"
-        program, run, numbers, S, side, L = self._tables()
-        arrays = dict(zip(names, (program, run, numbers, S, side, L, self.table)))
-        return kernel.form.bind(arrays, self.layout.known_words if program is self.layout.program else {})
+        if self._words is None:
+            program, *others = self._tables()
+            arrays = dict(zip(_loop.advance.names, (program, *others, self.table)))
+            known = self.layout.known_words if program is self.layout.program else {}
+            self._words = _loop.advance.form.words(arrays, known), tuple(arrays.values())
+        words, keep = self._words
+        return kernel.form.bind(words.copy(), keep)
 
     def inside(self, kernel: Any, T: float) -> None:
         """Calls a kernel with arguments as those of `advance` from within a step; an error stays in the status."""
@@ -323,12 +327,11 @@ class Span:
 
     def interpreted(self, function: Callable[..., Any], *args: object) -> Any:
         """Runs another function of the loop, interpreted."""
-        store = self.store
-        store.enter()
+        self.store.enter()
         try:
-            return function(self.program, self.run, store.S, store.side, store.L, self.python, *args)
+            return function(*self._tables(), self.python, *args)
         finally:
-            store.leave()
+            self.store.leave()
 
     def raise_error(self) -> None:
         """Raises what stopped the span, with the system and the time, and clears it."""
