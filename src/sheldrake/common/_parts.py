@@ -97,7 +97,8 @@ def home_of(cls: type, name: str) -> type:
 
 def forget_calls(whole: object) -> None:
     """Has an object look for the calls of its parts anew: it has other parts now."""
-    for name in _calls_of(type(whole)).intersection(whole.__dict__):
+    cls: Any = type(whole)
+    for name in _calls_of(cls).intersection(whole.__dict__):
         del whole.__dict__[name]
 
 
