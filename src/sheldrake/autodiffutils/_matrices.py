@@ -63,6 +63,36 @@ def alike(found: list) -> tuple[list[float], np.ndarray] | None:
     return (values, np.concatenate(rows).reshape(len(rows), -1)) if len(sizes) == 1 else None
 
 
+def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """A @ B of matrices of AutoDiffXd, by products of floats where in each all have as many derivatives, or none."""
+    parts = [_values_and_slopes(M) for M in (A, B)]
+    if None in parts:
+        return A.dot(B)
+    (a, da), (b, db) = parts  # type: ignore[misc]
+    n = max(da.shape[-1], db.shape[-1])
+    if {da.shape[-1], db.shape[-1]} - {0, n}:
+        return A.dot(B)  # which says that they differ
+    slopes = np.zeros((len(a), b.shape[1], n))
+    with np.errstate(all="ignore"):
+        if da.shape[-1]:
+            slopes += b.T @ da
+        if db.shape[-1]:
+            slopes += (a @ db.reshape(len(b), -1)).reshape(slopes.shape)
+        values = a @ b
+    return filled(values, slopes.reshape(values.size, n))
+
+
+def _values_and_slopes(M: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Values of a matrix of AutoDiffXd and, on a third axis, derivatives; None unless all have as many, or none."""
+    found = M.ravel().tolist()
+    same = alike(found)
+    if same is not None:
+        return np.array(same[0]).reshape(M.shape), same[1].reshape(*M.shape, -1)
+    if any(x._d is not None for x in found):
+        return None
+    return np.array([x._v for x in found]).reshape(M.shape), np.zeros((*M.shape, 0))
+
+
 def InitializeAutoDiffTuple(*args):
     """Returns each argument as a matrix of AutoDiffXd, the partial derivatives numbered across all of them."""
     total = sum(np.asarray(arg).size for arg in args)

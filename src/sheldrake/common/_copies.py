@@ -93,7 +93,10 @@ def deep_copy(value: Any, memo: dict[int, Any]) -> Any:
 def _copy_items(given: dict, new: dict, memo: dict[int, Any]) -> None:
     for key, v in given.items():
         own = key if type(key) in _SAME else deep_copy(key, memo)
-        new[own] = v if type(v) in _SAME else deep_copy(v, memo)
+        if type(v) not in _SAME:
+            known = memo.get(id(v))  # as most have: elements know each other
+            v = deep_copy(v, memo) if known is None else known
+        new[own] = v
 
 
 def _of_tuple(value: tuple, memo: dict[int, Any]) -> tuple:

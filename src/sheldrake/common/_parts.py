@@ -97,9 +97,15 @@ def home_of(cls: type, name: str) -> type:
 
 def forget_calls(whole: object) -> None:
     """Has an object look for the calls of its parts anew: it has other parts now."""
-    for name in list(whole.__dict__):
-        if isinstance(_attribute(type(whole), name), Call):
-            del whole.__dict__[name]
+    cls: Any = type(whole)
+    for name in _calls_of(cls).intersection(whole.__dict__):
+        del whole.__dict__[name]
+
+
+@functools.lru_cache(64)
+def _calls_of(cls: type) -> frozenset[str]:
+    """Names of the calls of parts that a class shows."""
+    return frozenset(name for name in dir(cls) if isinstance(_attribute(cls, name), Call))
 
 
 def _attribute(cls: type, name: str) -> Any:

@@ -130,11 +130,10 @@ def any_array(T: type, value: object) -> np.ndarray:
         source = np.asarray(value, dtype=object)
     except (TypeError, ValueError, RuntimeError):
         raise Mismatch from None
-    array = np.empty(source.shape, dtype=object)
-    flat = array.reshape(-1)
-    for i, number in enumerate(source.ravel().tolist()):
-        flat[i] = as_scalar(T, number)
-    return array
+    numbers = [x if type(x) is T else T(x) if type(x) is float else as_scalar(T, x) for x in source.ravel().tolist()]
+    array = np.empty(len(numbers), dtype=object)
+    array[:] = numbers
+    return array.reshape(source.shape)
 
 
 def plain_vector(value: object, size: int = 3) -> np.ndarray | None:

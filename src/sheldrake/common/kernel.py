@@ -285,44 +285,47 @@ class Form:
         kernel: An entry kernel.
     """
 
+    _NUMBERS: typing.ClassVar[dict[str, list[int]]] = {"t": [], "float": [0], "int": [0]}
+    """Words of parameters that are numbers."""
+
     def __init__(self, kernel: Kernel):
         from sheldrake.common._native.binding import HERE, first_words
 
         self._kernel, self._place = kernel, HERE.place
         begin = first_words(kernel)
-        sizes = [sum(1 + field.ndim for field in p.fields) or 1 for p in kernel.parameters]
-        self._size = sum(sizes) + 1
-        self._parts = [
-            (p.name, begin[p.name], size, p.kind, p.fields[0].absolute)
-            for p, size in zip(kernel.parameters, sizes)
-            if p.fields
-        ]
+        self._parts = [(p.name, p.kind, any(field.absolute for field in p.fields)) for p in kernel.parameters]
         self._scalars = {p.name: (p.kind, begin[p.name]) for p in kernel.parameters if p.kind in ("float", "int")}
 
-    def bind(self, arrays: dict[str, Any], known: dict[str, np.ndarray]) -> Bound:
-        """The kernel on arrays that are of the right types and axes; floats and ints are 0 until `Bound.set`.
+    def words(self, arrays: dict[str, Any], known: dict[str, list[int]]) -> np.ndarray:
+        """The words for arrays that are of the right types and axes; floats and ints are 0.
 
         Args:
             arrays: By name of the parameter.
             known: Words of parameters that were bound before to the same arrays, and where new ones of models are kept.
         """
-        words, place = np.zeros(self._size, np.int64), self._place
-        for name, at, size, kind, absolute in self._parts:
-            if name in known:
-                words[at : at + size] = known[name]
+        words: list[int] = []
+        place = self._place
+        for name, kind, absolute in self._parts:
+            if kind in self._NUMBERS:
+                words += self._NUMBERS[kind]
                 continue
-            first, shift = at, 0 if absolute else 3
-            for array in arrays[name] if kind == "tuple" else (arrays[name],):
-                words[at] = place(array) >> shift
-                words[at + 1 : at + 1 + array.ndim] = array.shape
-                at += 1 + array.ndim
-            if absolute:
-                known[name] = words[first:at].copy()
-        function = self._kernel.function
-        bound = Bound(function, ctypes.c_double(0.0), ctypes.c_void_p(None), ctypes.c_void_p(place(words)))
+            found = known.get(name)
+            if found is None:
+                found, shift = [], 0 if absolute else 3
+                for array in arrays[name] if kind == "tuple" else (arrays[name],):
+                    found += (place(array) >> shift, *array.shape)
+                if absolute:
+                    known[name] = found
+            words += found
+        return np.array([*words, 0], np.int64)
+
+    def bind(self, words: np.ndarray, arrays: tuple) -> Bound:
+        """The kernel on such words, which `Bound.set` changes; the arrays that they are of are kept alive."""
+        where = ctypes.c_void_p(self._place(words))
+        bound = Bound(self._kernel.function, ctypes.c_double(0.0), ctypes.c_void_p(None), where)
         seen = {"float": words.view(np.float64), "int": words}
         bound.scalars = {name: (seen[kind], at) for name, (kind, at) in self._scalars.items()}
-        bound.keep = words, tuple(arrays.values())
+        bound.keep = words, arrays
         return bound
 
 

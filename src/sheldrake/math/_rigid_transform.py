@@ -34,7 +34,7 @@ from sheldrake.common._scalars import (
 from sheldrake.common.eigen_geometry import AngleAxis_, Isometry3_, Quaternion_
 from sheldrake.common.quick import Slots, short_way
 from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
-from sheldrake.math._rotation_matrix import PLAIN_MATRICES, ROTATION, RotationMatrix, RotationMatrix_
+from sheldrake.math._rotation_matrix import PLAIN_MATRICES, ROTATION, RotationMatrix, RotationMatrix_, product
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -296,7 +296,7 @@ class RigidTransform(ScalarBase):
             return made
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         M = self._R._M.T
-        return self._make(M.dot(other._R._M), M.dot(other._p - self._p))
+        return self._make(product(self._T, M, other._R._M), M.dot(other._p - self._p))
 
     @typing_overload
     def multiply(self, other: RigidTransform) -> RigidTransform: ...
@@ -322,7 +322,7 @@ class RigidTransform(ScalarBase):
         M = self._R._M
         T = self._T
         if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
-            return self._make(M.dot(other._R._M), M.dot(other._p) + self._p)  # type: ignore[attr-defined]
+            return self._make(product(T, M, other._R._M), M.dot(other._p) + self._p)  # type: ignore[attr-defined]
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape == (3,):

@@ -25,6 +25,7 @@ from sheldrake.common._scalars import (
     ScalarTemplate,
     any_array,
     as_array,
+    autodiff_class,
     identity,
     is_symbolic,
     matrix,
@@ -104,6 +105,15 @@ def _of_angle_axis(theta_lambda: AngleAxis) -> np.ndarray:
     length = sqrt(x * x + y * y + z * z)
     unit = [x / length, y / length, z / length]
     return _checked(theta_lambda._T, rotations.angle_axis_to_matrix(theta_lambda._T, theta_lambda._angle, unit))
+
+
+def product(T: type, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """A @ B of matrices of numbers of a type; of duals by products of floats."""
+    if T is float or T is not autodiff_class():
+        return A.dot(B)
+    from sheldrake.autodiffutils import _matrices
+
+    return _matrices.product(A, B)
 
 
 class RotationMatrix(ScalarBase):
@@ -316,7 +326,7 @@ class RotationMatrix(ScalarBase):
         if (made := _between(self, other)) is not None:
             return made
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
-        return self._make(self._M.T.dot(other._M))
+        return self._make(product(self._T, self._M.T, other._M))
 
     @typing_overload
     def multiply(self, other: RotationMatrix) -> RotationMatrix: ...
@@ -339,7 +349,7 @@ class RotationMatrix(ScalarBase):
             return made
         T = self._T
         if isinstance(other, ScalarBase) and hasattr(other, "_M") and other._T is T:
-            return self._make(self._M.dot(other._M))
+            return self._make(product(T, self._M, other._M))
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape[0:1] != (3,) or other.ndim > 2:

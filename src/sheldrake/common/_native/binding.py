@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -44,9 +45,9 @@ class Here:
         """Address of an array [bytes]."""
         if sanitizer.SANITIZED:
             sanitizer.note(array)
-        if array.flags.carray and array.size:
-            return _addressof(_first_byte(array))  # type: ignore[arg-type]  # an array is a buffer
-        return array.__array_interface__["data"][0]  # read-only or empty: five times slower
+        if _SEES_ARRAYS:
+            return _word_at(id(array) + DATA).value
+        return array.__array_interface__["data"][0]  # eight times slower
 
     def address(self, kernel: Kernel) -> int:
         """Address of the kernel's machine code, compiled or loaded when first asked for."""
@@ -54,7 +55,20 @@ class Here:
 
 
 HERE = Here()
-_first_byte, _addressof = ctypes.c_char.from_buffer, ctypes.addressof
+DATA = 16
+"""Where an array object has the address of its numbers [bytes], if objects are as expected."""
+OBJECTS_AS_EXPECTED = (
+    sys.implementation.name == "cpython" and object.__basicsize__ == 16 and ctypes.sizeof(ctypes.c_void_p) == 8
+)
+"""Whether this interpreter's objects begin as those of CPython with a global interpreter lock, on 64 bits."""
+_word_at = ctypes.c_int64.from_address
+
+
+def _finds_numbers(array: np.ndarray) -> bool:
+    return OBJECTS_AS_EXPECTED and _word_at(id(array) + DATA).value == array.__array_interface__["data"][0]
+
+
+_SEES_ARRAYS = _finds_numbers(np.zeros(3)) and _finds_numbers(np.zeros((2, 3))[:, 1])
 
 
 class Relocation(NamedTuple):

@@ -29,12 +29,12 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._native import sanitizer
+from sheldrake.common._native.binding import DATA, OBJECTS_AS_EXPECTED
 from sheldrake.common.kernel import MISFIT
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ HEAD, PER_ARGUMENT, PER_STAGE = 17, 4, 3
 SYMBOL = "sheldrake_call"
 METH_FASTCALL = 0x0080
 _NEW_COPY = 85  # in NumPy's table of functions
-_TYPE, _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 8, 16, 24, 32, 56, 64  # [bytes] into an array object
+_TYPE, _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 8, DATA, 24, 32, 56, 64  # [bytes] into an array object
 _VALUE = 16  # [bytes] into a float, and into NumPy's
 _IN_ORDER = 0x101  # C contiguous and aligned
 ALL_FLAGS, READ_ONLY = -1, ~0x400
@@ -328,7 +328,7 @@ def available() -> bool:
     """Whether this interpreter's and this NumPy's objects look as the code expects, and the code is there."""
     if sanitizer.SANITIZED:
         return False  # it takes addresses of arrays that nobody has placed
-    if sys.implementation.name != "cpython" or object.__basicsize__ != 16 or ctypes.sizeof(ctypes.c_void_p) != 8:
+    if not OBJECTS_AS_EXPECTED:
         return False
     return _numbers_as_expected() and _arrays_as_expected() and new_copy() != 0 and _address() is not None
 

@@ -72,13 +72,16 @@ class Span:
         self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
         called = self.layout.called
         guard = [self._guard_row(r) if r in called else None for r in range(len(self.layout.rows))]
-        guard += [f and _guard(f, self.outcome, store, None, "", True) for f in special]
+        guard += [f and self._guard_special(f) for f in special[: _program.MONITOR]]
         self.native = native and store.native
         self.python = [f if f is None or self._is_native(r) else FirstCalls(f, self, r) for r, f in enumerate(guard)]
-        self.first_calls = {r: f for r, f in enumerate(self.python) if isinstance(f, FirstCalls)}
+        self.first_calls = {r: f for r, f in enumerate(self.python) if type(f) is FirstCalls}
         """Of Python rows, by number; those of the simulator come after the program's."""
+        self._special = special
+        self.python += [None] * (len(special) - _program.MONITOR)  # see `enable`
         self._logs: np.ndarray | None = None
         self._loops: dict[Kernel, Any] = {}
+        self._words: tuple[np.ndarray, tuple] | None = None  # of all of them: they take the same arrays
         if self.native:
             self._bind()
 
@@ -170,8 +173,14 @@ class Span:
     def enable(self, k: int) -> None:
         """Special row `k`, of those from `MONITOR` on, may be called from now on."""
         r = len(self.layout.rows) + k
-        if self.native and not self.table[r]:
+        if self.python[r] is not None:
+            return
+        self.python[r] = self.first_calls[r] = FirstCalls(self._guard_special(self._special[k]), self, r)
+        if self.native:
             self.table[r] = self.address_of(self.python[r])
+
+    def _guard_special(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        return _guard(function, self.outcome, self.store, None, "", True)
 
     def guard(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A call that stops the span with the error of the function."""
@@ -183,7 +192,7 @@ class Span:
             self.layout.prepared = True
         table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks: list[Any] = []
-        for r, function in enumerate(self.python[: len(self.layout.rows) + _program.MONITOR]):
+        for r, function in enumerate(self.python):
             if self._is_native(r):
                 table[r] = HERE.address(self.layout.rows[r].calc)
             elif function is not None:
@@ -276,17 +285,20 @@ class Span:
     def _on_memory(self, kernel: Kernel) -> Any:
         """A kernel of the event loop, bound to what it works on as long as that is where it is."""
         if self._logs is not self.store.L:
-            self._logs, self._loops = self.store.L, {}
+            self._logs, self._loops, self._words = self.store.L, {}, None
         bound = self._loops.get(kernel)
         if bound is None:
             bound = self._loops[kernel] = self._bound(kernel)
         return bound
 
     def _bound(self, kernel: Kernel) -> Any:
-        names = "program_model", "run", "integrator", "S", "side", "L", "rows"
-        program, run, numbers, S, side, L = self._tables()
-        arrays = dict(zip(names, (program, run, numbers, S, side, L, self.table)))
-        return kernel.form.bind(arrays, self.layout.known_words if program is self.layout.program else {})
+        if self._words is None:
+            program, *others = self._tables()
+            arrays = dict(zip(_loop.advance.names, (program, *others, self.table)))
+            known = self.layout.known_words if program is self.layout.program else {}
+            self._words = _loop.advance.form.words(arrays, known), tuple(arrays.values())
+        words, keep = self._words
+        return kernel.form.bind(words.copy(), keep)
 
     def inside(self, kernel: Any, T: float) -> None:
         """Calls a kernel with arguments as those of `advance` from within a step; an error stays in the status."""
@@ -323,12 +335,11 @@ class Span:
 
     def interpreted(self, function: Callable[..., Any], *args: object) -> Any:
         """Runs another function of the loop, interpreted."""
-        store = self.store
-        store.enter()
+        self.store.enter()
         try:
-            return function(self.program, self.run, store.S, store.side, store.L, self.python, *args)
+            return function(*self._tables(), self.python, *args)
         finally:
-            store.leave()
+            self.store.leave()
 
     def raise_error(self) -> None:
         """Raises what stopped the span, with the system and the time, and clears it."""

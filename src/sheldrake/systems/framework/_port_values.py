@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from sheldrake.common._copies import Cloned
@@ -57,14 +57,15 @@ _register_value_type(BusValue)
 
 @no_constructor("Use System.AllocateOutput().")
 class SystemOutput:
-    """The values of all output ports of a system, filled by `System.CalcOutput`."""
+    """The values of all output ports of a system, filled by `System.CalcOutput`; each is made when asked for."""
 
-    _values: list[AbstractValue]
+    _values: list[AbstractValue | None]
+    _allocate: Callable[[int], AbstractValue]
 
     @classmethod
-    def _of(cls, values: list[AbstractValue]) -> SystemOutput:
+    def _of(cls, num_ports: int, allocate: Callable[[int], AbstractValue]) -> SystemOutput:
         output = object.__new__(cls)
-        output._values = values
+        output._values, output._allocate = [None] * num_ports, allocate
         return output
 
     def num_ports(self) -> int:
@@ -73,7 +74,11 @@ class SystemOutput:
 
     def get_data(self, index: int, /) -> AbstractValue:
         """Value of output port `index`."""
-        return self._values[_index("SystemOutput.get_data()", index, len(self._values))]
+        i, values = _index("SystemOutput.get_data()", index, len(self._values)), self._values
+        value = values[i]
+        if value is None:
+            value = values[i] = self._allocate(i)
+        return value
 
     def get_vector_data(self, index: int, /) -> BasicVector:
         """Value of vector output port `index`.

@@ -183,8 +183,14 @@ class ScalarConversion(SystemBase):
         return self._to(expression_class(), False)
 
 
+_SHARED = {type(None), bool, int, float, str, tuple, types.FunctionType}
+"""Types of which copies are asked for most, and whose objects they share."""
+
+
 def _rebound(value: Any, old: object, new: object) -> Any:
     """What a copy has for an attribute: lists, dicts, vectors, methods and witness functions of its own."""
+    if type(value) in _SHARED:
+        return value
     if isinstance(value, list):
         return [_rebound(v, old, new) for v in value]
     if isinstance(value, dict):

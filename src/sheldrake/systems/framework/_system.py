@@ -136,7 +136,7 @@ class System(ScalarConversion, SystemPorts, Cloned):
 
     def AllocateOutput(self) -> SystemOutput:
         """Values for all output ports, to be filled by `CalcOutput`."""
-        return SystemOutput._of([self._allocate_output(j) for j in range(self.num_output_ports())])
+        return SystemOutput._of(self.num_output_ports(), self._allocate_output)
 
     def CalcOutput(self, context: Context, outputs: SystemOutput) -> None:
         """Computes all output ports into `outputs`."""

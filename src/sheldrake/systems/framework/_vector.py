@@ -54,11 +54,10 @@ def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None =
         return np.array(value, float)
     try:
         a = np.asarray(value)
-        if np.iscomplexobj(a) or (a.dtype == object and not all(map(_is_scalar, a.flat))):
+        kinds = set(map(type, a.ravel().tolist())) if a.dtype == object else None  # of many numbers, few
+        if np.iscomplexobj(a) or (kinds is not None and not all(map(_is_scalar, kinds))):
             raise TypeError
-        if a.dtype != object:
-            a = a.astype(float)
-        elif dtype is None and all(isinstance(x, (int, float, np.number)) for x in a.ravel()):
+        if kinds is None or (dtype is None and all(issubclass(kind, (int, float, np.number)) for kind in kinds)):
             a = a.astype(float)
         if dtype is not None and a.dtype != dtype:
             a = a.astype(dtype)
@@ -73,10 +72,9 @@ def as_vector(value: Scalars | Symbolics | VectorBase, dtype: DTypeLike | None =
     return np.array(a)
 
 
-def _is_scalar(value: object) -> bool:
-    """Whether one object is a number: a dual, an expression or a variable, or what Python takes for one."""
-    kind = type(value)
-    return (hasattr(kind, "__float__") or hasattr(kind, "__radd__")) and not isinstance(value, np.ndarray)
+def _is_scalar(kind: type) -> bool:
+    """Whether objects of a class are numbers: duals, expressions or variables, or what Python takes for one."""
+    return (hasattr(kind, "__float__") or hasattr(kind, "__radd__")) and not issubclass(kind, np.ndarray)
 
 
 def is_size(value: object) -> bool:

@@ -73,12 +73,14 @@ def answers(plant, x, mass=None):
     forces._tau[:] = x[-plant.num_velocities() :]
     forces._F_Bo_W[3] = np.arange(6.0)
     vdot = np.linspace(0.1, 1.0, plant.num_velocities()) * x[-1]
+    acting = MultibodyForces_[scalar](plant)
+    plant.CalcForceElementsContribution(context, acting)
     X = plant.EvalBodyPoseInWorld(context, tip)
     J = plant.CalcJacobianSpatialVelocity(context, V, tip.body_frame(), np.array([0.1, 0.2, 0.3]), world, world)
     parts = [
         plant.CalcMassMatrix(context), plant.CalcBiasTerm(context), plant.CalcGravityGeneralizedForces(context),
         plant.CalcInverseDynamics(context, vdot, forces), X.translation(), X.rotation().matrix(), J,
-        plant.CalcCenterOfMassPositionInWorld(context),
+        plant.CalcCenterOfMassPositionInWorld(context), acting._tau, acting._F_Bo_W,
         plant.CalcRelativeTransform(context, tip.body_frame(), plant.GetFrameByName("f2")).GetAsMatrix34(),
     ]  # fmt: skip
     return np.concatenate([np.ravel(part) for part in parts])

@@ -539,9 +539,19 @@ class Coordinates:
 
     def MakeActuationMatrixPseudoinverse(self) -> csc_matrix:
         """B⁺ with u = B⁺ tau, a scipy.sparse.csc_matrix; shape (num_actuated_dofs, nv)."""
-        from scipy.sparse import csc_matrix
+        return sparse(self.actuation_matrix("MakeActuationMatrixPseudoinverse"))
 
-        return csc_matrix(self.actuation_matrix("MakeActuationMatrixPseudoinverse").T)
+
+def sparse(columns: np.ndarray) -> csc_matrix:
+    """A matrix given by its columns, without the zeros among them."""
+    from scipy.sparse import csc_matrix
+
+    if columns.dtype == object:
+        return csc_matrix(columns.T)
+    column, row = columns.nonzero()
+    ends = np.searchsorted(column, np.arange(len(columns) + 1))
+    indices = row.astype(np.int32), ends.astype(np.int32)  # which SciPy takes as they are
+    return csc_matrix((columns[column, row], *indices), columns.T.shape)
 
 
 def _set_in_array(whole: np.ndarray, name: str, size: int, at: np.ndarray, part: ArrayLike) -> None:

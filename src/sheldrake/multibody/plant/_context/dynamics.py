@@ -15,6 +15,7 @@ from sheldrake.common.calls import Query
 from sheldrake.multibody.math import SpatialAcceleration, SpatialAcceleration_
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.coordinates import sparse
 from sheldrake.multibody.plant._context.kinematics import Kinematics, cross, fitting, points
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
@@ -94,11 +95,14 @@ class Dynamics:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._contexts.view(context)
         _require_fitting("CalcForceElementsContribution", view, forces)
-        if (view.T is float) != (forces._tau.dtype == float) or view.ask_contribution(forces._F_Bo_W, forces._tau):
+        F, tau = forces._F_Bo_W, forces._tau
+        if (view.T is float) != (tau.dtype == float):
             raise TypeError(
                 "CalcForceElementsContribution(): incompatible function arguments. forces must have the scalar type of "
                 "the context."
             )
+        found = view.ask_contribution()
+        F[:], tau[:] = found[: F.size].reshape(F.shape), found[F.size :]
 
     def CalcGeneralizedForces(self, context: Context, forces: MultibodyForces) -> np.ndarray:
         """All of `forces` as generalized forces, shape (nv,)."""
@@ -134,12 +138,12 @@ class Dynamics:
     @checked
     def MakeVelocityToQDotMap(self, context: Context) -> csc_matrix:
         """N(q), a scipy.sparse.csc_matrix, shape (nq, nv)."""
-        return _sparse(self._contexts.view(context).ask_velocity_map())
+        return sparse(self._contexts.view(context).ask_velocity_map())
 
     @checked
     def MakeQDotToVelocityMap(self, context: Context) -> csc_matrix:
         """N⁺(q), a scipy.sparse.csc_matrix, shape (nv, nq)."""
-        return _sparse(np.ascontiguousarray(self.qdot_to_velocity(context).T))
+        return sparse(np.ascontiguousarray(self.qdot_to_velocity(context).T))
 
     def IsVelocityEqualToQDot(self) -> bool:
         """Whether qdot = v for all joints."""
@@ -359,17 +363,6 @@ class Dynamics:
             A_AQ = self._kinematics.point_acceleration(context, world, frame_A, world)(A_WB, p_WScm)
             a = A_AQ[3:] + a + 2 * cross(V_AQ[:3], v)
         return a if frame_E.is_world_frame() else self._kinematics.rotation_in_world(context, frame_E).T @ a
-
-
-def _sparse(columns: np.ndarray) -> csc_matrix:
-    """A matrix given by its columns, without the zeros among them."""
-    from scipy.sparse import csc_matrix
-
-    if columns.dtype == object:
-        return csc_matrix(columns.T)
-    column, row = columns.nonzero()
-    ends = np.searchsorted(column, np.arange(len(columns) + 1))
-    return csc_matrix((columns[column, row], row, ends), columns.T.shape)
 
 
 def _require_fitting(call: str, view: View, forces: MultibodyForces) -> None:

@@ -436,12 +436,13 @@ class View:
 
     @cached_property
     def ask_contribution(self) -> Query:
-        """Fills arrays with forces of all force elements at the body origins, and generalized ones, damping too."""
-        frozen, F = self.frozen, self.zeros(self.nb, 6)
+        """Forces of all force elements at the body origins, by body, then generalized ones, damping too, all flat."""
+        frozen, F_rows = self.frozen, self.zeros(self.nb, 6)
         arguments = self.model, frozen.forces, self.p, self.work, self.q, self.v, frozen.damping_at, frozen.rows
-        needs, given = self.POSES | self.INERTIAS | self.VELOCITIES, ("F_Bo_W", "tau")
-        results = F, self.zeros(len(frozen.rows), 6), self.zeros(self.nv)
-        return self.calls.query(queries.calc_contribution, *arguments, *results, given=given, needs=needs)
+        found = self.zeros(F_rows.size + self.nv)
+        results = F_rows, found[: F_rows.size].reshape(-1, 6), found[F_rows.size :]
+        needs = self.POSES | self.INERTIAS | self.VELOCITIES
+        return self.calls.query(queries.calc_contribution, *arguments, *results, needs=needs, answer=found)
 
     @cached_property
     def ask_jacobian_of_centre(self) -> Query:
@@ -561,6 +562,9 @@ class View:
     def pose_of_row(self, row: int, X_BG: RigidTransform | None = None) -> Callable[[], RigidTransform]:
         """A query for the pose of the body of a row, or of what is fixed to it."""
         X_WB = self.work.X_WB[row]
+        if self.T is not float and X_BG is None:  # rotation and position at once
+            ask, make = self.calls.stages(self.POSES, answer=X_WB[:12]), self.of(RigidTransform_)._make
+            return lambda: make((X := ask())[:9].reshape(3, 3), X[9:])
         R_WB, p_WB = X_WB[BodyPose.R_WB.columns], X_WB[BodyPose.p_WB.columns]
         if X_BG is None:
             ask_R = self.calls.stages(self.POSES, answer=R_WB.reshape(3, 3), frozen=True)

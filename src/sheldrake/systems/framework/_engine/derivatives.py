@@ -44,7 +44,8 @@ def native_derivatives(store: Store) -> Callable[[], np.ndarray | None] | None:
     for r in (*calls, *needed):
         table[r] = HERE.address(layout.rows[r].calc)
     arrays = {"program_model": layout.program, "S": store.S, "side": store.side, "L": store.L, "rows": table}
-    compute = derivatives_now.form.bind(arrays, layout.known_words)
+    form = derivatives_now.form
+    compute = form.bind(form.words(arrays, layout.known_words), tuple(arrays.values()))
     free = [layout.fixed0 + k for row in rows for k in row.free]
     stamps = [layout.stamp0 + r for r in calls]
     found = store.S[slice(*layout.derivative_rows(0)[1])]

@@ -98,7 +98,7 @@ class Layout(Memory):
         self.with_own_defaults = [n for n, s in leaves if s._sets_own_defaults()]
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
-        self.known_words: dict[str, np.ndarray] = {}  # of the program, as kernels of event loops are told where it is
+        self.known_words: dict[str, list[int]] = {}  # of the program, as kernels of event loops are told where it is
         self.prepared = False  # whether the kernels of the event loop are there
         self._stamps = self._tables["level"].tolist()
         self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}

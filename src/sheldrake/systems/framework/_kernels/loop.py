@@ -349,7 +349,15 @@ def trigger_nothing(program, side):
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def update_at_start(program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
+def update_at_start(
+    program_model: Program,
+    run: Run,
+    integrator: Integrator,
+    S: Vector,
+    side: Side,
+    L: Vector,
+    rows: IntVector,
+) -> None:
     """The updates of initialization. If they end the run, and it goes on nevertheless, clocks tick after its time."""
     program = program_model
     trigger_nothing(program, side)
@@ -363,7 +371,14 @@ def update_at_start(program_model: Program, run: Run, S: Vector, side: Side, L: 
 
 @kernel(top=True, strict=True, short_loops=True)
 def begin(
-    program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector, initializes: int
+    program_model: Program,
+    run: Run,
+    integrator: Integrator,
+    S: Vector,
+    side: Side,
+    L: Vector,
+    rows: IntVector,
+    initializes: int,
 ) -> None:
     """Sets the clocks and publishes what is due at the beginning, what happens at initialization too if wanted."""
     program = program_model
@@ -378,7 +393,15 @@ def begin(
 
 
 @kernel(top=True, strict=True, short_loops=True)
-def handle_pending(program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> None:
+def handle_pending(
+    program_model: Program,
+    run: Run,
+    integrator: Integrator,
+    S: Vector,
+    side: Side,
+    L: Vector,
+    rows: IntVector,
+) -> None:
     """Updates that are triggered, then publishes; time stands still."""
     program = program_model
     trigger(program, side, PER_STEP)
