@@ -22,6 +22,17 @@ def test_triplets_by_columns(count):
     np.testing.assert_allclose(found.data, expected.data, atol=1e-12)
 
 
+@pytest.mark.parametrize("count", [0, 1, 40, 9000])
+def test_upper_triangle_of_triplets_at_places(count):
+    rng = np.random.default_rng(count)
+    places = rng.integers(6, size=9)
+    rows, cols, values = rng.integers(9, size=count), rng.integers(9, size=count), rng.normal(size=count)
+    found = Columns.upper(rows, cols, values, places, 6)
+    expected = np.triu(coo_matrix((values, (places[rows], places[cols])), shape=(6, 6)).toarray())
+    np.testing.assert_allclose(found.for_scipy().toarray(), expected, atol=1e-12)
+    assert all((np.diff(found.indices[a:b]) > 0).all() for a, b in zip(found.indptr, found.indptr[1:]))
+
+
 def test_blocks_have_rows_and_columns_of_their_own():
     rng = np.random.default_rng(0)
     dense = [rng.normal(size=(2, 3)), np.array([[0.0, 4.0]]), np.asfortranarray(rng.normal(size=(3, 2)))]
@@ -46,12 +57,11 @@ def test_rows_of_the_conic_form():
     inf, A = np.inf, np.arange(1.0, 19.0).reshape(6, 3)
     lower, upper = np.array([1.0, -inf, -2.0, -inf, 0.0, inf]), np.array([1.0, 5.0, 2.0, inf, inf, inf])
     constraint = prog.AddLinearConstraint(A, lower, upper, x)
-    found = ConicRows.of(LinearRows(prog, [constraint]))
+    found = ConicRows.of(LinearRows(prog, [constraint]), 3)
     assert (found.equations, found.first_lower, found.never) == (2, 4, 1)
     np.testing.assert_array_equal(found.chosen, [0, 5, 1, 2, 2, 4])
     np.testing.assert_array_equal(found.b, [1.0, inf, 5.0, 2.0, 2.0, -0.0])
-    dense = coo_matrix((found.values, (found.rows, found.cols)), shape=(6, 3)).toarray()
-    np.testing.assert_array_equal(dense, np.vstack((A[[0, 5, 1, 2]], -A[[2, 4]])))
+    np.testing.assert_array_equal(found.columns.for_scipy().toarray(), np.vstack((A[[0, 5, 1, 2]], -A[[2, 4]])))
     np.testing.assert_array_equal(found.prices(np.arange(1.0, 9.0)), [-1.0, -3.0, -4.0 + 5.0, 0.0, 6.0, -2.0])
 
 

@@ -224,9 +224,8 @@ class _ScsForm:
         self.cones = _cones_of_scs(form)
         at = np.empty_like(self.order)
         at[self.order] = np.arange(len(at))
-        cols = np.repeat(np.arange(form.num_vars), np.diff(form.A.indptr))
         self.P = form.upper_P.for_scipy()
-        self.A = Columns.of_triplets(at[form.A.indices], cols, form.A.data, form.A.shape).for_scipy()
+        self.A = Columns.of_triplets(at[form.A.indices], form.A.cols(), form.A.data, form.A.shape).for_scipy()
 
     def moved(self, prog: MathematicalProgram) -> _ScsForm | None:
         """The form of the program with other bounds, linear costs and constants; None where it has other rows then."""
