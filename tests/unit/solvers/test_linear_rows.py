@@ -6,8 +6,8 @@ from scipy.sparse import coo_matrix, csc_matrix
 
 from sheldrake.solvers import MathematicalProgram, QuadraticCost
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.conic import ConicRows
-from sheldrake.solvers._engines.linear_rows import LinearRows, entries
+from sheldrake.solvers._engines.conic import ConicRows, LinearObjective
+from sheldrake.solvers._engines.linear_rows import Blocks, LinearRows, entries
 
 
 @pytest.mark.parametrize("count", [0, 1, 40, 9000])
@@ -49,6 +49,32 @@ def test_blocks_have_rows_and_columns_of_their_own():
         row, col = row + M.shape[0], col + M.shape[1]
     np.testing.assert_array_equal(found, expected)
     assert [len(part) for part in entries([], [])] == [0, 0, 0]
+
+
+def test_blocks_are_the_same_where_their_matrices_are():
+    A, b, sparse = np.arange(6.0).reshape(2, 3), [1.0, 2.0], csc_matrix(np.eye(2))
+    sizes = [2, 1, 3]
+    known = Blocks([A, b, None], sizes).identity(9)
+    assert known == Blocks([np.asfortranarray(A), np.array([b]), None], sizes).identity(9)
+    others = [[A + 1.0, b, None], [A, None, None], [A, b, np.eye(3)], [A.reshape(3, 2), b, None]]
+    assert known not in [Blocks(blocks, sizes).identity(99) for blocks in others]
+    assert Blocks([A, b, None], sizes).identity(7) is Blocks([A, sparse], [2, 2]).identity(99) is None
+    assert Blocks([], []).identity(0) is not None
+
+
+def test_linear_costs_are_added_up_again_when_one_changes():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3)
+    quadratic = prog.AddQuadraticCost(np.eye(2), [1.0, 2.0], 5.0, x[:2]).evaluator()
+    linear = prog.AddLinearCost([3.0, 4.0], 6.0, x[1:]).evaluator()
+    objective = LinearObjective(prog)
+    c, constant = objective.now()
+    assert c.tolist() == [1.0, 5.0, 4.0] and constant == 11.0
+    linear.update_constant_term(7.0)
+    assert objective.now()[0] is c and objective.now()[1] == 12.0
+    linear.UpdateCoefficients([0.0, 1.0])
+    quadratic.UpdateCoefficients(np.eye(2), [2.0, 2.0])
+    assert objective.now()[0].tolist() == [2.0, 2.0, 1.0] and c.tolist() == [1.0, 5.0, 4.0]
 
 
 def test_rows_of_the_conic_form():

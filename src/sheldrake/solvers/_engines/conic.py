@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import array
 import functools
+import operator
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
+from sheldrake.solvers._engines.linear_rows import Blocks, LinearRows, another
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import (
     ExponentialConeConstraint,
@@ -50,11 +50,10 @@ class ConicForm:
     """
 
     def __init__(self, prog: MathematicalProgram):
-        self._make(prog, LinearObjective(prog), _linear_constraints(prog))
+        objective = LinearObjective(prog)
+        self._make(prog, objective, objective.matrices(), LinearRows(prog, _linear_constraints(prog)))
 
-    def _make(
-        self, prog: MathematicalProgram, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]
-    ) -> None:
+    def _make(self, prog: MathematicalProgram, objective: LinearObjective, costs: Blocks, table: LinearRows) -> None:
         self._bindings = parts_of(prog).bindings
         self._rows: list[np.ndarray] = []  # of the entries of A beyond linear constraints, as their columns and values
         self._cols: list[np.ndarray] = []
@@ -62,8 +61,8 @@ class ConicForm:
         self._b: list[np.ndarray] = []
         self.cones: list[Cone] = []
         self._duals: list[tuple[BindingBase, Callable[[np.ndarray], np.ndarray]]] = []
-        self._objective(objective, parts_of(prog).variables.num_vars())
-        self._linear(LinearRows(prog, linear))
+        self._objective(objective, costs, parts_of(prog).variables.num_vars())
+        self._linear(table)
         self._norms_and_lorentz()
         self._rotated()
         self._matrices()
@@ -78,13 +77,15 @@ class ConicForm:
 
         So it is in predictive control that writes its program anew for each state.
         """
-        objective, linear = LinearObjective(prog), _linear_constraints(prog)
-        matrices = _matrices(prog, objective, linear)
-        known = [] if matrices is None else _forms_of(*matrices)
+        linear = _linear_constraints(prog)
+        objective, table = LinearObjective(prog), LinearRows(prog, linear)
+        costs = objective.matrices()
+        matrices = _matrices(prog, objective, costs, table)
+        known = [] if matrices is None else _forms_of(matrices)
         found = known[0]._with(objective, linear).moved(prog) if known else None
         if found is None:
             found = cls.__new__(cls)
-            found._make(prog, objective, linear)
+            found._make(prog, objective, costs, table)
             known[:] = [] if matrices is None else [found._without_program()]
         return found
 
@@ -119,12 +120,12 @@ class ConicForm:
         rows, values = np.concatenate((linear.indices, *self._rows)), np.concatenate((linear.data, *self._values))
         return Columns.of_triplets(rows, np.concatenate((linear.cols(), *self._cols)), values, shape)
 
-    def _objective(self, objective: LinearObjective, num_vars: int) -> None:
+    def _objective(self, objective: LinearObjective, costs: Blocks, num_vars: int) -> None:
         self._linear_objective = objective
         self._first_slack = num_vars
         self.num_vars = num_vars + len(self._bindings.of(L2NormCost))
-        triplets = entries(*QuadraticCost.matrices(objective.quadratic))
-        self.upper_P = Columns.upper(*triplets, objective.at, self.num_vars)  # where quadratic costs are the first
+        at = objective.at  # where quadratic costs are the first
+        self.upper_P = Columns.upper(*costs.entries(), at, self.num_vars)
         self.q, self.constant = self._linear_now()
 
     def _linear_now(self) -> tuple[np.ndarray, float]:
@@ -271,50 +272,22 @@ def _linear_constraints(prog: MathematicalProgram) -> list[BindingBase[LinearCon
 
 
 def _matrices(
-    prog: MathematicalProgram, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]
-) -> tuple[tuple[int, ...], bytes, bytes, bytes] | None:
+    prog: MathematicalProgram, objective: LinearObjective, costs: Blocks, table: LinearRows
+) -> tuple[Any, ...] | None:
     """Sizes, entries and columns of the matrices of linear constraints and quadratic costs, bit by bit.
 
     None where there is anything else, they are large, or sparse.
     """
-    bindings = parts_of(prog).bindings
-    if not bindings.are_at_most_quadratic():
+    if not parts_of(prog).bindings.are_at_most_quadratic():
         return None
-    matrices, heights = QuadraticCost.matrices(objective.quadratic)
-    sizes: list[Any] = [parts_of(prog).variables.num_vars(), len(heights), *heights]
-    for b in linear:
-        e = b._evaluator
-        row = e._row
-        if row is not None:
-            matrices.append(row[0])
-            sizes.append(len(row[0]))
-        elif isinstance(e, BoundingBoxConstraint):
-            sizes.append(-e._num_vars)
-        else:
-            matrices.append(e._A)
-            sizes.append(e._A.shape)
-    if len(sizes) > _SMALL:
+    of_costs, of_rows = costs.identity(_SMALL), table.blocks.identity(_SMALL)
+    if of_costs is None or of_rows is None:
         return None
-    numbers: list[float] = []
-    arrays: list[bytes] = []
-    count = 0
-    for place, A in enumerate(matrices):
-        if A.__class__ is list:
-            numbers += A
-        elif isinstance(A, np.ndarray) and A.size <= _SMALL:
-            arrays.append(A.tobytes())
-            sizes.append(place)  # there may be a list of the same size somewhere else
-            count += A.size
-        else:
-            return None
-    if count + len(numbers) > _SMALL:
-        return None
-    arrays.append(array.array("d", numbers).tobytes())
-    return tuple(sizes), b"".join(arrays), objective.at.tobytes(), bindings.places(*linear).tobytes()
+    return parts_of(prog).variables.num_vars(), of_costs, of_rows, objective.at.tobytes(), table.at.tobytes()
 
 
 @functools.lru_cache(maxsize=8)
-def _forms_of(sizes: tuple[int, ...], numbers: bytes, of_costs: bytes, of_constraints: bytes) -> list[ConicForm]:
+def _forms_of(matrices: tuple[Any, ...]) -> list[ConicForm]:
     """At most one form that has these `_matrices`."""
     return []
 
@@ -357,16 +330,10 @@ class ConicRows(NamedTuple):
     @classmethod
     def of(cls, table: LinearRows, width: int) -> ConicRows:
         """Those of linear constraints on so many variables."""
-        m, n = table.num_rows, len(table.values)
+        m, n = table.num_rows, len(table.entries[2])
         found = _calls.of(room(m), room(n), room(width))
         call, lower, upper, rows, cols, values, says, sizes, chosen, b, starts, new_rows, new_values = found
-        lower[:m], upper[:m], rows[:n], cols[:n], values[:n] = (
-            table.lower,
-            table.upper,
-            table.rows,
-            table.cols,
-            table.values,
-        )
+        lower[:m], upper[:m], rows[:n], cols[:n], values[:n] = table.lower, table.upper, *table.entries
         call.set("count", m)
         call.set("entries", n)
         call.set("width", width)
@@ -381,7 +348,7 @@ class ConicRows(NamedTuple):
         """b for the bounds of a table of the same rows; None where these say something else."""
         m = table.num_rows
         width = self.columns.shape[1]
-        call, lower, upper, _, _, _, says, _, _, b, *_ = _calls.of(room(m), room(len(table.values)), room(width))
+        call, lower, upper, _, _, _, says, _, _, b, *_ = _calls.of(room(m), room(len(table.entries[2])), room(width))
         lower[:m], upper[:m] = table.lower, table.upper
         call.set("count", m)
         call.set("entries", 0)
@@ -431,9 +398,18 @@ class LinearObjective:
         quadratic, linear = parts.bindings.of(QuadraticCost), parts.bindings.of(LinearCost)
         self.quadratic, self._linear = [b._evaluator for b in quadratic], [b._evaluator for b in linear]
         self.at, self._n = parts.bindings.places(*quadratic, *linear), parts.variables.num_vars()
+        self._last: tuple[list[Any], np.ndarray] | None = None
+
+    def matrices(self) -> Blocks:
+        """The matrices of the quadratic costs."""
+        return Blocks(*QuadraticCost.matrices(self.quadratic))
 
     def now(self) -> tuple[np.ndarray, float]:
-        """c and constant as the costs have them now."""
-        slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self.quadratic), *[e._a for e in self._linear]])
-        constant = sum([e._c for e in self.quadratic]) + sum([e._b for e in self._linear])
-        return np.bincount(self.at, slopes, self._n).astype(float, copy=False), float(constant)
+        """c and constant as the costs have them now; the very same c while these are the same."""
+        slopes = [*QuadraticCost.slopes(self.quadratic), *[e._a for e in self._linear]]
+        constant = float(sum([e._c for e in self.quadratic]) + sum([e._b for e in self._linear]))
+        last = self._last
+        if last is None or not all(map(operator.is_, last[0], slopes)):
+            c = np.bincount(self.at, _arrays.joined_numbers(slopes), self._n).astype(float, copy=False)
+            self._last = last = slopes, c
+        return last[1], constant

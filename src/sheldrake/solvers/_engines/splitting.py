@@ -94,7 +94,7 @@ class _OsqpForm:
         self.table = LinearRows(prog, [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()])
         shape, (i, j) = (self.table.num_rows, n), Q.nonzero()
         self.P = Columns.of_triplets(i, j, Q[i, j], (n, n)).for_scipy()
-        self.A = Columns.of_triplets(self.table.rows, self.table.cols, self.table.values, shape).for_scipy()
+        self.A = Columns.of_triplets(*self.table.entries, shape).for_scipy()
         self.matrices: tuple[Any, Any] | None = None  # P and A as OSQP has them, once it was asked
         self._objective = LinearObjective(prog)
         self.q, self.constant = self._objective.now()
