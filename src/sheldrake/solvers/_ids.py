@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -202,8 +203,7 @@ class SolverOptions:
 
     def _put(self, solver: str, key: str, value: float | int | str) -> None:
         """Keeps one value; solvers and keys stay in alphabetical order."""
-        values = dict(sorted({**self.options.get(solver, {}), key: value}.items()))
-        self.options = dict(sorted({**self.options, solver: values}.items()))
+        self._options = _with(self._options, solver, _with(self._options.get(solver, {}), key, value))
 
     def _of(self, name: str) -> dict[str, Any]:
         """Returns the options of one solver."""
@@ -238,13 +238,22 @@ class SolverOptions:
         return f"SolverOptions(options={ordered})"
 
 
+def _with(items: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
+    """A copy with a value, in alphabetical order of keys as the items are."""
+    found = {**items, key: value}
+    return found if key in items else dict(sorted(found.items()))
+
+
+_COMMON_VALUES: dict[CommonSolverOption, tuple[Callable[[Any], bool], str]] = {
+    CommonSolverOption.kPrintFileName: (lambda value: isinstance(value, str), "a string"),
+    CommonSolverOption.kStandaloneReproductionFileName: (lambda value: isinstance(value, str), "a string"),
+    CommonSolverOption.kPrintToConsole: (lambda value: not isinstance(value, str) and value in (0, 1), "0 or 1"),
+    CommonSolverOption.kMaxThreads: (lambda value: isinstance(value, int) and value > 0, "an int > 0"),
+}
+
+
 def _check_common(option: CommonSolverOption, value: object) -> None:
-    wrong = {
-        CommonSolverOption.kPrintFileName: (not isinstance(value, str), "a string"),
-        CommonSolverOption.kStandaloneReproductionFileName: (not isinstance(value, str), "a string"),
-        CommonSolverOption.kPrintToConsole: (isinstance(value, str) or value not in (0, 1), "0 or 1"),
-        CommonSolverOption.kMaxThreads: (not isinstance(value, int) or value <= 0, "an int > 0"),
-    }
-    if wrong[option][0]:
+    fits, expected = _COMMON_VALUES[option]
+    if not fits(value):
         shown = f'"{value}"' if isinstance(value, str) else value
-        raise RuntimeError(f"SolverOptions::SetOption({option.name}) value must be {wrong[option][1]}, not {shown}.")
+        raise RuntimeError(f"SolverOptions::SetOption({option.name}) value must be {expected}, not {shown}.")

@@ -258,6 +258,26 @@ def test_filters_persistent_and_transient(world):
         manager.Apply(g.CollisionFilterDeclaration().ExcludeWithin(g.GeometrySet(g.GeometryId.get_new_id())))
 
 
+def test_candidates_asked_again_follow_filters_and_geometry(world):
+    sg, i = world.scene_graph, world.inspector
+    candidates = {(world.a, world.b), (world.a, world.ground), (world.b, world.ground)}
+    i.GetCollisionCandidates().clear()
+    assert i.GetCollisionCandidates() == candidates
+    manager = sg.collision_filter_manager()
+    both = g.GeometrySet([world.a, world.b])
+    transient = manager.ApplyTransient(g.CollisionFilterDeclaration().ExcludeWithin(both))
+    context = sg.CreateDefaultContext()
+    of_context = sg.collision_filter_manager(context)
+    asked = lambda: sg.get_query_output_port().Eval(context).inspector().GetCollisionCandidates()  # noqa: E731
+    assert i.GetCollisionCandidates() == asked() == candidates - {(world.a, world.b)}
+    assert of_context.RemoveDeclaration(transient)
+    assert asked() == candidates and i.GetCollisionCandidates() == candidates - {(world.a, world.b)}
+    assert manager.RemoveDeclaration(transient)
+    assert i.GetCollisionCandidates() == candidates
+    sg.RemoveGeometry(world.source, world.b)
+    assert i.GetCollisionCandidates() == {(world.a, world.ground)} and asked() == candidates
+
+
 def test_filters_of_a_context_are_its_own(world):
     context = world.context(z=-0.2)
     manager = world.scene_graph.collision_filter_manager(context)

@@ -6,8 +6,8 @@ from scipy.sparse import coo_matrix, csc_matrix
 
 from sheldrake.solvers import MathematicalProgram, QuadraticCost
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.conic import ConicRows
-from sheldrake.solvers._engines.linear_rows import LinearRows, entries
+from sheldrake.solvers._engines.conic import ConicRows, LinearObjective
+from sheldrake.solvers._engines.linear_rows import Blocks, LinearRows, entries
 
 
 @pytest.mark.parametrize("count", [0, 1, 40, 9000])
@@ -20,6 +20,17 @@ def test_triplets_by_columns(count):
     np.testing.assert_array_equal(found.indptr, expected.indptr)
     np.testing.assert_array_equal(found.indices, expected.indices)
     np.testing.assert_allclose(found.data, expected.data, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [0, 1, 40, 9000])
+def test_upper_triangle_of_triplets_at_places(count):
+    rng = np.random.default_rng(count)
+    places = rng.integers(6, size=9)
+    rows, cols, values = rng.integers(9, size=count), rng.integers(9, size=count), rng.normal(size=count)
+    found = Columns.upper(rows, cols, values, places, 6)
+    expected = np.triu(coo_matrix((values, (places[rows], places[cols])), shape=(6, 6)).toarray())
+    np.testing.assert_allclose(found.for_scipy().toarray(), expected, atol=1e-12)
+    assert all((np.diff(found.indices[a:b]) > 0).all() for a, b in zip(found.indptr, found.indptr[1:]))
 
 
 def test_blocks_have_rows_and_columns_of_their_own():
@@ -40,18 +51,43 @@ def test_blocks_have_rows_and_columns_of_their_own():
     assert [len(part) for part in entries([], [])] == [0, 0, 0]
 
 
+def test_blocks_are_the_same_where_their_matrices_are():
+    A, b, sparse = np.arange(6.0).reshape(2, 3), [1.0, 2.0], csc_matrix(np.eye(2))
+    sizes = [2, 1, 3]
+    known = Blocks([A, b, None], sizes).identity(9)
+    assert known == Blocks([np.asfortranarray(A), np.array([b]), None], sizes).identity(9)
+    others = [[A + 1.0, b, None], [A, None, None], [A, b, np.eye(3)], [A.reshape(3, 2), b, None]]
+    assert known not in [Blocks(blocks, sizes).identity(99) for blocks in others]
+    assert Blocks([A, b, None], sizes).identity(7) is Blocks([A, sparse], [2, 2]).identity(99) is None
+    assert Blocks([], []).identity(0) is not None
+
+
+def test_linear_costs_are_added_up_again_when_one_changes():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3)
+    quadratic = prog.AddQuadraticCost(np.eye(2), [1.0, 2.0], 5.0, x[:2]).evaluator()
+    linear = prog.AddLinearCost([3.0, 4.0], 6.0, x[1:]).evaluator()
+    objective = LinearObjective(prog)
+    c, constant = objective.now()
+    assert c.tolist() == [1.0, 5.0, 4.0] and constant == 11.0
+    linear.update_constant_term(7.0)
+    assert objective.now()[0] is c and objective.now()[1] == 12.0
+    linear.UpdateCoefficients([0.0, 1.0])
+    quadratic.UpdateCoefficients(np.eye(2), [2.0, 2.0])
+    assert objective.now()[0].tolist() == [2.0, 2.0, 1.0] and c.tolist() == [1.0, 5.0, 4.0]
+
+
 def test_rows_of_the_conic_form():
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(3)
     inf, A = np.inf, np.arange(1.0, 19.0).reshape(6, 3)
     lower, upper = np.array([1.0, -inf, -2.0, -inf, 0.0, inf]), np.array([1.0, 5.0, 2.0, inf, inf, inf])
     constraint = prog.AddLinearConstraint(A, lower, upper, x)
-    found = ConicRows.of(LinearRows(prog, [constraint]))
+    found = ConicRows.of(LinearRows(prog, [constraint]), 3)
     assert (found.equations, found.first_lower, found.never) == (2, 4, 1)
     np.testing.assert_array_equal(found.chosen, [0, 5, 1, 2, 2, 4])
     np.testing.assert_array_equal(found.b, [1.0, inf, 5.0, 2.0, 2.0, -0.0])
-    dense = coo_matrix((found.values, (found.rows, found.cols)), shape=(6, 3)).toarray()
-    np.testing.assert_array_equal(dense, np.vstack((A[[0, 5, 1, 2]], -A[[2, 4]])))
+    np.testing.assert_array_equal(found.columns.for_scipy().toarray(), np.vstack((A[[0, 5, 1, 2]], -A[[2, 4]])))
     np.testing.assert_array_equal(found.prices(np.arange(1.0, 9.0)), [-1.0, -3.0, -4.0 + 5.0, 0.0, 6.0, -2.0])
 
 

@@ -166,6 +166,41 @@ def test_options_are_kept_by_solver():
     assert options == SolverOptions(options={"B": {"z": 1}, "A": {"y": "text"}})
 
 
+def test_options_set_twice_keep_the_last_value_and_their_order():
+    options = SolverOptions()
+    for value in (1, 2):
+        for key in ("b", "a"):
+            options.SetOption(SolverId("S"), key, value)
+    assert list(options.options["S"].items()) == [("a", 2), ("b", 2)]
+    before = options.options
+    options.SetOption(SolverId("S"), "a", 3)
+    assert before["S"]["a"] == 2 and options.options["S"]["a"] == 3
+
+
+def test_what_is_asked_often_whether_it_satisfies_answers_as_at_first(prog):
+    """A kernel takes over after some calls; the bounds, their tolerance and what is no number say the same to it."""
+    x = prog.NewContinuousVariables(2, "x")
+    asked = [
+        prog.AddQuadraticConstraint(np.eye(2), np.zeros(2), -np.inf, 1.0, x),
+        prog.AddLorentzConeConstraint(np.eye(2), np.zeros(2), x),
+        prog.AddConstraint(x[0] ** 3 + sin(x[1]) <= 1.0),
+        prog.AddConstraint(lambda z: np.array([z[0] * z[1], z[0]]), [0.0, -1.0], [1.0, np.inf], x),
+        prog.AddConstraint(PyFunctionConstraint(2, lambda z: [np.nan * z[0]], [-np.inf], [np.inf]), x),
+    ]
+    points = np.array([[0.3, 0.2], [1.0, 1.0], [1.0, 1.0 + 1e-7], [1.0, 1.0 + 1e-5], [-1.0, 2.0], [np.nan, 0.0]])
+    questions = [(b, point, tol) for b in asked for point in points for tol in (0.0, 1e-6, 1)]
+    first = [b.evaluator().CheckSatisfied(point, tol) for b, point, tol in questions]
+    values = [(b.evaluator(), b.evaluator().Eval(point), tol) for b, point, tol in questions]
+    plain = [(e.lower_bound() - tol <= y).all() and (y <= e.upper_bound() + tol).all() for e, y, tol in values]
+    for _ in range(10):
+        assert first == plain == [b.evaluator().CheckSatisfied(point, tol) for b, point, tol in questions]
+    assert 0 < sum(first) < len(first)
+    together = [prog.CheckSatisfied(asked[:4], point) for point in points]
+    assert together == [all(b.evaluator().CheckSatisfied(point) for b in asked[:4]) for point in points]
+    with pytest.raises(RuntimeError, match="expected 2 values"):
+        prog.CheckSatisfied(asked, np.zeros(3))
+
+
 def test_free_polynomials_have_a_variable_for_each_monomial(prog):
     x = prog.NewIndeterminates(2, "x")
     p = prog.NewFreePolynomial(Variables(x), 2)

@@ -226,18 +226,19 @@ def _lcm(function: Callable) -> Callable:
 def _set_option(function: Callable) -> Callable:
     """SolverOptions.SetOption() with a SolverType in the place of the solver's id."""
 
+    from sheldrake.solvers._ids import SolverType, id_of_type
+
+    def solver_id(value: Any) -> Any:
+        if not isinstance(value, SolverType):
+            return value
+        hint("SolverOptions.SetOption(): SolverType is retired: give the solver's id(), as IpoptSolver.id().")
+        return id_of_type(value)
+
     def set_option(self: Any, *args: Any, **kwargs: Any) -> None:
-        from sheldrake.solvers import SolverType
-        from sheldrake.solvers._ids import id_of_type
-
-        def solver_id(value: Any) -> Any:
-            if not isinstance(value, SolverType):
-                return value
-            hint("SolverOptions.SetOption(): SolverType is retired: give the solver's id(), as IpoptSolver.id().")
-            return id_of_type(value)
-
-        kwargs = {"solver_id" if name == "solver_type" else name: solver_id(v) for name, v in kwargs.items()}
-        function(self, *map(solver_id, args), **kwargs)
+        if kwargs or isinstance(args[0] if args else None, SolverType):
+            kwargs = {"solver_id" if name == "solver_type" else name: solver_id(v) for name, v in kwargs.items()}
+            args = tuple(map(solver_id, args))
+        function(self, *args, **kwargs)
 
     return set_option
 

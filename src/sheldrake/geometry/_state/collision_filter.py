@@ -80,6 +80,10 @@ class CollisionFilter:
         new.__dict__.update(self.__dict__)
         return new
 
+    def parts(self) -> tuple[object, ...]:
+        """What says which pairs are excluded: the very same objects until others are."""
+        return self._declared(), self._inactive
+
     def excluded(self, among: Iterable[GeometryId] = ()) -> frozenset[Pair]:
         """The pairs that declarations exclude, smaller id first, and those of inactive geometries `among` these."""
         excluded = self._declared()

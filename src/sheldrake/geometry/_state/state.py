@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import operator
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +74,7 @@ class GeometryState:
         self.renderers = Renderers()
         self.version = GeometryVersion()
         self.serial = next_version()  # changes with every change
+        self._candidates: tuple[tuple[object, ...], list[Pair]] = (), []  # and what they were found for
 
     def copy(self) -> GeometryState:
         """An independent copy; records are shared."""
@@ -80,7 +82,7 @@ class GeometryState:
         new.sources, new.frames, new.geometries = dict(self.sources), dict(self.frames), dict(self.geometries)
         new._frame_names, new._of_frame = set(self._frame_names), dict(self._of_frame)
         new.filter, new.renderers = self.filter.copy(), self.renderers.copy()
-        new.version, new.serial = self.version, self.serial
+        new.version, new.serial, new._candidates = self.version, self.serial, self._candidates
         new.point_contact_algorithm = self.point_contact_algorithm
         return new
 
@@ -368,14 +370,16 @@ class GeometryState:
         return a.frame == b.frame
 
     def collision_candidates(self) -> list[Pair]:
-        """The pairs of proximity geometry that may touch, smaller id first, sorted."""
-        ids = self.ids_with_role(Role.kProximity)
-        excluded = self.filter.excluded(ids)
-        return [
-            pair
-            for pair in itertools.combinations(ids, 2)
-            if pair not in excluded and self.geometries[pair[0]].frame != self.geometries[pair[1]].frame
-        ]
+        """The pairs of proximity geometry that may touch, smaller id first, sorted; not to be changed."""
+        now = self.serial, *self.filter.parts()
+        known = self._candidates
+        if len(known[0]) != len(now) or not all(map(operator.is_, known[0], now)):
+            ids = self.ids_with_role(Role.kProximity)
+            excluded, frames = self.filter.excluded(ids), [self.geometries[i].frame for i in ids]
+            pairs = zip(itertools.combinations(ids, 2), itertools.combinations(frames, 2))
+            found = [pair for pair, (one, other) in pairs if pair not in excluded and one != other]
+            self._candidates = known = now, found
+        return known[1]
 
     def collision_filtered(self, a: GeometryId, b: GeometryId) -> bool:
         """True if the pair can not touch."""

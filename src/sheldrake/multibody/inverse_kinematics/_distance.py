@@ -150,11 +150,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
             self._check_geometry(plant, context)
             self._set_plant(plant, context, 1)
             pairs = len(self._query().inspector().GetCollisionCandidates())
-        self._set_up(plant.num_positions(), bound, offset, pairs, self._no_duals, self._distances)
-        if penalty is not None:
-            self.set_penalty_function(penalty)
-        else:
-            self.set_penalty_function(quadratically_smoothed_hinge)
+        self._set_up(plant.num_positions(), bound, offset, pairs, self._no_duals, self._distances, penalty)
 
     def _no_duals(self, x: np.ndarray, influence: float) -> np.ndarray:
         raise RuntimeError(f"{type(self).__name__}: distances of geometries are not computed for AutoDiffXd.")

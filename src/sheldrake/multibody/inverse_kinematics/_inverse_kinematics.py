@@ -37,10 +37,10 @@ class InverseKinematics:
     """
 
     @overloaded(
+        overload(plant=PLANT, plant_context=(instance_of(Context), None), with_joint_limits=(flag, True)),
         overload(
             lambda self, plant, limits: self.__init__(plant, None, limits), plant=PLANT, with_joint_limits=(flag, True)
         ),
-        overload(plant=PLANT, plant_context=(instance_of(Context), None), with_joint_limits=(flag, True)),
     )
     def __init__(self, plant: MultibodyPlant, context: Context, limits: bool):
         self._plant = plant

@@ -6,7 +6,7 @@ import functools
 import importlib.util
 import os
 import sys
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Sequence
 from importlib.machinery import PathFinder
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,6 +34,9 @@ _RESULTS = {
     "AlmostDualInfeasible": SolutionResult.kDualInfeasible,
     "MaxIterations": SolutionResult.kIterationLimit,
 }
+
+
+_SILENT = {"verbose": False}  # not to be changed
 
 
 class ClarabelSolverDetails(NamedTuple):
@@ -75,17 +78,19 @@ class ClarabelSolver(Engine):
         status = str(found.status)
         x, z = np.array(found.x), np.array(found.z)
         outcome = _RESULTS.get(status, SolutionResult.kSolverSpecificError)
-        result._details = self._told(found, outcome, form.constant)
+        result._details = self._told(found, status, outcome, form.constant)
         result._finish(outcome, form.x(x), found.obj_val + form.constant)
         if outcome is SolutionResult.kSolutionFound:
             result._set_duals_late(functools.partial(form.duals, z))
 
-    def _told(self, found: Any, outcome: SolutionResult, constant: float) -> ClarabelSolverDetails | CsdpSolverDetails:
-        return ClarabelSolverDetails(found.solve_time, found.iterations, str(found.status))
+    def _told(
+        self, found: Any, status: str, outcome: SolutionResult, constant: float
+    ) -> ClarabelSolverDetails | CsdpSolverDetails:
+        return ClarabelSolverDetails(found.solve_time, found.iterations, status)
 
     def _settings(self, clarabel: Any, options: SolverOptions) -> dict[str, Any]:
         if not options.options:
-            return {"verbose": False}
+            return _SILENT
         defaults = clarabel.DefaultSettings()
         given = self._given(options, _names_of_settings(defaults.__class__))
         found = {key: type(getattr(defaults, key))(value) for key, value in given.items()}
@@ -101,12 +106,8 @@ class _Prepared:
 
     def __init__(self, clarabel: Any, form: ConicForm, settings: dict[str, Any]) -> None:
         self.settings, self._q, self._b = settings, form.q, None if form.is_linear() else form.b
-        given = clarabel.DefaultSettings()
-        for key, value in settings.items():
-            setattr(given, key, value)
-        if any(cone.kind == "psd" for cone in form.cones):
-            _take_lapack(clarabel)
-        cones = [_cone(clarabel, cone) for cone in form.cones]
+        given = _silent_settings(clarabel) if settings is _SILENT else _made_settings(clarabel, settings)
+        cones = _cones(clarabel, form.cones)
         P, A = form.lists
         self._solver = clarabel.DefaultSolver(P, form.q.tolist(), A, form.b.tolist(), cones, given)
 
@@ -205,7 +206,7 @@ class CsdpSolver(ClarabelSolver):
     def _given(self, options: SolverOptions, known: Iterable[str]) -> dict[str, Any]:
         return {}
 
-    def _told(self, found: Any, outcome: SolutionResult, constant: float) -> CsdpSolverDetails:
+    def _told(self, found: Any, status: str, outcome: SolutionResult, constant: float) -> CsdpSolverDetails:
         return CsdpSolverDetails(
             _CSDP_CODES.get(outcome, 11), -found.obj_val - constant, -found.obj_val_dual - constant
         )
@@ -220,22 +221,37 @@ def minimize_on_cones(q: np.ndarray, A: np.ndarray, b: np.ndarray, cones: list[C
         return None
     import clarabel
 
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    if any(cone.kind == "psd" for cone in cones):
-        _take_lapack(clarabel)
-    P, kinds = Columns.of(np.zeros((q.size, q.size))), [_cone(clarabel, cone) for cone in cones]
+    P, kinds, settings = Columns.of(np.zeros((q.size, q.size))), _cones(clarabel, cones), _silent_settings(clarabel)
     found = clarabel.DefaultSolver(P, q, Columns.of(A), b, kinds, settings).solve()
     return np.array(found.x) if str(found.status) in ("Solved", "AlmostSolved") else None
 
 
-def _cone(clarabel: Any, cone: Any) -> Any:
-    if cone.kind == "exponential":
-        return clarabel.ExponentialConeT()
-    names = {
-        "zero": clarabel.ZeroConeT,
-        "nonnegative": clarabel.NonnegativeConeT,
-        "second_order": clarabel.SecondOrderConeT,
-        "psd": clarabel.PSDTriangleConeT,
-    }
-    return names[cone.kind](cone.size)
+def _made_settings(clarabel: Any, settings: dict[str, Any]) -> Any:
+    made = clarabel.DefaultSettings()
+    for key, value in settings.items():
+        setattr(made, key, value)
+    return made
+
+
+@functools.cache
+def _silent_settings(clarabel: Any) -> Any:
+    """Settings of which solvers take copies; not to be changed."""
+    return _made_settings(clarabel, _SILENT)
+
+
+_CLASSES = {
+    "zero": "ZeroConeT",
+    "nonnegative": "NonnegativeConeT",
+    "second_order": "SecondOrderConeT",
+    "psd": "PSDTriangleConeT",
+}
+
+
+def _cones(clarabel: Any, cones: Sequence[Cone]) -> list[Any]:
+    """The cones as Clarabel's."""
+    if any([cone.kind == "psd" for cone in cones]):
+        _take_lapack(clarabel)
+    return [
+        clarabel.ExponentialConeT() if kind == "exponential" else getattr(clarabel, _CLASSES[kind])(size)
+        for kind, size in cones
+    ]

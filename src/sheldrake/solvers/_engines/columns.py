@@ -7,22 +7,34 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
-from sheldrake.solvers._kernels.rows import sorted_columns
+from sheldrake.solvers._kernels.rows import sorted_columns, upper_columns
 
 if TYPE_CHECKING:
     import scipy.sparse
 
 
-def _bound(entries: int, axis: int) -> tuple[Any, ...]:
-    """A bound call of `sorted_columns`; its rows, columns and values; where columns start, their rows and values."""
+def _arrays_for(entries: int, axis: int) -> tuple[np.ndarray, ...]:
+    """Rows, columns and values of entries; scratch; where columns start, their rows and values."""
     rows, cols, by_row, order, new_rows = np.zeros((5, entries), dtype=np.int64)
     values, new_values = np.zeros((2, entries))
     first, starts = np.zeros((2, axis + 1), dtype=np.int64)
-    bound = sorted_columns.bind(0, 0, 0, rows, cols, values, by_row, order, first, starts, new_rows, new_values)
-    return bound, rows, cols, values, starts, new_rows, new_values
+    return rows, cols, values, by_row, order, first, starts, new_rows, new_values
+
+
+def _bound(entries: int, axis: int) -> tuple[Any, ...]:
+    """A bound call of `sorted_columns`, and its arrays."""
+    arrays = _arrays_for(entries, axis)
+    return sorted_columns.bind(0, 0, 0, *arrays), *arrays
+
+
+def _bound_upper(entries: int, axis: int, places: int) -> tuple[Any, ...]:
+    """A bound call of `upper_columns`, and its arrays."""
+    arrays = np.zeros(places, dtype=np.int64), *_arrays_for(entries, axis)
+    return upper_columns.bind(0, 0, *arrays), *arrays
 
 
 _calls = BoundCalls(_bound, largest=LARGEST)
+_upper_calls = BoundCalls(_bound_upper, largest=LARGEST)
 
 
 class Columns(NamedTuple):
@@ -50,13 +62,31 @@ class Columns(NamedTuple):
     def of_triplets(cls, rows: np.ndarray, cols: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> Columns:
         """Numbers at their places; those at one place add up."""
         count, (height, width) = len(values), shape
-        call, all_rows, all_cols, all_values, starts, new_rows, new_values = _calls.of(room(count), room(max(shape)))
+        call, all_rows, all_cols, all_values, *_, starts, new_rows, new_values = _calls.of(
+            room(count), room(max(shape))
+        )
         all_rows[:count], all_cols[:count], all_values[:count] = rows, cols, values
         call.set("entries", count)
         call.set("height", height)
         call.set("width", width)
         left = call()
         return cls(new_values[:left].copy(), new_rows[:left].copy(), starts[: width + 1].copy(), shape)
+
+    @classmethod
+    def upper(cls, rows: np.ndarray, cols: np.ndarray, values: np.ndarray, places: np.ndarray, size: int) -> Columns:
+        """The upper triangle of a square matrix of triplets, whose rows and columns `places` says."""
+        count, n = len(values), len(places)
+        found = _upper_calls.of(room(count), room(size), room(n))
+        call, all_places, all_rows, all_cols, all_values, *_, starts, new_rows, new_values = found
+        all_places[:n], all_rows[:count], all_cols[:count], all_values[:count] = places, rows, cols, values
+        call.set("entries", count)
+        call.set("size", size)
+        left = call()
+        return cls(new_values[:left].copy(), new_rows[:left].copy(), starts[: size + 1].copy(), (size, size))
+
+    def cols(self) -> np.ndarray:
+        """The column of each entry."""
+        return np.repeat(np.arange(self.shape[1]), np.diff(self.indptr))
 
     def as_lists(self) -> Columns:
         """The same with lists."""

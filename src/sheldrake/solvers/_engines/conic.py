@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import array
 import functools
+import operator
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from sheldrake.common._bound_calls import LARGEST, BoundCalls, room
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.columns import Columns
-from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
+from sheldrake.solvers._engines.linear_rows import Blocks, LinearRows, another
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import (
     ExponentialConeConstraint,
@@ -44,29 +44,31 @@ class Cone(NamedTuple):
 
 
 class ConicForm:
-    """The arrays of the form, triplets of A, and where each constraint went.
+    """The arrays of the form, and where each constraint went.
 
     Variables beyond those of the program are slacks of norm costs.
     """
 
     def __init__(self, prog: MathematicalProgram):
-        self.prog, parts = prog, parts_of(prog)
-        self._bindings, self.num_vars = parts.bindings, parts.variables.num_vars()
-        self._rows: list[np.ndarray] = []
+        objective = LinearObjective(prog)
+        self._make(prog, objective, objective.matrices(), LinearRows(prog, _linear_constraints(prog)))
+
+    def _make(self, prog: MathematicalProgram, objective: LinearObjective, costs: Blocks, table: LinearRows) -> None:
+        self._bindings = parts_of(prog).bindings
+        self._rows: list[np.ndarray] = []  # of the entries of A beyond linear constraints, as their columns and values
         self._cols: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
         self._b: list[np.ndarray] = []
         self.cones: list[Cone] = []
-        self.num_rows = 0
         self._duals: list[tuple[BindingBase, Callable[[np.ndarray], np.ndarray]]] = []
-        self._objective()
-        self._linear()
+        self._objective(objective, costs, parts_of(prog).variables.num_vars())
+        self._linear(table)
         self._norms_and_lorentz()
         self._rotated()
         self._matrices()
         self._exponential()
-        self.b = np.concatenate(self._b)
-        del self.prog, self._bindings  # which keeps its form: no need to wait for the collector of cycles
+        self.b = np.concatenate(self._b) if len(self._b) > 1 else self._b[0]
+        del self._bindings  # whose program keeps its form: no need to wait for the collector of cycles
         self.idle: list[Any] = []  # what a solver keeps for the next program with these matrices
 
     @classmethod
@@ -75,15 +77,16 @@ class ConicForm:
 
         So it is in predictive control that writes its program anew for each state.
         """
-        objective, linear = LinearObjective(prog), _linear_constraints(prog)
-        matrices = _matrices(prog, objective, linear)
-        if matrices is None:
-            return cls(prog)
-        known = _forms_of(*matrices)
+        linear = _linear_constraints(prog)
+        objective, table = LinearObjective(prog), LinearRows(prog, linear)
+        costs = objective.matrices()
+        matrices = _matrices(prog, objective, costs, table)
+        known = [] if matrices is None else _forms_of(matrices)
         found = known[0]._with(objective, linear).moved(prog) if known else None
         if found is None:
-            found = cls(prog)
-            known[:] = [found._without_program()]
+            found = cls.__new__(cls)
+            found._make(prog, objective, costs, table)
+            known[:] = [] if matrices is None else [found._without_program()]
         return found
 
     def _with(self, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]) -> ConicForm:
@@ -109,28 +112,20 @@ class ConicForm:
         return self.num_vars == self._first_slack and all([c.kind in ("zero", "nonnegative") for c in self.cones])
 
     @functools.cached_property
-    def upper_P(self) -> Columns:
-        """The upper triangle of the quadratic cost as a sparse matrix."""
-        rows, cols, values = self._triplets_P
-        if not len(values):
-            return Columns.empty(self.num_vars, self.num_vars)
-        upper = rows <= cols
-        return Columns.of_triplets(rows[upper], cols[upper], values[upper], (self.num_vars, self.num_vars))
-
-    @functools.cached_property
     def A(self) -> Columns:
         """The constraints as a sparse matrix."""
-        rows, cols, values = (np.concatenate(parts) for parts in (self._rows, self._cols, self._values))
-        return Columns.of_triplets(rows, cols, values, (self.num_rows, self.num_vars))
+        linear, shape = self._conic.columns, (self.num_rows, self.num_vars)
+        if not self._rows:
+            return linear
+        rows, values = np.concatenate((linear.indices, *self._rows)), np.concatenate((linear.data, *self._values))
+        return Columns.of_triplets(rows, np.concatenate((linear.cols(), *self._cols)), values, shape)
 
-    def _objective(self) -> None:
-        quadratic = self._bindings.of(QuadraticCost)
-        rows, cols, values = entries(*QuadraticCost.matrices([b._evaluator for b in quadratic]))
-        self._linear_objective = LinearObjective(self.prog)
-        at = self._linear_objective.at  # where quadratic costs are the first
-        self._triplets_P = at[rows], at[cols], values
-        self._first_slack = self.num_vars
-        self.num_vars += len(self._bindings.of(L2NormCost))
+    def _objective(self, objective: LinearObjective, costs: Blocks, num_vars: int) -> None:
+        self._linear_objective = objective
+        self._first_slack = num_vars
+        self.num_vars = num_vars + len(self._bindings.of(L2NormCost))
+        at = objective.at  # where quadratic costs are the first
+        self.upper_P = Columns.upper(*costs.entries(), at, self.num_vars)
         self.q, self.constant = self._linear_now()
 
     def _linear_now(self) -> tuple[np.ndarray, float]:
@@ -166,13 +161,10 @@ class ConicForm:
         if size:
             self.cones.append(Cone(kind, size))
 
-    def _linear(self) -> None:
+    def _linear(self, table: LinearRows) -> None:
         """Linear constraints: first equations, then upper bounds, then lower bounds."""
-        table = self._table = LinearRows(self.prog, _linear_constraints(self.prog))
-        found = self._conic = ConicRows.of(table)
-        self._rows.append(found.rows)
-        self._cols.append(found.cols)
-        self._values.append(found.values)
+        self._table = table
+        found = self._conic = ConicRows.of(table, self.num_vars)
         self._b.append(found.b)
         self.num_rows = len(found.b)
         if found.never:
@@ -262,8 +254,10 @@ class ConicForm:
 
     def cost(self, found: np.ndarray) -> float:
         """The cost of the program at a point."""
-        rows, cols, values = self._triplets_P
-        return float(0.5 * (values * found[rows]) @ found[cols] + self.q @ found + self.constant)
+        P = self.upper_P
+        rows, cols = P.indices, P.cols()
+        halves = np.where(rows == cols, 0.5, 1.0)
+        return float((halves * P.data * found[rows]) @ found[cols] + self.q @ found + self.constant)
 
     def duals(self, z: np.ndarray) -> list[tuple[BindingBase, np.ndarray]]:
         """Duals of the constraints from those of the rows (of A x + s = b, s in K, as z in the dual cone)."""
@@ -278,51 +272,22 @@ def _linear_constraints(prog: MathematicalProgram) -> list[BindingBase[LinearCon
 
 
 def _matrices(
-    prog: MathematicalProgram, objective: LinearObjective, linear: list[BindingBase[LinearConstraint]]
-) -> tuple[tuple[int, ...], bytes, bytes, bytes] | None:
+    prog: MathematicalProgram, objective: LinearObjective, costs: Blocks, table: LinearRows
+) -> tuple[Any, ...] | None:
     """Sizes, entries and columns of the matrices of linear constraints and quadratic costs, bit by bit.
 
     None where there is anything else, they are large, or sparse.
     """
-    bindings = parts_of(prog).bindings
-    if not bindings.are_at_most_quadratic():
+    if not parts_of(prog).bindings.are_at_most_quadratic():
         return None
-    matrices, heights = QuadraticCost.matrices(objective.quadratic)
-    sizes: list[Any] = [parts_of(prog).variables.num_vars(), len(heights), *heights]
-    numbers: list[float] = []
-    for Q in matrices:
-        if not _added(numbers, Q):
-            return None
-    for b in linear:
-        e = b._evaluator
-        row = e._row
-        if row is not None:
-            sizes.append(len(row[0]))
-            numbers += row[0]
-        elif isinstance(e, BoundingBoxConstraint):
-            sizes.append(-e._num_vars)
-        elif _added(numbers, e._A):
-            sizes.append(e._A.shape)
-        else:
-            return None
-    if len(numbers) > _SMALL or len(sizes) > _SMALL:
+    of_costs, of_rows = costs.identity(_SMALL), table.blocks.identity(_SMALL)
+    if of_costs is None or of_rows is None:
         return None
-    return tuple(sizes), array.array("d", numbers).tobytes(), objective.at.tobytes(), bindings.places(*linear).tobytes()
-
-
-def _added(numbers: list[float], A: Any) -> bool:
-    """Whether a matrix is a small dense one, or its numbers, which are added then."""
-    if A.__class__ is list:
-        numbers += A
-        return True
-    if not isinstance(A, np.ndarray) or A.size > _SMALL:
-        return False
-    numbers += A.ravel().tolist()
-    return True
+    return parts_of(prog).variables.num_vars(), of_costs, of_rows, objective.at.tobytes(), table.at.tobytes()
 
 
 @functools.lru_cache(maxsize=8)
-def _forms_of(sizes: tuple[int, ...], numbers: bytes, of_costs: bytes, of_constraints: bytes) -> list[ConicForm]:
+def _forms_of(matrices: tuple[Any, ...]) -> list[ConicForm]:
     """At most one form that has these `_matrices`."""
     return []
 
@@ -351,7 +316,7 @@ class ConicRows(NamedTuple):
         equations, never: How many equations there are, and rows that no x satisfies.
         chosen: The row that each new row is made of; from `first_lower` on of its lower bound.
         b: Right sides.
-        rows, cols, values: Entries of the new rows.
+        columns: The matrix of the new rows.
     """
 
     says: np.ndarray
@@ -360,45 +325,30 @@ class ConicRows(NamedTuple):
     never: int
     chosen: np.ndarray
     b: np.ndarray
-    rows: np.ndarray
-    cols: np.ndarray
-    values: np.ndarray
+    columns: Columns
 
     @classmethod
-    def of(cls, table: LinearRows) -> ConicRows:
-        """Those of linear constraints."""
-        m, n = table.num_rows, len(table.values)
-        call, lower, upper, rows, cols, values, says, sizes, chosen, b, *filled = _calls.of(room(m), room(n))
-        lower[:m], upper[:m], rows[:n], cols[:n], values[:n] = (
-            table.lower,
-            table.upper,
-            table.rows,
-            table.cols,
-            table.values,
-        )
+    def of(cls, table: LinearRows, width: int) -> ConicRows:
+        """Those of linear constraints on so many variables."""
+        m, n = table.num_rows, len(table.entries[2])
+        found = _calls.of(room(m), room(n), room(width))
+        call, lower, upper, rows, cols, values, says, sizes, chosen, b, starts, new_rows, new_values = found
+        lower[:m], upper[:m], rows[:n], cols[:n], values[:n] = table.lower, table.upper, *table.entries
         call.set("count", m)
         call.set("entries", n)
+        call.set("width", width)
         count = call()
         equations, below, above, never = sizes.tolist()
         first_lower = equations + below
         size = first_lower + above
-        new_rows, new_cols, new_values = (array[:count].copy() for array in filled)
-        return cls(
-            says[:m].copy(),
-            equations,
-            first_lower,
-            never,
-            chosen[:size].copy(),
-            b[:size].copy(),
-            new_rows,
-            new_cols,
-            new_values,
-        )
+        columns = Columns(new_values[:count].copy(), new_rows[:count].copy(), starts[: width + 1].copy(), (size, width))
+        return cls(says[:m].copy(), equations, first_lower, never, chosen[:size].copy(), b[:size].copy(), columns)
 
     def right_sides(self, table: LinearRows) -> np.ndarray | None:
         """b for the bounds of a table of the same rows; None where these say something else."""
         m = table.num_rows
-        call, lower, upper, _, _, _, says, _, _, b, *_ = _calls.of(room(m), room(len(table.values)))
+        width = self.columns.shape[1]
+        call, lower, upper, _, _, _, says, _, _, b, *_ = _calls.of(room(m), room(len(table.entries[2])), room(width))
         lower[:m], upper[:m] = table.lower, table.upper
         call.set("count", m)
         call.set("entries", 0)
@@ -414,15 +364,19 @@ class ConicRows(NamedTuple):
         return prices
 
 
-def _bound(rows: int, entries: int) -> tuple[Any, ...]:
+def _bound(rows: int, entries: int, width: int) -> tuple[Any, ...]:
     """A bound call of `conic_rows`; the bounds and entries of A; what it fills."""
     (lower, upper), b = np.zeros((2, rows)), np.zeros(2 * rows)
     says, number = np.zeros((2, rows), dtype=np.int64)
     sizes, chosen = np.zeros(4, dtype=np.int64), np.zeros(2 * rows, dtype=np.int64)
     (at, cols), values = np.zeros((2, entries), dtype=np.int64), np.zeros(entries)
-    filled = (*np.zeros((2, 2 * entries), dtype=np.int64), np.zeros(2 * entries))
-    bound = conic_rows.bind(0, 0, lower, upper, at, cols, values, says, sizes, number, chosen, b, *filled)
-    return bound, lower, upper, at, cols, values, says, sizes, chosen, b, *filled
+    signed_rows, signed_cols, by_row, order, new_rows = np.zeros((5, 2 * entries), dtype=np.int64)
+    signed_values, new_values = np.zeros((2, 2 * entries))
+    first, starts = np.zeros(max(2 * rows, width) + 1, dtype=np.int64), np.zeros(width + 1, dtype=np.int64)
+    given, scratch = (lower, upper, at, cols, values), (signed_rows, signed_cols, signed_values, by_row, order, first)
+    filled = starts, new_rows, new_values
+    bound = conic_rows.bind(0, 0, 0, *given, says, sizes, number, chosen, b, *scratch, *filled)
+    return bound, *given, says, sizes, chosen, b, *filled
 
 
 _calls = BoundCalls(_bound, largest=LARGEST)
@@ -444,9 +398,18 @@ class LinearObjective:
         quadratic, linear = parts.bindings.of(QuadraticCost), parts.bindings.of(LinearCost)
         self.quadratic, self._linear = [b._evaluator for b in quadratic], [b._evaluator for b in linear]
         self.at, self._n = parts.bindings.places(*quadratic, *linear), parts.variables.num_vars()
+        self._last: tuple[list[Any], np.ndarray] | None = None
+
+    def matrices(self) -> Blocks:
+        """The matrices of the quadratic costs."""
+        return Blocks(*QuadraticCost.matrices(self.quadratic))
 
     def now(self) -> tuple[np.ndarray, float]:
-        """c and constant as the costs have them now."""
-        slopes = _arrays.joined_numbers([*QuadraticCost.slopes(self.quadratic), *[e._a for e in self._linear]])
-        constant = sum([e._c for e in self.quadratic]) + sum([e._b for e in self._linear])
-        return np.bincount(self.at, slopes, self._n).astype(float, copy=False), float(constant)
+        """c and constant as the costs have them now; the very same c while these are the same."""
+        slopes = [*QuadraticCost.slopes(self.quadratic), *[e._a for e in self._linear]]
+        constant = float(sum([e._c for e in self.quadratic]) + sum([e._b for e in self._linear]))
+        last = self._last
+        if last is None or not all(map(operator.is_, last[0], slopes)):
+            c = np.bincount(self.at, _arrays.joined_numbers(slopes), self._n).astype(float, copy=False)
+            self._last = last = slopes, c
+        return last[1], constant

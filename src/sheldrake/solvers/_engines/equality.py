@@ -33,7 +33,7 @@ class EquationsForm:
         self._table = LinearRows(prog, prog.linear_equality_constraints())
         self.rhs, self.places = self._table.lower, self._table.places
         m, n = self._table.num_rows, prog.num_vars()
-        rows, cols, values = self._table.rows, self._table.cols, self._table.values
+        rows, cols, values = self._table.entries
         self.M = np.bincount(rows * n + cols, values, m * n).reshape(m, n)
         self.Q, self._objective = quadratic_form(prog), LinearObjective(prog)
         self.c, self.constant = self._objective.now()

@@ -44,7 +44,8 @@ def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray,
 def _sparse(found: LinearRows, num_vars: int) -> scipy.sparse.csc_matrix:
     from scipy.sparse import csc_matrix
 
-    return csc_matrix((found.values, (found.rows, found.cols)), shape=(found.num_rows, num_vars))
+    rows, cols, values = found.entries
+    return csc_matrix((values, (rows, cols)), shape=(found.num_rows, num_vars))
 
 
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
@@ -130,8 +131,8 @@ class LinearForm:
     @functools.cached_property
     def _dense(self) -> np.ndarray:
         """Rows and bounds as one matrix."""
-        rows, n = self.rows, len(self.c)
-        A = np.bincount(rows.rows * n + rows.cols, rows.values, rows.num_rows * n).reshape(rows.num_rows, n)
+        m, n, (rows, cols, values) = self.rows.num_rows, len(self.c), self.rows.entries
+        A = np.bincount(rows * n + cols, values, m * n).reshape(m, n)
         return np.vstack((A, np.eye(n)))
 
     @functools.cached_property

@@ -23,46 +23,60 @@ Triplets: TypeAlias = "tuple[np.ndarray, np.ndarray, np.ndarray]"  # rows, colum
 Block: TypeAlias = "_arrays.Matrix | list[float] | None"  # a matrix, its numbers row by row, or the identity
 
 
-def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
-    """What is not zero in matrices that have rows and columns of their own each: rows, columns and values.
+class Blocks:
+    """Matrices that have rows and columns of their own each, their numbers one after the other.
 
     Args:
         blocks: The matrices.
         sizes: How many rows they have.
     """
-    if not blocks:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    widths: list[int] = []
-    runs: list[Any] = []  # arrays, and lists each of which has the numbers of all lists between two of them
-    run: list[float] | None = None
-    for A, size in zip(blocks, sizes):
-        if A.__class__ is list:
-            widths.append(len(A) // size)  # type: ignore[arg-type]
-            if run is None:
-                runs.append(run := [])
-            run += A  # type: ignore[arg-type]
-            continue
-        widths.append(_width(A))
-        if widths[-1] >= 0:
-            runs.append(A)
-            run = None
-    numbers = _arrays.joined_numbers(runs)
-    n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
-    is_large = max(n, most) > LARGEST
-    bound = _bound(n, most, numbers) if is_large else _calls.of(room(n), room(most))
-    call, all_heights, all_widths, all_numbers, rows, cols, values = bound
-    all_heights[:n], all_widths[:n] = sizes, widths
-    if not is_large:
-        all_numbers[: len(numbers)] = numbers
-    call.set("blocks", n)
-    count = call()
-    found = rows[:count].copy(), cols[:count].copy(), values[:count].copy()
-    return found if min(widths) >= -1 else _with_sparse(found, blocks, sizes, widths)
+
+    def __init__(self, blocks: Sequence[Block], sizes: Sequence[int]) -> None:
+        self._blocks, self._sizes = blocks, sizes
+        self._widths: list[int] = []  # as `entries_of_blocks` takes them, which leaves out sparse ones
+        parts: list[Any] = []
+        run: list[float] | None = None  # numbers of all lists between two arrays
+        for A, size in zip(blocks, sizes):
+            if A.__class__ is np.ndarray:
+                self._widths.append(A.shape[1])  # type: ignore[union-attr]
+                parts.append(A.ravel())  # type: ignore[union-attr]
+                run = None
+            elif A.__class__ is list:
+                self._widths.append(len(A) // size)  # type: ignore[arg-type]
+                if run is None:
+                    parts.append(run := [])
+                run += A  # type: ignore[arg-type]
+            else:
+                self._widths.append(-1 if A is None else -2 - A.shape[1])  # type: ignore[union-attr]
+        self._numbers = np.concatenate(parts, dtype=float) if parts else np.zeros(0)
+
+    def identity(self, largest: int) -> tuple[Any, ...] | None:
+        """Equal for equal matrices alone, bit by bit; None if some are sparse, or there are more numbers than that."""
+        if max(len(self._numbers), len(self._widths)) > largest or min(self._widths, default=0) < -1:
+            return None
+        return *self._sizes, *self._widths, self._numbers.tobytes()
+
+    def entries(self) -> Triplets:
+        """What is not zero: rows, columns and values."""
+        numbers, sizes, widths = self._numbers, self._sizes, self._widths
+        if not widths:
+            return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
+        n, most = len(widths), len(numbers) + sum([size for size, width in zip(sizes, widths) if width == -1])
+        is_large = max(n, most) > LARGEST
+        bound = _bound(n, most, numbers) if is_large else _calls.of(room(n), room(most))
+        call, all_heights, all_widths, all_numbers, rows, cols, values = bound
+        all_heights[:n], all_widths[:n] = sizes, widths
+        if not is_large:
+            all_numbers[: len(numbers)] = numbers
+        call.set("blocks", n)
+        count = call()
+        found = rows[:count].copy(), cols[:count].copy(), values[:count].copy()
+        return found if min(widths) >= -1 else _with_sparse(found, self._blocks, sizes, widths)
 
 
-def _width(A: Any) -> int:
-    """The number of columns of a matrix as `entries_of_blocks` takes it, which leaves out sparse ones."""
-    return -1 if A is None else A.shape[1] if isinstance(A, np.ndarray) else -2 - A.shape[1]
+def entries(blocks: Sequence[Block], sizes: Sequence[int]) -> Triplets:
+    """What is not zero in `Blocks`."""
+    return Blocks(blocks, sizes).entries()
 
 
 def _with_sparse(found: Triplets, blocks: Sequence[Any], sizes: Sequence[int], widths: Sequence[int]) -> Triplets:
@@ -107,7 +121,8 @@ class LinearRows:
         bindings: Which of its linear constraints, bounds of variables included.
 
     Attributes:
-        rows, cols, values: The entries of A; those at one place add up.
+        blocks: The matrices of the constraints, until `entries` are asked for.
+        at: Places of the variables of these.
         lower, upper: Shape (num_rows,).
     """
 
@@ -119,10 +134,16 @@ class LinearRows:
             row = e._row
             blocks.append(row[0] if row is not None else None if isinstance(e, BoundingBoxConstraint) else e._A)
         self._sizes = [b._evaluator._num_outputs for b in bindings]
-        self.rows, columns, self.values = entries(blocks, self._sizes)
-        self.cols = parts_of(prog).bindings.places(*bindings)[columns]
+        self.blocks, self.at = Blocks(blocks, self._sizes), parts_of(prog).bindings.places(*bindings)
         self._take_bounds()
         self.num_rows = len(self.lower)
+
+    @functools.cached_property
+    def entries(self) -> Triplets:
+        """Rows, columns and values of the entries of A; those at one place add up."""
+        rows, columns, values = self.blocks.entries()
+        self.__dict__.pop("blocks", None)  # which nobody needs again
+        return rows, self.at[columns], values
 
     def _take_bounds(self) -> None:
         lower: list[float] = []

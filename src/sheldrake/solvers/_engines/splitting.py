@@ -94,7 +94,7 @@ class _OsqpForm:
         self.table = LinearRows(prog, [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()])
         shape, (i, j) = (self.table.num_rows, n), Q.nonzero()
         self.P = Columns.of_triplets(i, j, Q[i, j], (n, n)).for_scipy()
-        self.A = Columns.of_triplets(self.table.rows, self.table.cols, self.table.values, shape).for_scipy()
+        self.A = Columns.of_triplets(*self.table.entries, shape).for_scipy()
         self.matrices: tuple[Any, Any] | None = None  # P and A as OSQP has them, once it was asked
         self._objective = LinearObjective(prog)
         self.q, self.constant = self._objective.now()
@@ -224,9 +224,8 @@ class _ScsForm:
         self.cones = _cones_of_scs(form)
         at = np.empty_like(self.order)
         at[self.order] = np.arange(len(at))
-        cols = np.repeat(np.arange(form.num_vars), np.diff(form.A.indptr))
         self.P = form.upper_P.for_scipy()
-        self.A = Columns.of_triplets(at[form.A.indices], cols, form.A.data, form.A.shape).for_scipy()
+        self.A = Columns.of_triplets(at[form.A.indices], form.A.cols(), form.A.data, form.A.shape).for_scipy()
 
     def moved(self, prog: MathematicalProgram) -> _ScsForm | None:
         """The form of the program with other bounds, linear costs and constants; None where it has other rows then."""

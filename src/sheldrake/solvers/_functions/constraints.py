@@ -13,6 +13,7 @@ from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
+from sheldrake.solvers._functions import evaluators
 from sheldrake.solvers._functions.costs import quadratic_symbols, range_of_eigenvalues, symmetric
 from sheldrake.solvers._functions.evaluators import Changes, Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
@@ -208,9 +209,6 @@ _VECTOR = quick.ANY
 _inside_rows = quick.short_way(
     globals(), "_inside_rows", kernels.inside_rows, _VECTOR, _VECTOR, _VECTOR, _VECTOR, float, gives=bool
 )
-_inside_box = quick.short_way(
-    globals(), "_inside_box", kernels.inside_box, _VECTOR, _VECTOR, _VECTOR, float, gives=bool
-)
 
 
 class LinearEqualityConstraint(LinearConstraint):
@@ -311,7 +309,7 @@ class BoundingBoxConstraint(LinearConstraint):
 
     def CheckSatisfied(self, x: ArrayLike, tol: float = 1e-6) -> bool | Formula:
         """Tells whether x is within the bounds, up to `tol`; a Formula where x is symbolic."""
-        if (inside := _inside_box(self._lower, self._upper, x, tol)) is not None:
+        if (inside := evaluators.inside_box(self._lower, self._upper, x, tol)) is not None:
             return inside
         return Constraint.CheckSatisfied(self, x, tol)
 

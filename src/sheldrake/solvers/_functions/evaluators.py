@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common import quick
 from sheldrake.common._checked import checked
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
 from sheldrake.solvers import _arrays
+from sheldrake.solvers._kernels import inside as kernels
 from sheldrake.solvers._text import latex_bounds, latex_matrix
 from sheldrake.symbolic import Expression, Formula, logical_and
 
@@ -23,6 +25,11 @@ if TYPE_CHECKING:
     from sheldrake.solvers._arrays import VariablesLike
 
 ANY = -1  # Number of variables of a function that takes any.
+
+_VECTOR = quick.ANY
+inside_box = quick.short_way(
+    globals(), "inside_box", kernels.inside_box, _VECTOR, _VECTOR, _VECTOR, float, gives=bool
+)  # to be looked up when called: another one takes its place
 
 
 class Many(Protocol):
@@ -223,7 +230,8 @@ class Constraint(EvaluatorBase):
 
     def _is_satisfied(self, x: np.ndarray, tol: float) -> bool:
         y = self._eval(x)
-        return bool((y >= self._lower - tol).all() and (y <= self._upper + tol).all())
+        inside = inside_box(self._lower, self._upper, y, tol)
+        return bool((y >= self._lower - tol).all() and (y <= self._upper + tol).all()) if inside is None else inside
 
     def _formula(self, x: np.ndarray) -> Formula:
         parts = []

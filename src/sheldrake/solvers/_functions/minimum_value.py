@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import Constraint, Opaque, WithSlopes
+
+Penalty: TypeAlias = "Callable[[float, bool], tuple]"  # of a value, with its slope if wanted
 
 
 def quadratically_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:
@@ -42,17 +45,24 @@ class _MinimumValueConstraint(Opaque, WithSlopes, Constraint):
     _thread_safe = False
     _lower_kind = True
     _alpha = 100.0
+    _penalty: Penalty
 
     def _set_up(
-        self, num_vars: int, bound: float, offset: float, max_num_values: int, values: Callable, floats: Callable | None
+        self,
+        num_vars: int,
+        bound: float,
+        offset: float,
+        max_num_values: int,
+        values: Callable,
+        floats: Callable | None,
+        penalty: Penalty | None = None,
     ) -> None:
         if not math.isfinite(offset) or offset <= 0.0:
             raise RuntimeError(f"{type(self).__name__}: influence_value_offset must be positive and finite: {offset}.")
         self._bound, self._influence, self._max_num_values = float(bound), float(bound) + float(offset), max_num_values
         self._values, self._floats = values, floats
         self._set_sizes(1, int(num_vars))
-        self._penalty: Callable[[float, bool], tuple] = quadratically_smoothed_hinge
-        self._scale_to_penalty()
+        self.set_penalty_function(quadratically_smoothed_hinge if penalty is None else penalty)
 
     def _scale_to_penalty(self) -> None:
         """The value 1 is where exactly one value is at its bound."""
@@ -71,7 +81,7 @@ class _MinimumValueConstraint(Opaque, WithSlopes, Constraint):
         """Returns the value above which others do not count."""
         return self._influence
 
-    def set_penalty_function(self, new_penalty_function: Callable[[float, bool], tuple]) -> None:
+    def set_penalty_function(self, new_penalty_function: Penalty) -> None:
         """Sets the function `(x, compute_grad) -> (penalty, slope)`, decreasing to 0 at x >= 0."""
         self._penalty = new_penalty_function
         self._scale_to_penalty()

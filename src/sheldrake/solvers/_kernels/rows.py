@@ -70,69 +70,6 @@ def _bits(low, high):
     return bits
 
 
-@kernel(top=True)
-def conic_rows(
-    count: int,
-    entries: int,
-    lower: Vector,
-    upper: Vector,
-    rows: IntVector,
-    cols: IntVector,
-    values: Vector,
-    says: IntVector,
-    sizes: IntVector,
-    number: IntVector,
-    chosen: IntVector,
-    b: Vector,
-    new_rows: IntVector,
-    new_cols: IntVector,
-    new_values: Vector,
-) -> int:
-    """Rows lower <= A x <= upper as equations, A x <= upper, and -A x <= -lower; gives how many entries they have.
-
-    Args:
-        count: How many rows there are.
-        entries: How many entries A has.
-        lower: Lower bounds.
-        upper: Upper bounds.
-        rows: Row of each entry.
-        cols: Its column.
-        values: The entries.
-        says: Filled with the bits of each row.
-        sizes: Filled with the numbers of equations, of upper and of lower bounds, and of rows that no x satisfies.
-        number: Scratch, as long as rows are many.
-        chosen: Filled with the row that each new row is made of; at most twice as many as rows.
-        b: Filled with their right sides.
-        new_rows: Filled with the rows of their entries, at most twice as many.
-        new_cols: Filled with their columns.
-        new_values: Filled with the entries.
-    """
-    sizes[3] = 0
-    for i in range(count):
-        says[i] = _bits(lower[i], upper[i])
-        if says[i] & NEVER:
-            sizes[3] += 1
-    row, filled = 0, 0
-    for part in range(3):
-        bit, sign, first = 1 << part, -1.0 if part == 2 else 1.0, row
-        for i in range(count):
-            number[i] = -1
-            if says[i] & bit:
-                number[i] = row
-                chosen[row] = i
-                b[row] = -lower[i] if part == 2 else upper[i]
-                row += 1
-        sizes[part] = row - first
-        if row > first:
-            for e in range(entries):
-                if number[rows[e]] >= 0:
-                    new_rows[filled] = number[rows[e]]
-                    new_cols[filled] = cols[e]
-                    new_values[filled] = sign * values[e]
-                    filled += 1
-    return filled
-
-
 @kernel
 def _sort(count, keys, order, first, size, out):
     """Puts numbers of entries in the order of their keys, which are below size; equal ones stay in order."""
@@ -147,6 +84,121 @@ def _sort(count, keys, order, first, size, out):
         out[first[keys[e]]] = e
         first[keys[e]] += 1
     return 0
+
+
+@kernel(outline=True)
+def _columns(entries, height, width, rows, cols, values, by_row, order, first, starts, new_rows, new_values):
+    """Does what `sorted_columns` says."""
+    for e in range(entries):
+        order[e] = e
+    _sort(entries, rows, order, first, height, by_row)
+    _sort(entries, cols, by_row, first, width, order)
+    filled, col, last = 0, -1, -1
+    for i in range(entries):
+        e = order[i]
+        if cols[e] == col and rows[e] == last:
+            new_values[filled - 1] += values[e]
+            continue
+        while col < cols[e]:
+            col += 1
+            starts[col] = filled
+        last = rows[e]
+        new_rows[filled] = last
+        new_values[filled] = values[e]
+        filled += 1
+    for k in range(col + 1, width + 1):
+        starts[k] = filled
+    return filled
+
+
+@kernel(top=True)
+def conic_rows(
+    count: int,
+    entries: int,
+    width: int,
+    lower: Vector,
+    upper: Vector,
+    rows: IntVector,
+    cols: IntVector,
+    values: Vector,
+    says: IntVector,
+    sizes: IntVector,
+    number: IntVector,
+    chosen: IntVector,
+    b: Vector,
+    signed_rows: IntVector,
+    signed_cols: IntVector,
+    signed_values: Vector,
+    by_row: IntVector,
+    order: IntVector,
+    first: IntVector,
+    starts: IntVector,
+    new_rows: IntVector,
+    new_values: Vector,
+) -> int:
+    """Rows lower <= A x <= upper as equations, A x <= upper, and -A x <= -lower, by columns; gives their entries.
+
+    Args:
+        count: How many rows there are.
+        entries: How many entries A has; of none, the new rows are not asked for.
+        width: How many columns.
+        lower: Lower bounds.
+        upper: Upper bounds.
+        rows: Row of each entry.
+        cols: Its column.
+        values: The entries.
+        says: Filled with the bits of each row.
+        sizes: Filled with the numbers of equations, of upper and of lower bounds, and of rows that no x satisfies.
+        number: Scratch, as long as rows are many.
+        chosen: Filled with the row that each new row is made of; at most twice as many as rows.
+        b: Filled with their right sides.
+        signed_rows: Scratch for twice as many entries, as all that follows but `first` and `starts`.
+        signed_cols: Scratch.
+        signed_values: Scratch.
+        by_row: Scratch.
+        order: Scratch.
+        first: Scratch, one longer than the new rows and than the columns are many.
+        starts: Filled with where each column begins, and where the last one ends.
+        new_rows: Filled with the rows of the entries.
+        new_values: Filled with the entries.
+    """
+    sizes[3] = 0
+    for i in range(count):
+        says[i] = _bits(lower[i], upper[i])
+        if says[i] & NEVER:
+            sizes[3] += 1
+    row, filled = 0, 0
+    for part in range(3):
+        bit, sign, begin = 1 << part, -1.0 if part == 2 else 1.0, row
+        for i in range(count):
+            number[i] = -1
+            if says[i] & bit:
+                number[i] = row
+                chosen[row] = i
+                b[row] = -lower[i] if part == 2 else upper[i]
+                row += 1
+        sizes[part] = row - begin
+        if row > begin:
+            for e in range(entries):
+                if number[rows[e]] >= 0:
+                    signed_rows[filled] = number[rows[e]]
+                    signed_cols[filled] = cols[e]
+                    signed_values[filled] = sign * values[e]
+                    filled += 1
+    return _columns(
+        filled,
+        row,
+        width,
+        signed_rows,
+        signed_cols,
+        signed_values,
+        by_row,
+        order,
+        first,
+        starts,
+        new_rows,
+        new_values,
+    )
 
 
 @kernel(top=True)
@@ -180,23 +232,29 @@ def sorted_columns(
         new_rows: Filled with the rows of the entries.
         new_values: Filled with the entries.
     """
+    return _columns(entries, height, width, rows, cols, values, by_row, order, first, starts, new_rows, new_values)
+
+
+@kernel(top=True)
+def upper_columns(
+    entries: int,
+    size: int,
+    places: IntVector,
+    rows: IntVector,
+    cols: IntVector,
+    values: Vector,
+    by_row: IntVector,
+    order: IntVector,
+    first: IntVector,
+    starts: IntVector,
+    new_rows: IntVector,
+    new_values: Vector,
+) -> int:
+    """`sorted_columns` of the upper triangle of a square matrix, given by what `places` says of rows and of columns."""
+    count = 0
     for e in range(entries):
-        order[e] = e
-    _sort(entries, rows, order, first, height, by_row)
-    _sort(entries, cols, by_row, first, width, order)
-    filled, col, last = 0, -1, -1
-    for i in range(entries):
-        e = order[i]
-        if cols[e] == col and rows[e] == last:
-            new_values[filled - 1] += values[e]
-            continue
-        while col < cols[e]:
-            col += 1
-            starts[col] = filled
-        last = rows[e]
-        new_rows[filled] = last
-        new_values[filled] = values[e]
-        filled += 1
-    for k in range(col + 1, width + 1):
-        starts[k] = filled
-    return filled
+        row, col = places[rows[e]], places[cols[e]]
+        if row <= col:
+            rows[count], cols[count], values[count] = row, col, values[e]
+            count += 1
+    return _columns(count, size, size, rows, cols, values, by_row, order, first, starts, new_rows, new_values)

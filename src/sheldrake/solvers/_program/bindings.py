@@ -309,6 +309,10 @@ class ProgramBindings:
         Raises:
             RuntimeError: the number of values is another than that of decision variables, or a variable is none.
         """
+        return self._own_values(binding, self._all_values(prog_var_vals))
+
+    def _all_values(self, prog_var_vals: ArrayLike) -> np.ndarray:
+        """Values of all decision variables as a vector."""
         values = np.asarray(prog_var_vals)
         if values.dtype != object:
             values = values.astype(float, copy=False)
@@ -319,6 +323,10 @@ class ProgramBindings:
             raise RuntimeError(
                 f"GetBindingVariableValues(): expected {count} values of decision variables, got shape {values.shape}."
             )
+        return values
+
+    def _own_values(self, binding: BindingBase, values: np.ndarray) -> np.ndarray:
+        """Those of the variables of a binding."""
         try:
             return values[self._variables.places_in((binding,))]
         except KeyError:
@@ -351,7 +359,8 @@ class ProgramBindings:
     ) -> bool:
         """Tells whether one or several constraints are satisfied; called as `(binding(s), prog_var_vals, tol=1e-6)`."""
         found: Iterable[BindingBase[Constraint]] = [bindings] if isinstance(bindings, BindingBase) else bindings
-        return all(bool(b.evaluator().CheckSatisfied(self.GetBindingVariableValues(b, values), tol)) for b in found)
+        all_values = self._all_values(values)
+        return all(bool(b.evaluator().CheckSatisfied(self._own_values(b, all_values), tol)) for b in found)
 
     @overloaded(
         overload(binding=kinds.binding, tol=(kinds.number, 1e-6)),

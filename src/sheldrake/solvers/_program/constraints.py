@@ -237,7 +237,7 @@ def _box_of_one(lb: float, ub: float, var: Variable) -> BindingBase[BoundingBoxC
 
 
 def _box_for_all(lb: float, ub: float, vars: np.ndarray) -> BindingBase[BoundingBoxConstraint]:
-    return _box(np.full(len(vars), lb), np.full(len(vars), ub), vars)
+    return _box(np.array([lb] * len(vars)), np.array([ub] * len(vars)), vars)
 
 
 def _quadratic(

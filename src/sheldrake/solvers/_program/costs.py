@@ -155,7 +155,8 @@ def _error(Q: Matrix, x_desired: np.ndarray, vars: np.ndarray) -> BindingBase[Qu
 
 
 def _squared_norm(A: Matrix, b: np.ndarray, vars: np.ndarray) -> BindingBase[QuadraticCost]:
-    new = QuadraticCost(2.0 * A.T @ A, -2.0 * A.T @ b, float(b @ b), is_convex=True)
+    twice = 2.0 * A.T
+    new = QuadraticCost._of(symmetric_part(twice @ A), twice @ -b, float(b @ b), True)
     return bind(QuadraticCost, new, vars)
 
 
