@@ -63,6 +63,7 @@ class SceneGraph(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(self, config: SceneGraphConfig | None = None) -> None:
         super().__init__()
         self._model = GeometryState()
@@ -176,6 +177,7 @@ class SceneGraph(LeafSystem):
 
     # ---- configuration
 
+    @checked
     def get_config(self, context: Context | None = None) -> SceneGraphConfig:
         """The configuration of the model, or of a context."""
         if context is None:
@@ -213,6 +215,7 @@ class SceneGraph(LeafSystem):
         """The world frame."""
         return WORLD_FRAME_ID
 
+    @checked
     def RegisterSource(self, name: str = "") -> SourceId:
         """Registers a source and makes its input ports.
 
@@ -377,6 +380,7 @@ class SceneGraph(LeafSystem):
         self.ValidateContext(context)
         return self._geometry_state(context).renderers
 
+    @checked
     def RendererCount(self, context: Context | None = None) -> int:
         """Number of render engines."""
         return len(self._renderers(context).names())

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._text import arguments, number
 from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
@@ -118,6 +119,7 @@ class Box(Shape):
     def __init__(self, width: float, depth: float, height: float) -> None: ...
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
+    @checked
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._width, self._depth, self._height = _given("Box", self._names, args, kwargs)
 
@@ -152,6 +154,7 @@ class Cylinder(Shape):
     def __init__(self, radius: float, length: float) -> None: ...
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
+    @checked
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._radius, self._length = _given("Cylinder", self._names, args, kwargs)
 
@@ -173,6 +176,7 @@ class Capsule(Shape):
     def __init__(self, radius: float, length: float) -> None: ...
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
+    @checked
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._radius, self._length = _given("Capsule", self._names, args, kwargs)
 
@@ -214,6 +218,7 @@ class HalfSpace(Shape):
     """Everything below the plane z = 0 of G; Gz points out of it."""
 
     @staticmethod
+    @checked
     def MakePose(Hz_dir_F: ArrayLike, p_FB: ArrayLike) -> RigidTransform:
         """The pose X_FH of a half space whose outward normal and a point on whose boundary are given.
 

@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, incompatible
@@ -38,6 +39,7 @@ class BsplineBasis(ScalarBase):
 
     __slots__ = ("_knots", "_order")
 
+    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `BsplineBasis()`, `BsplineBasis(order, knots)`, `BsplineBasis(order, num_basis_functions,
@@ -163,6 +165,7 @@ class BsplineBasis(ScalarBase):
         if not first <= _number(u) <= last:
             raise RuntimeError(f"BsplineBasis.{call}(): parameter value {u} is not within [{first}, {last}].")
 
+    @checked
     def EvaluateCurve(self, control_points: Sequence[Any], parameter_value: Scalar) -> np.ndarray:
         """The point of a curve, of the shape of a control point.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.planning._dof_mask import DofMask
@@ -37,6 +38,7 @@ class JointLimits:
         RuntimeError: sizes differ, a lower limit is above its upper limit, or one is not finite though required.
     """
 
+    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         flags = {f"require_finite_{word}": (flag, False) for word in ("positions", "velocities", "accelerations")}
         vectors = {f"{kind}_{end}": _arrays.float_vector for kind in _KINDS for end in ("lower", "upper")}

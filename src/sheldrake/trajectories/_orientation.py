@@ -63,6 +63,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         RuntimeError: fewer than two, or another number of times than of orientations.
     """
 
+    @checked
     def __init__(self, breaks: Any = None, *args: Any, **kwargs: Any):
         given = [*args, *(kwargs[n] for n in ("quaternions", "rotation_matrices", "angle_axes") if n in kwargs)]
         self._q: list[tuple] = []  # w, x, y, z of each
@@ -108,11 +109,15 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
 
     @typing_overload
+    @checked
     def Append(self, time: Scalar, quaternion: Quaternion) -> None: ...
     @typing_overload
+    @checked
     def Append(self, time: Scalar, rotation_matrix: RotationMatrix) -> None: ...
     @typing_overload
+    @checked
     def Append(self, time: Scalar, angle_axis: eigen_geometry.AngleAxis) -> None: ...
+    @checked
     def Append(self, time: Scalar, *args: Any, **kwargs: Any) -> None:
         """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
 
@@ -322,6 +327,7 @@ class PiecewisePose(PiecewiseTrajectory):
         return breaks, positions, PiecewiseQuaternionSlerp._template[cls._T](breaks, rotations)
 
     @classmethod
+    @checked
     def MakeLinear(cls, times: Scalars, poses: Sequence[RigidTransform]) -> PiecewisePose:
         """Returns the motion at constant linear and angular velocity from pose to pose.
 
@@ -334,6 +340,7 @@ class PiecewisePose(PiecewiseTrajectory):
         return cls._of(p, R)
 
     @classmethod
+    @checked
     def MakeCubicLinearWithEndLinearVelocity(
         cls,
         times: Scalars,

@@ -190,6 +190,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         """The derivative, again piecewise polynomial."""
         return self.derivative(derivative_order)
 
+    @checked
     def derivative(self, derivative_order: int = 1) -> PiecewisePolynomial:
         """Returns the derivative of the given order, again piecewise polynomial.
 
@@ -215,6 +216,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     # Segments and their polynomials
 
+    @checked
     def getPolynomialMatrix(self, segment_index: int) -> np.ndarray:
         """Returns the polynomials of a segment, in the time since its start, shape `(rows, cols)`."""
         c = self._c[self._segment(segment_index)]
@@ -223,6 +225,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             out[index] = Polynomial_[self._T]._of(c[index].copy())
         return out
 
+    @checked
     def getPolynomial(self, segment_index: int, row: int = 0, col: int = 0) -> Polynomial:
         """Returns one polynomial of a segment.
 
@@ -241,6 +244,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._check_block("getSegmentPolynomialDegree", row, col, 1, 1)
         return self._c[self._segment(segment_index)][row, col].size - 1
 
+    @checked
     def setPolynomialMatrixBlock(
         self, replacement: Any, segment_index: int, row_start: int = 0, col_start: int = 0
     ) -> None:
@@ -263,6 +267,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 f"{self._name(call)}: a block of {rows} x {cols} at ({row}, {col}) is not inside {r} x {c}."
             )
 
+    @checked
     def Block(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> PiecewisePolynomial:
         """Returns the trajectory of a block of the matrix.
 
@@ -514,6 +519,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.linear(interpolation.durations(times, y), y), times)
 
     @classmethod
+    @checked
     def CubicShapePreserving(
         cls, breaks: Scalars, samples: Scalars, zero_end_point_derivatives: bool = False
     ) -> PiecewisePolynomial:
@@ -534,6 +540,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
     @classmethod
+    @checked
     def CubicWithContinuousSecondDerivatives(
         cls,
         breaks: Scalars,
@@ -597,6 +604,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(interpolation.durations(times, y), y, m), times)
 
     @classmethod
+    @checked
     def LagrangeInterpolatingPolynomial(cls, times: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns the one segment whose polynomials, of degree n - 1, go through all n samples."""
         t, y = cls._samples("LagrangeInterpolatingPolynomial", times, samples, 1)

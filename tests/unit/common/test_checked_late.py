@@ -75,6 +75,11 @@ def test_what_the_body_says_of_right_arguments_stays():
 
 
 class _Refuses:
+    """An array of another library."""
+
+    def __len__(self) -> int:
+        return 1
+
     def __float__(self) -> float:
         raise ValueError("could not convert")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import expect
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
@@ -67,6 +68,7 @@ class TriangleSurfaceMesh:
         RuntimeError: there is no triangle.
     """
 
+    @checked
     def __init__(self, triangles: Sequence[SurfaceTriangle] | Sequence[Sequence[int]], vertices: Scalars) -> None:
         rows = [t._v if isinstance(t, SurfaceTriangle) else tuple(t) for t in triangles]
         if not rows:
@@ -122,6 +124,7 @@ class TriangleSurfaceMesh:
         """Unit normal of a triangle in M, shape (3,)."""
         return self._normals[t].copy()
 
+    @checked
     def element_centroid(self, t: int) -> np.ndarray:
         """Centroid of a triangle in M [m], shape (3,)."""
         return self._vertices[self._triangles[t]].mean(axis=0)

@@ -29,6 +29,7 @@ class CollisionFilterDeclaration:
         self._scope = scope
         self._statements: list[_Statement] = []
 
+    @checked
     def AllowBetween(self, set_A: GeometrySet, set_B: GeometrySet) -> CollisionFilterDeclaration:
         """Allows contact of every geometry of A with every geometry of B."""
         return self._add(True, set_A, set_B)
@@ -37,6 +38,7 @@ class CollisionFilterDeclaration:
         """Allows contact of every pair in the set."""
         return self._add(True, geometry_set, None)
 
+    @checked
     def ExcludeBetween(self, set_A: GeometrySet, set_B: GeometrySet) -> CollisionFilterDeclaration:
         """Excludes contact of every geometry of A with every geometry of B."""
         return self._add(False, set_A, set_B)

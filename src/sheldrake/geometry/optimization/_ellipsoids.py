@@ -85,6 +85,7 @@ class AffineBall(ConvexSet):
         self._set(np.linalg.inv(L).T if A.size else A, ellipsoid.center())
 
     @staticmethod
+    @checked
     def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> AffineBall:
         """Returns the least ellipsoid around points, columns; flat if the points are.
 
@@ -128,11 +129,13 @@ class AffineBall(ConvexSet):
         return AffineBall.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
     @staticmethod
+    @checked
     def MakeUnitBall(dim: int) -> AffineBall:
         """Returns the unit ball about the origin."""
         return AffineBall(np.eye(dim), np.zeros(dim))
 
     @staticmethod
+    @checked
     def MakeAffineBallFromLineSegment(x_1: ArrayLike, x_2: ArrayLike, epsilon: float = 1e-3) -> AffineBall:
         """Returns an ellipsoid whose longest axis is a line segment, and whose others have radius epsilon.
 
@@ -273,6 +276,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
     @staticmethod
+    @checked
     def MakeUnitBall(dim: int) -> Hyperellipsoid:
         """Returns the unit ball about the origin."""
         return Hyperellipsoid(np.eye(dim), np.zeros(dim))

@@ -8,6 +8,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Sphere
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
@@ -36,10 +37,13 @@ class Point(ConvexSet):
     _has_volume = True
 
     @typing_overload
+    @checked
     def __init__(self) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, x: ArrayLike) -> None: ...
     @typing_overload
+    @checked
     def __init__(
         self,
         query_object: QueryObject,
@@ -47,6 +51,7 @@ class Point(ConvexSet):
         reference_frame: FrameId | None = None,
         maximum_allowable_radius: float = 0.0,
     ) -> None: ...
+    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("Point", _WAYS, self, args, kwargs)
 

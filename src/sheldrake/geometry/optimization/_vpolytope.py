@@ -50,15 +50,20 @@ class VPolytope(ConvexSet):
     _has_volume = True
 
     @typing_overload
+    @checked
     def __init__(self) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, vertices: ArrayLike) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, H: HPolyhedron, tol: float = 1e-9) -> None: ...
     @typing_overload
+    @checked
     def __init__(
         self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
     ) -> None: ...
+    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("VPolytope", _WAYS, self, args, kwargs)
 
@@ -113,6 +118,7 @@ class VPolytope(ConvexSet):
         """
         return VPolytope(extreme_points(self._vertices, tol))
 
+    @checked
     def ToShapeConvex(self, convex_label: str = "convex_from_vpolytope") -> Convex:
         """Returns it as a shape.
 

@@ -102,6 +102,7 @@ class _AxisJoint(OneVelocityJoint):
 
     _axis: np.ndarray
 
+    @checked
     def __init__(
         self,
         name: str,
@@ -128,6 +129,7 @@ class RevoluteJoint(_AxisJoint):
 
     kTypeName = "revolute"
 
+    @checked
     def __init__(
         self,
         name: str,
@@ -257,6 +259,7 @@ class ScrewJoint(OneDampingJoint):
     kTypeName = "screw"
     _axis: np.ndarray
 
+    @checked
     def __init__(
         self,
         name: str,

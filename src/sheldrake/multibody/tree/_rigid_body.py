@@ -34,6 +34,7 @@ class RigidBody(NamedElement):
 
     _index_type = BodyIndex
 
+    @checked
     def __init__(self, body_name: str, *args: Any, **kwargs: Any):
         """
         Args:
@@ -234,6 +235,7 @@ class RigidBody(NamedElement):
         """
         self._floating_joint("Lock").Lock(context)
 
+    @checked
     def Unlock(self, context: Context) -> None:
         """Unlocks the joint by which it floats.
 

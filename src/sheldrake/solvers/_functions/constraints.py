@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
@@ -54,6 +55,7 @@ class LinearConstraint(Constraint):
     _row: tuple[list[float], float, float] | None = None
     """Entries and bounds of a row that was parsed, until one of them changes; its arrays are made for who asks."""
 
+    @checked
     def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
 
@@ -171,6 +173,7 @@ class LinearConstraint(Constraint):
         self._leave_row()
         self._own_bounds(lower, self._upper)
 
+    @checked
     def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the upper bound."""
         upper = _bound(new_ub)
@@ -228,6 +231,7 @@ class LinearEqualityConstraint(LinearConstraint):
     def __init__(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: np.ndarray):
         self._set_linear(Aeq, beq, beq)
 
+    @checked
     def UpdateCoefficients(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: ArrayLike) -> None:  # type: ignore[override]
         """Sets matrix and right hand side."""
         b = _bound(beq)
@@ -248,6 +252,7 @@ class BoundingBoxConstraint(LinearConstraint):
         ub: Shape `(n,)`.
     """
 
+    @checked
     def __init__(self, lb: ArrayLike, ub: ArrayLike):
         self._set_box(*_bounds(lb, ub))
 
@@ -497,6 +502,7 @@ class ExpressionConstraint(ExpressionFunction, Constraint):
         ub: Shape `(m,)`.
     """
 
+    @checked
     def __init__(self, v: Any, lb: ArrayLike, ub: ArrayLike):
         self._set_expressions(list(_arrays.expression_array(v).ravel(order="F")))
         self._set_bounds(*_bounds(lb, ub))

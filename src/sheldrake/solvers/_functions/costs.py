@@ -115,6 +115,7 @@ class LinearCost(Cost):
         """Returns the constant."""
         return self._b
 
+    @checked
     def UpdateCoefficients(self, new_a: ArrayLike, new_b: float = 0.0) -> None:
         """Sets coefficients and constant.
 
@@ -251,6 +252,7 @@ class QuadraticCost(Cost):
             cost._is_convex = True if found else None  # eigenvalues tell of the others
         return all([cost.is_convex() for cost in costs])
 
+    @checked
     def UpdateCoefficients(
         self, new_Q: ArrayLike, new_b: ArrayLike, new_c: float = 0.0, is_convex: bool | None = None
     ) -> None:
@@ -286,6 +288,7 @@ class QuadraticCost(Cost):
         self._b[i] = val
         Changes.note()
 
+    @checked
     def update_constant_term(self, new_c: float) -> None:
         """Sets the constant."""
         self._c = float(new_c)

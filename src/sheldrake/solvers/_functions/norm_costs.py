@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import same_count
@@ -26,6 +27,7 @@ class _NormCost(Cost):
     _A: Any
     _b: np.ndarray
 
+    @checked
     def __init__(self, A: ArrayLike, b: ArrayLike):
         self._A, self._b = _arrays.float_matrix(A), _arrays.float_vector(b)
         self._check()
@@ -171,6 +173,7 @@ class L2NormCost(_NormCost):
 
         return csc_matrix(self._A)
 
+    @checked
     def UpdateCoefficients(self, new_A: Any, new_b: Any = None) -> None:
         """Sets A and b; b is zero if absent.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework._kernels.integrate import RK3, Integrator, IntegratorNumbers
 from sheldrake.systems.framework._kernels.program import Run, RunWords
 from sheldrake.systems.framework._vector import plain
@@ -80,6 +81,7 @@ class IntegratorBase:
 
     # Settings.
 
+    @checked
     def set_maximum_step_size(self, max_step_size: float) -> None:
         """No step is longer than this [s], or only 1 % to reach an event.
 
@@ -118,6 +120,7 @@ class IntegratorBase:
         wanted = self._default_accuracy if self._accuracy != self._accuracy else self._accuracy
         self._number[ACCURACY] = min(wanted, self._loosest_accuracy)
 
+    @checked
     def set_fixed_step_mode(self, flag: bool) -> None:
         """Whether to take steps of the maximum size, without error control.
 
@@ -146,6 +149,7 @@ class IntegratorBase:
         """Length of the first step [s]."""
         return self._initial
 
+    @checked
     def set_requested_minimum_step_size(self, min_step_size: float) -> None:
         """Error control does not go below this [s].
 

@@ -7,6 +7,7 @@ import operator
 import time
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.deprecation import _warn_of_retired
 from sheldrake.systems.analysis._integrator import IntegratorBase
@@ -72,6 +73,7 @@ class SimulatorSettings:
         """Whether to force a publish after every step."""
         return self._publish_every_step
 
+    @checked
     def set_publish_at_initialization(self, publish: bool) -> None:
         """Whether to force a publish in `Initialize`. Retired: a LeafSystem declares initialization events."""
         _warn_of_retired("set_publish_at_initialization()", "DeclareInitializationPublishEvent() of a LeafSystem")

@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import AbstractValue, Value
@@ -107,6 +108,7 @@ class LeafSystem(LeafEvents):
 
     # Input ports.
 
+    @checked
     def DeclareVectorInputPort(
         self,
         name: str | UseDefaultName,
@@ -195,6 +197,7 @@ class LeafSystem(LeafEvents):
         self._changed()
         return self._output_port(j)  # type: ignore[return-value]
 
+    @checked
     def DeclareStateOutputPort(
         self, name: str | UseDefaultName, state_index: ContinuousStateIndex | DiscreteStateIndex | AbstractStateIndex
     ) -> LeafOutputPort:
@@ -260,15 +263,20 @@ class LeafSystem(LeafEvents):
     # State and parameters.
 
     @typing_overload
+    @checked
     def DeclareContinuousState(self, num_state_variables: int) -> ContinuousStateIndex: ...
     @typing_overload
+    @checked
     def DeclareContinuousState(self, num_q: int, num_v: int, num_z: int) -> ContinuousStateIndex: ...
     @typing_overload
+    @checked
     def DeclareContinuousState(self, model_vector: BasicVector | Scalars) -> ContinuousStateIndex: ...
     @typing_overload
+    @checked
     def DeclareContinuousState(
         self, model_vector: BasicVector | Scalars, num_q: int, num_v: int, num_z: int
     ) -> ContinuousStateIndex: ...
+    @checked
     def DeclareContinuousState(self, *args: Any, **kwargs: Any) -> ContinuousStateIndex:
         """Declares the continuous state: `(num_state_variables)`, `(num_q, num_v, num_z)`, `(model_vector)` or
         `(model_vector, num_q, num_v, num_z)`. A later call replaces it.
@@ -295,6 +303,7 @@ class LeafSystem(LeafEvents):
         self._changed()
         return ContinuousStateIndex(0)
 
+    @checked
     def DeclareDiscreteState(
         self, model_vector: BasicVector | int | Scalars | None = None, **kwargs: Any
     ) -> DiscreteStateIndex:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import Diagram, DiagramBuilder_, LeafSystem, State
 from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import as_vector
@@ -87,6 +88,7 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
         """Whether velocities are zero until there are two samples."""
         return self._derivative.suppress_initial_transient()
 
+    @checked
     def set_initial_position(
         self, context: Context | None = None, position: Scalars | None = None, *, state: State | None = None
     ) -> None:

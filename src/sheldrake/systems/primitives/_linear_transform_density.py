@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common import CalcProbabilityDensity, RandomDistribution
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class LinearTransformDensity(LeafSystem):
         """The output with the density of w_out."""
         return self.get_output_port(1)
 
+    @checked
     def FixConstantA(self, context: Context, A: Scalars) -> FixedInputPortValue:
         """Fixes A, shape (output_size, input_size)."""
         A = np.asarray(A)

@@ -295,10 +295,12 @@ class TrajectoryAffineSystem(LeafSystem):
         """Period of the discrete update [s]; 0: continuous."""
         return self._period
 
+    @checked
     def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
         set_default_state(self, x0)
 
+    @checked
     def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)

@@ -112,6 +112,7 @@ class Propeller(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(
         self,
         body_index: Any = None,
