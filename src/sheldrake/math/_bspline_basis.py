@@ -12,6 +12,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._kinds import LARGEST_COUNT
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, any_array, as_scalar
@@ -94,7 +95,7 @@ class BsplineBasis(ScalarBase):
         final_parameter_value: Scalar = 1.0,
     ) -> None:
         k, n = operator.index(order), operator.index(num_basis_functions)
-        if not isinstance(type, KnotVectorType):
+        if not isinstance(type, KnotVectorType) or n > LARGEST_COUNT:
             raise Mismatch
         first, last = as_scalar(self._T, initial_parameter_value), as_scalar(self._T, final_parameter_value)
         if n < k:

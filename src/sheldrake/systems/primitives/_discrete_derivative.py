@@ -53,8 +53,17 @@ class DiscreteDerivative(LeafSystem):
         return self._suppress
 
     def set_input_history(self, state: State | Context, u: Scalars, previous: Scalars | None = None) -> None:
-        """Sets the newest sample and the one before (the same if not given), in a State or a context."""
+        """Sets the newest sample and the one before (the same if not given), in a State or a context.
+
+        Raises:
+            RuntimeError: the state has not the groups of this system's, so is of another one.
+        """
         discrete = state.get_mutable_discrete_state()
+        if discrete.num_groups() != 2 + self._suppress:
+            raise RuntimeError(
+                f"DiscreteDerivative.set_input_history(): a state of {discrete.num_groups()} groups was not created "
+                f"for {self._describe()}."
+            )
         u = as_vector(u)
         discrete.set_value(0, u)
         discrete.set_value(1, u if previous is None else previous)
@@ -90,7 +99,7 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
 
     @checked
     def set_initial_position(
-        self, context: Context | None = None, position: Scalars | None = None, *, state: State | None = None
+        self, context: Context | State | None = None, position: Scalars | None = None, *, state: State | None = None
     ) -> None:
         """Sets the position as if it had stood still, in a context or a State."""
         target: Any = context if state is None else state
