@@ -141,7 +141,8 @@ def refusal(
     for parameter, value in _given(function, args, kwargs):
         if value is parameter.default or (value is None and _may_be_stated(error)):
             continue
-        test = strict_test_of(parameter.annotation, function)
+        one_of_many = parameter.kind is parameter.VAR_POSITIONAL  # which may be the numbers of an array
+        test = (test_of if one_of_many else strict_test_of)(parameter.annotation, function)
         if test is not None and not test(value):
             wanted = f"must be {_shown(parameter.annotation, function)}, not"
         elif any(value is thing for thing in stumbled_over) and (test is None or test(_UNKNOWN)):
@@ -250,7 +251,7 @@ def _is_none(value: object) -> bool:
 
 def _is_array(value: Any) -> bool:
     if isinstance(value, np.ndarray):
-        return value.ndim > 0 and value.dtype.kind not in "SUc"
+        return value.ndim > 0 and value.dtype.kind not in "SU"
     if isinstance(value, (list, tuple)):
         return all(is_number(item) or _is_array(item) for item in value)
     return not isinstance(value, _NEVER) and (

@@ -79,6 +79,7 @@ class PendulumPlant(LeafSystem):
         return PendulumState.of(context.get_continuous_state_vector())
 
     @staticmethod
+    @checked
     def get_mutable_state(context: Context) -> PendulumState:
         """The state in a context, to be changed."""
         return PendulumState.of(context.get_mutable_continuous_state_vector())

@@ -127,6 +127,7 @@ class PointCloud:
             self.resize(int(size))
 
     @staticmethod
+    @checked
     def IsDefaultValue(value: float) -> bool:
         """Returns whether a number is that of a new point: NaN."""
         return bool(np.isnan(value))
@@ -225,6 +226,7 @@ class PointCloud:
         """Returns the normal of point i, shape (3,), a copy."""
         return self._at("normal", BaseField.kNormals, i)
 
+    @checked
     def mutable_normal(self, i: int) -> np.ndarray:
         """Returns the normal of point i, shape (3,), a view to write through."""
         return self._at("mutable_normal", BaseField.kNormals, i, True)
@@ -286,6 +288,7 @@ class PointCloud:
         toward = np.asarray(p_CP, np.float32).reshape(3) - xyz
         normals[np.einsum("ij,ij->i", toward, normals) < 0] *= -1
 
+    @checked
     def VoxelizedDownSample(self, voxel_size: float, parallelize: Parallelism | bool | int = False) -> PointCloud:
         """Returns a cloud with one point for each cube of a grid that holds any: their mean, also of the other fields.
 

@@ -139,9 +139,12 @@ class BsplineBasis(ScalarBase):
         return find(self._knots if self._T is float else [_number(knot) for knot in self._knots], u) - 1
 
     @typing_overload
+    @checked
     def ComputeActiveBasisFunctionIndices(self, parameter_value: Scalar) -> list[int]: ...
     @typing_overload
+    @checked
     def ComputeActiveBasisFunctionIndices(self, parameter_interval: Scalars) -> list[int]: ...
+    @checked
     def ComputeActiveBasisFunctionIndices(self, *args: Any, **kwargs: Any) -> list[int]:
         """Which basis functions are not zero at `parameter_value`, or somewhere in `parameter_interval` [a, b]."""
         values = [*args, *kwargs.values()]

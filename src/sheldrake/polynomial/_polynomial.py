@@ -144,6 +144,7 @@ class Polynomial:
         value = evaluate(self._c, self._scalar("EvaluateUnivariate", x), order)
         return float(value) if self._T is float else value
 
+    @checked
     def Derivative(self, derivative_order: int = 1) -> Polynomial:
         """Returns the derivative of the given order as a polynomial."""
         return self._of(differentiate(self._c, _order("Derivative", derivative_order)))

@@ -77,6 +77,7 @@ class BezierCurve(Trajectory):
         new[:, 1:-1] = p[:, :-1] * a + p[:, 1:] * (1.0 - a)
         self._points = new
 
+    @checked
     def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
         """Returns M such that the points of the derivative are `control_points @ M`, as `scipy.sparse.csc_matrix`."""
         import scipy.sparse

@@ -184,6 +184,7 @@ class BsplineTrajectory(Trajectory):
         points = probe.DoMakeDerivative(derivative_order).control_points() if derivative_order else probe._points
         return np.hstack(points)
 
+    @checked
     def InsertKnots(self, additional_knots: Scalars) -> None:
         """Adds knots without changing the trajectory, by Boehm's rule (1980).
 
@@ -213,6 +214,7 @@ class BsplineTrajectory(Trajectory):
         self._points = points
         self._basis = BsplineBasis_[self._T](order, [*knots[: i + 1], t, *knots[i + 1 :]])
 
+    @checked
     def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> BsplineTrajectory:
         """Returns the trajectory of a block of the matrix.
 

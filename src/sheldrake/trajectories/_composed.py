@@ -305,6 +305,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
         out._join(aligned)
         return out
 
+    @checked
     def segment(self, segment_index: int) -> Trajectory:
         """Returns one of the trajectories."""
         return self._parts[self._segment(segment_index)]

@@ -235,6 +235,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._check_block("getPolynomial", row, col, 1, 1)
         return Polynomial_[self._T](self._c[self._segment(segment_index)][row, col])
 
+    @checked
     def getSegmentPolynomialDegree(self, segment_index: int, row: int = 0, col: int = 0) -> int:
         """Returns the degree of one polynomial of a segment.
 
@@ -305,6 +306,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._c += interpolation.linear(h, y)
         self._breaks.append(end)
 
+    @checked
     def AppendCubicHermiteSegment(self, time: Scalar, sample: Scalars, sample_dot: Scalars) -> None:
         """Adds a cubic from the end, with its slope there, to a sample with a slope at a later time [s]."""
         end, h, y = self._next("AppendCubicHermiteSegment", time, sample)
@@ -393,12 +395,14 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._changed()
         self._breaks = [b + offset for b in self._breaks]
 
+    @checked
     def slice(self, start_segment_index: int, num_segments: int) -> PiecewisePolynomial:
         """Returns the trajectory of some consecutive segments."""
         first = self._segment(start_segment_index)
         last = self._segment(first + num_segments - 1)
         return self._of([c.copy() for c in self._c[first : last + 1]], self._breaks[first : last + 2])
 
+    @checked
     def isApprox(
         self, other: PiecewisePolynomial, tol: float, tol_type: ToleranceType = ToleranceType.kRelative
     ) -> bool:
@@ -499,6 +503,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return y
 
     @classmethod
+    @checked
     def ZeroOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns the trajectory that keeps each sample until the next break.
 
@@ -513,6 +518,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.constant(y), times)
 
     @classmethod
+    @checked
     def FirstOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns straight lines from sample to sample; arguments as those of `ZeroOrderHold`."""
         times, y = cls._samples("FirstOrderHold", breaks, samples, 2)
@@ -584,6 +590,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
     @classmethod
+    @checked
     def CubicHermite(cls, breaks: Scalars, samples: Scalars, samples_dot: Scalars) -> PiecewisePolynomial:
         """Returns cubics through the samples with the given slopes.
 

@@ -41,6 +41,7 @@ class SurfaceTriangle:
         """Three."""
         return 3
 
+    @checked
     def vertex(self, i: int) -> int:
         """The number of corner `i` in the mesh."""
         if not 0 <= i < 3:
@@ -108,6 +109,7 @@ class TriangleSurfaceMesh:
         """Triangle `e`."""
         return SurfaceTriangle(*self._triangles[e].tolist())
 
+    @checked
     def vertex(self, v: int) -> np.ndarray:
         """Position of vertex `v` in M [m], shape (3,)."""
         return self._vertices[v].copy()
@@ -120,6 +122,7 @@ class TriangleSurfaceMesh:
         """Area of all triangles [m^2]."""
         return plain(self._areas.sum())
 
+    @checked
     def face_normal(self, t: int) -> np.ndarray:
         """Unit normal of a triangle in M, shape (3,)."""
         return self._normals[t].copy()
@@ -148,6 +151,7 @@ class TriangleSurfaceMesh:
         beta, gamma = (vv * uq - uv * vq) / scale, (uu * vq - uv * uq) / scale
         return np.array([1.0 - beta - gamma, beta, gamma])
 
+    @checked
     def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Scalars) -> np.ndarray:
         """Position in M [m] of barycentric coordinates in a triangle, shape (3,)."""
         return np.asarray(b_Q, dtype=float).reshape(3) @ self._vertices[self._triangles[element_index]]

@@ -78,6 +78,7 @@ class VolumeMesh:
         """Tetrahedron `e`."""
         return VolumeElement(*self._elements[e].tolist())
 
+    @checked
     def vertex(self, v: int) -> np.ndarray:
         """Position of vertex `v` in M [m], shape (3,)."""
         return self._vertices[v].copy()
@@ -111,6 +112,7 @@ class VolumeMesh:
         b1, b2, b3 = np.cross(v, w) @ q / volume, np.cross(w, u) @ q / volume, np.cross(u, v) @ q / volume
         return np.array([1.0 - b1 - b2 - b3, b1, b2, b3])
 
+    @checked
     def edge_vector(self, e: int, a: int, b: int) -> np.ndarray:
         """Vector from corner `a` to corner `b` of a tetrahedron, in M [m], shape (3,)."""
         corners = self._vertices[self._elements[e]]

@@ -25,6 +25,7 @@ class _Statement(NamedTuple):
 class CollisionFilterDeclaration:
     """A list of statements that allow or exclude contact between or within sets; later statements win."""
 
+    @checked
     def __init__(self, scope: CollisionFilterScope = CollisionFilterScope.kAll) -> None:
         self._scope = scope
         self._statements: list[_Statement] = []

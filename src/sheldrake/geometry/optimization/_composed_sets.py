@@ -297,6 +297,7 @@ class ConvexHull(ConvexSet):
         """Returns the sets that take part: those that are not empty, if these are left out."""
         return list(self._taking_part)
 
+    @checked
     def element(self, index: int) -> ConvexSet:
         """Returns one of the sets."""
         return self._sets[index]

@@ -112,6 +112,7 @@ class AffineBall(ConvexSet):
         return AffineBall(whole @ U.T, mean + basis @ center)
 
     @staticmethod
+    @checked
     def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> AffineBall:
         """Returns an ellipsoid along the axes.
 
@@ -244,6 +245,7 @@ class Hyperellipsoid(ConvexSet):
         self._set(np.linalg.inv(B) if B.size else B, ball.center())
 
     @staticmethod
+    @checked
     def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> Hyperellipsoid:
         """Returns the least ellipsoid around points, columns.
 
@@ -259,6 +261,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(AffineBall.MinimumVolumeCircumscribedEllipsoid(points, rank_tol))
 
     @staticmethod
+    @checked
     def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> Hyperellipsoid:
         """Returns an ellipsoid along the axes.
 

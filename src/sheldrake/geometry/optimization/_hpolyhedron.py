@@ -111,6 +111,7 @@ class HPolyhedron(ConvexSet):
         return HPolyhedron(*programs.box_rows(*checked_box("MakeBox", lb, ub)))
 
     @staticmethod
+    @checked
     def MakeUnitBox(dim: int) -> HPolyhedron:
         """Returns -1 <= x <= 1."""
         return HPolyhedron.MakeBox(-np.ones(dim), np.ones(dim))
@@ -249,6 +250,7 @@ class HPolyhedron(ConvexSet):
         stretched = out.MaximumVolumeInscribedAffineTransformation(self)
         return stretched if _face_translation.keeps(stretched, settings) else out
 
+    @checked
     def Scale(self, scale: float, center: ArrayLike | None = None) -> HPolyhedron:
         """Returns it scaled about a center (by default the Chebyshev center) to `scale` times its volume.
 

@@ -93,6 +93,7 @@ class VPolytope(ConvexSet):
         self._set(basis @ vertices_of(A, b, local.ChebyshevCenter()) + start[:, None])
 
     @staticmethod
+    @checked
     def MakeBox(lb: ArrayLike, ub: ArrayLike) -> VPolytope:
         """Returns the corners of lb <= x <= ub.
 
@@ -110,6 +111,7 @@ class VPolytope(ConvexSet):
         """Returns the vertices, shape (n, number of them)."""
         return self._vertices.copy()
 
+    @checked
     def GetMinimalRepresentation(self, tol: float = 1e-9) -> VPolytope:
         """Returns it without points that are no corners; in the plane, corners go counter-clockwise.
 

@@ -227,6 +227,7 @@ class RigidBody(NamedElement):
             raise RuntimeError(f"RigidBody.{call}(): body {self._name!r} is not a floating base body.")
         return owner.elements.inboard_joint(self)
 
+    @checked
     def Lock(self, context: Context) -> None:
         """Locks the joint by which it floats.
 

@@ -126,6 +126,7 @@ class LinearConstraint(Constraint):
         """Tells whether the matrix is there as a dense one."""
         return self._dense is not None
 
+    @checked
     def UpdateCoefficients(
         self, new_A: ArrayLike | scipy.sparse.spmatrix, new_lb: ArrayLike, new_ub: ArrayLike
     ) -> None:
@@ -161,6 +162,7 @@ class LinearConstraint(Constraint):
         self._A = self._dense = A
         Changes.note()
 
+    @checked
     def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds."""
         lower, upper = _bounds(new_lb, new_ub)

@@ -134,6 +134,7 @@ class LinearCost(Cost):
         self._a[i] = val
         Changes.note()
 
+    @checked
     def update_constant_term(self, new_b: float) -> None:
         """Sets the constant."""
         self._b = float(new_b)

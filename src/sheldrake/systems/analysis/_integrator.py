@@ -97,6 +97,7 @@ class IntegratorBase:
         """No step is longer than this [s]."""
         return self._maximum
 
+    @checked
     def set_target_accuracy(self, accuracy: float) -> None:
         """What error control aims at; with nan its default.
 
@@ -135,6 +136,7 @@ class IntegratorBase:
         """Whether steps have the maximum size, without error control."""
         return bool(self._numbers.fixed)
 
+    @checked
     def request_initial_step_size_target(self, step_size: float) -> None:
         """Length of the first step with error control [s]; with nan what the integrator thinks best.
 
@@ -172,6 +174,7 @@ class IntegratorBase:
         t = 0.0 if self._context is None else float(plain(self._context.get_time()))
         return max(self._minimum, 1e-14 * max(1.0, abs(t)))
 
+    @checked
     def set_throw_on_minimum_step_size_violation(self, throws: bool) -> None:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
         self._numbers.throw_on_min = float(bool(throws))

@@ -37,6 +37,7 @@ class SimulatorSettings:
 
     # Settings.
 
+    @checked
     def set_target_realtime_rate(self, realtime_rate: float) -> None:
         """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes.
 
@@ -59,6 +60,7 @@ class SimulatorSettings:
         real = time.monotonic() - self._real0
         return float(self._context._store.S[0] - self._time0) / real if real > 0 else 0.0
 
+    @checked
     def set_publish_every_time_step(self, publish: bool) -> None:
         """Whether to force a publish after every step. Retired: a LeafSystem declares per-step events."""
         _warn_of_retired("set_publish_every_time_step()", "DeclarePerStepPublishEvent() of a LeafSystem")

@@ -323,6 +323,7 @@ class LeafSystem(LeafEvents):
         self._changed()
         return AbstractStateIndex(len(self._xa_models) - 1)
 
+    @checked
     def DeclareNumericParameter(self, model_vector: BasicVector | Scalars) -> int:
         """Declares a group of numeric parameters; `model_vector` is its default."""
         self._pn_models.append(vector_model(model_vector, "DeclareNumericParameter()"))

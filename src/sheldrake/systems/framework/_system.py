@@ -214,6 +214,7 @@ class System(ScalarConversion, SystemPorts):
         store, n, call = context._store, context._node, "CalcForcedDiscreteVariableUpdate"
         discrete_state.SetFrom(_evaluate.discrete_update(store, n, "forced", call)[0])
 
+    @checked
     def CalcForcedUnrestrictedUpdate(self, context: Context, state: State) -> None:
         """What the forced unrestricted updates would make of the state, into `state`."""
         self.ValidateContext(context)

@@ -104,6 +104,7 @@ class AffineSystem(LeafSystem):
         new._coefficients = type(self._coefficients)(*(value.copy() for value in self._coefficients))
         return new
 
+    @checked
     def UpdateCoefficients(
         self,
         A: ArrayLike | None = None,

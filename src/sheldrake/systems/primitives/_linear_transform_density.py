@@ -71,6 +71,7 @@ class LinearTransformDensity(LeafSystem):
             )
         return self.get_input_port_A().FixValue(context, A.reshape(-1, order="F"))
 
+    @checked
     def FixConstantB(self, context: Context, b: Scalars) -> FixedInputPortValue:
         """Fixes b, shape (output_size,)."""
         return self.get_input_port_b().FixValue(context, b)

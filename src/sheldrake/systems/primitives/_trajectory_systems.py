@@ -267,26 +267,32 @@ class TrajectoryAffineSystem(LeafSystem):
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         derivatives.SetFromVector(self._map(context, "A", "B", "f0"))
 
+    @checked
     def A(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("A", t)
 
+    @checked
     def B(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("B", t)
 
+    @checked
     def C(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("C", t)
 
+    @checked
     def D(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("D", t)
 
+    @checked
     def f0(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("f0", t).ravel()
 
+    @checked
     def y0(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("y0", t).ravel()
