@@ -4,11 +4,12 @@
     python tools/odd_calls.py --summary FILE.jsonl [--theirs TypeError] [--ours ValueError]
 
 A subject is an object of `tests/crosscheck/pydrake/none_calls.py` (`plant`, `joint` ...), a class of
-`benchmarks/_objects.py`, any public class (its constructors), or a module (its functions). For each form that a docstring
-of Drake states, arguments are sought that Drake takes. The call is then made with them by position and by name, and with
-one argument at a time left out, misnamed, too many, or of another kind: None, of another class, of another plant, an
-array of another shape, order or type, not a number ... Answers are compared in depth, exceptions by class. Each form has
-a process of its own, which is forked again behind the case that ended it.
+`benchmarks/_objects.py`, any public class (its constructors), or a module (its functions). For each form that a
+docstring of Drake states, arguments are sought that Drake takes. The call is then made with them by position and by
+name, and with one argument at a time left out, misnamed, too many, or of another kind: None, of another class, of
+another plant, an array of another shape, order or type, not a number ... Answers are compared in depth, exceptions by
+class. Each form has a process of its own, which is forked again behind the case that ended it. All of it takes half an
+hour; `--part 0/6` a sixth, `--again FILE` the forms of which an earlier run had something to say.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ LEFT_ALONE = re.compile(
 )
 """Names of what opens files, pages and sockets, or takes long."""
 ANY = (
-    "None", "'abc'", "object()", "{}", "[]", "3", "-1", "0.5", "True", "np.nan", "[1.0]", "np.zeros(3)", "np.zeros((2, 3))",
-    "RigidTransform()", "Variable('a')", "AutoDiffXd(0.5, [1.0])", "lambda *a: None",
+    "None", "'abc'", "object()", "{}", "[]", "3", "-1", "0.5", "True", "np.nan", "[1.0]", "np.zeros(3)",
+    "np.zeros((2, 3))", "RigidTransform()", "Variable('a')", "AutoDiffXd(0.5, [1.0])", "lambda *a: None",
 )  # fmt: skip
 """What is put in the place of every argument."""
 OF_NUMBER = (
@@ -214,14 +215,21 @@ class Form:
             if any(f"{name}: {case}" in ended for name in self.both.libraries):
                 continue
             for library in self.both.libraries.values():  # what the last one changed is no business of this one
-                library.names["s"] = library.make(self.subject) if self.subject in OBJECTS.values() else library.names["s"]
+                library.names["s"] = (
+                    library.make(self.subject) if self.subject in OBJECTS.values() else library.names["s"]
+                )
             tell(f"pydrake: {case}")
             theirs, refused = self.outcome("pydrake", case)
             tell(f"sheldrake: {case}")
             ours, error = self.outcome("sheldrake", case)
             if isinstance(refused, NameError) or (isinstance(refused, SystemExit) and error is not None):
                 continue  # Drake's assertions are nobody's to catch
-            found = {"theirs": name_of(refused), "ours": name_of(error), "normal": taken and case == base, "odd": case.odd}
+            found = {
+                "theirs": name_of(refused),
+                "ours": name_of(error),
+                "normal": taken and case == base,
+                "odd": case.odd,
+            }
             if refused is None and error is None:
                 tell("comparison")
                 found["differs"] = unequal(ours, theirs)
@@ -255,8 +263,9 @@ def apart(form: Form) -> Iterator[dict]:
             os.dup2(quiet, 1)
             os.dup2(quiet, 2)
             try:
-                form.run(ended, lambda what: os.write(writer, (json.dumps(what) + "\n").encode()) and None)
-                os.write(writer, b'"done"\n')
+                with os.fdopen(writer, "w", buffering=1) as told:
+                    form.run(ended, lambda what, told=told: print(json.dumps(what), file=told))
+                    print('"done"', file=told)
             finally:
                 os._exit(0)
         os.close(writer)
@@ -315,7 +324,9 @@ def summary(path: pathlib.Path, theirs: str | None, ours: str | None) -> None:
     """Prints how many cases have which pair of outcomes, or those of one pair."""
     found = [json.loads(line) for line in path.read_text().splitlines()]
     if theirs is None and ours is None:
-        pairs = collections.Counter((d.get("theirs"), d.get("ours"), bool(d.get("differs"))) for d in found if "theirs" in d)
+        pairs = collections.Counter(
+            (d.get("theirs"), d.get("ours"), bool(d.get("differs"))) for d in found if "theirs" in d
+        )
         for (a, b, differs), count in pairs.most_common():
             print(f"{count:6d}  Drake {a or 'answers':20s} here {b or 'answers'}{' otherwise' if differs else ''}")
         for library in ("pydrake", "sheldrake"):
@@ -327,6 +338,7 @@ def summary(path: pathlib.Path, theirs: str | None, ours: str | None) -> None:
 
 
 def main() -> None:
+    """Writes what differs, or counts what was written."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("subjects", nargs="*")
     parser.add_argument("--only", default="", help="forms whose title contains this regular expression")

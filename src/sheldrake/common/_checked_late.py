@@ -17,13 +17,14 @@ import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from sheldrake.common._checked import checked
 from sheldrake.common._taken import STUMBLES, refusal
 
 _Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
 
 
 def checked_late(decorated: _Decorated) -> _Decorated:
-    """Decorates a function, or a class for its constructor and its public methods.
+    """Decorates a function, or a class for its public methods; a constructor's arguments are `checked` first.
 
     Raises:
         TypeError: from a call that failed, for an argument that its annotation excludes.
@@ -31,7 +32,9 @@ def checked_late(decorated: _Decorated) -> _Decorated:
     if not isinstance(decorated, type):
         return _late(decorated)
     for name, member in list(vars(decorated).items()):
-        if name == "__init__" or name[0] != "_":
+        if name == "__init__":
+            setattr(decorated, name, _late(member) if _takes_any_number(member) else checked(member))
+        elif name[0] != "_":
             if isinstance(member, (staticmethod, classmethod)):
                 setattr(decorated, name, type(member)(_late(member.__func__)))
             elif inspect.isfunction(member) and member.__code__.co_argcount + member.__code__.co_kwonlyargcount > 1:
@@ -40,7 +43,7 @@ def checked_late(decorated: _Decorated) -> _Decorated:
 
 
 def _late(function: Any) -> Any:
-    if hasattr(function, "_ways") or hasattr(function, "__wrapped__"):  # these look at their arguments themselves
+    if _looks_itself(function):
         return function
 
     @functools.wraps(function)
@@ -54,3 +57,13 @@ def _late(function: Any) -> Any:
             raise refused from error
 
     return call
+
+
+def _looks_itself(function: Any) -> bool:
+    """Whether it has been decorated with what looks at its arguments."""
+    return hasattr(function, "_ways") or hasattr(function, "__wrapped__")
+
+
+def _takes_any_number(function: Any) -> bool:
+    """Whether there is little to check before the call."""
+    return _looks_itself(function) or bool(function.__code__.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS))

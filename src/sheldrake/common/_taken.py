@@ -82,9 +82,10 @@ def _takes(member: object) -> Test:
         return lambda value: isinstance(value, (bool, int, np.bool_, np.integer))
     if member is int:
         return _is_whole
-    if not isinstance(member, type):
+    if not isinstance(member, type) or member is np.ndarray:  # lists become arrays
         return _not_none
-    if hasattr(member, "__index__"):  # a plain number is one of any kind of things, a number of other things is not
+    if hasattr(member, "__index__") and not hasattr(member, "__members__"):
+        # a plain number is one of any kind of things, a number of other things is not
         return lambda value: isinstance(value, (member, int, np.integer))
     template = vars(member).get("_template")
     if template is None:

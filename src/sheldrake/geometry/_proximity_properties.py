@@ -100,7 +100,6 @@ def AddRigidHydroelasticProperties(properties: ProximityProperties) -> None: ...
 @typing_overload
 @checked
 def AddRigidHydroelasticProperties(resolution_hint: float, properties: ProximityProperties) -> None: ...
-@checked
 def AddRigidHydroelasticProperties(*args: Any, **kwargs: Any) -> None:
     """Makes a geometry rigid for hydroelastic contact.
 

@@ -119,7 +119,6 @@ class Box(Shape):
     def __init__(self, width: float, depth: float, height: float) -> None: ...
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._width, self._depth, self._height = _given("Box", self._names, args, kwargs)
 
@@ -154,7 +153,6 @@ class Cylinder(Shape):
     def __init__(self, radius: float, length: float) -> None: ...
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._radius, self._length = _given("Cylinder", self._names, args, kwargs)
 
@@ -176,7 +174,6 @@ class Capsule(Shape):
     def __init__(self, radius: float, length: float) -> None: ...
     @overload
     def __init__(self, measures: ArrayLike) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._radius, self._length = _given("Capsule", self._names, args, kwargs)
 
@@ -218,7 +215,6 @@ class HalfSpace(Shape):
     """Everything below the plane z = 0 of G; Gz points out of it."""
 
     @staticmethod
-    @checked
     def MakePose(Hz_dir_F: ArrayLike, p_FB: ArrayLike) -> RigidTransform:
         """The pose X_FH of a half space whose outward normal and a point on whose boundary are given.
 
@@ -272,7 +268,8 @@ class MeshcatCone(Shape):
 class _MeshShape(Shape):
     """What Mesh and Convex share: a source and a scale along each axis (negative mirrors)."""
 
-    def __init__(self, source: object, scale: ArrayLike) -> None:
+    @checked
+    def __init__(self, source: object, scale: float | ArrayLike) -> None:
         name = type(self).__name__
         self._source = _mesh_source(name, source)
         self._scale3 = np.broadcast_to(np.asarray(scale, dtype=float).reshape(-1), (3,)).copy()

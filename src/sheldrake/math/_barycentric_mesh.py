@@ -131,7 +131,6 @@ class BarycentricMesh:
         count = self._num_interpolants
         return np.vstack((top, indices))[:count].T, weights[:count].T
 
-    @checked
     def Eval(self, mesh_values: Scalars, input: Scalars) -> np.ndarray:
         """The function at an input, shape (outputs,).
 

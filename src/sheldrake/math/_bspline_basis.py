@@ -40,7 +40,6 @@ class BsplineBasis(ScalarBase):
 
     __slots__ = ("_knots", "_order")
 
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         """
         `BsplineBasis()`, `BsplineBasis(order, knots)`, `BsplineBasis(order, num_basis_functions,
@@ -144,7 +143,6 @@ class BsplineBasis(ScalarBase):
     @typing_overload
     @checked
     def ComputeActiveBasisFunctionIndices(self, parameter_interval: Scalars) -> list[int]: ...
-    @checked
     def ComputeActiveBasisFunctionIndices(self, *args: Any, **kwargs: Any) -> list[int]:
         """Which basis functions are not zero at `parameter_value`, or somewhere in `parameter_interval` [a, b]."""
         values = [*args, *kwargs.values()]

@@ -12,7 +12,6 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._checked import checked
 from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
@@ -381,7 +380,6 @@ class RigidTransform(ScalarBase):
         other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
         return all_equal(self.GetAsMatrix34(), other.GetAsMatrix34(), self._T)
 
-    @checked
     def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
         """Whether no number is further than `tolerance` from that of `other`."""
         if (near := _are_near(self, other, tolerance)) is not None:

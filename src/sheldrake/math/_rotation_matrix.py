@@ -375,7 +375,6 @@ class RotationMatrix(ScalarBase):
             return same
         return all_equal(self._M, identity(self._T, 3), self._T)
 
-    @checked
     def IsNearlyIdentity(self, tolerance: float = TOLERANCE) -> bool:
         """Whether no number is further than `tolerance` from the unit matrix."""
         if (near := _are_near(self, _UNTURNED, tolerance)) is not None:

@@ -38,7 +38,6 @@ class JointLimits:
         RuntimeError: sizes differ, a lower limit is above its upper limit, or one is not finite though required.
     """
 
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         flags = {f"require_finite_{word}": (flag, False) for word in ("positions", "velocities", "accelerations")}
         vectors = {f"{kind}_{end}": _arrays.float_vector for kind in _KINDS for end in ("lower", "upper")}

@@ -63,7 +63,6 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         RuntimeError: fewer than two, or another number of times than of orientations.
     """
 
-    @checked
     def __init__(self, breaks: Any = None, *args: Any, **kwargs: Any):
         given = [*args, *(kwargs[n] for n in ("quaternions", "rotation_matrices", "angle_axes") if n in kwargs)]
         self._q: list[tuple] = []  # w, x, y, z of each
@@ -117,7 +116,6 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     @typing_overload
     @checked
     def Append(self, time: Scalar, angle_axis: eigen_geometry.AngleAxis) -> None: ...
-    @checked
     def Append(self, time: Scalar, *args: Any, **kwargs: Any) -> None:
         """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
 

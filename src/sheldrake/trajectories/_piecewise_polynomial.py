@@ -225,7 +225,6 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             out[index] = Polynomial_[self._T]._of(c[index].copy())
         return out
 
-    @checked
     def getPolynomial(self, segment_index: int, row: int = 0, col: int = 0) -> Polynomial:
         """Returns one polynomial of a segment.
 
@@ -496,6 +495,8 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             raise cls._mismatch(call, f"samples of {cls._T.__name__}", samples) from None
         if y.ndim == 2:
             return np.ascontiguousarray(y.T)[:, :, None]
+        if y.shape == (0,):
+            return y.reshape(0, 0, 0)
         if y.ndim != 3:
             raise cls._mismatch(
                 call, "samples as the columns of a matrix, or as a list of matrices", f"an array of shape {y.shape}"

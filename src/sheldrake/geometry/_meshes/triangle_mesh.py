@@ -41,7 +41,6 @@ class SurfaceTriangle:
         """Three."""
         return 3
 
-    @checked
     def vertex(self, i: int) -> int:
         """The number of corner `i` in the mesh."""
         if not 0 <= i < 3:
@@ -109,7 +108,6 @@ class TriangleSurfaceMesh:
         """Triangle `e`."""
         return SurfaceTriangle(*self._triangles[e].tolist())
 
-    @checked
     def vertex(self, v: int) -> np.ndarray:
         """Position of vertex `v` in M [m], shape (3,)."""
         return self._vertices[v].copy()

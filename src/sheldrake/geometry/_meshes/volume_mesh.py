@@ -78,7 +78,6 @@ class VolumeMesh:
         """Tetrahedron `e`."""
         return VolumeElement(*self._elements[e].tolist())
 
-    @checked
     def vertex(self, v: int) -> np.ndarray:
         """Position of vertex `v` in M [m], shape (3,)."""
         return self._vertices[v].copy()

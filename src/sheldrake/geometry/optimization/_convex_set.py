@@ -290,7 +290,6 @@ class ConvexSet:
         x: np.ndarray,
         t: np.ndarray,
     ) -> list: ...
-    @checked
     def AddPointInNonnegativeScalingConstraints(self, *args: Any, **kwargs: Any) -> list:
         """Constrains x to t S, t >= 0, for this set S (to its directions of recession where t = 0).
 

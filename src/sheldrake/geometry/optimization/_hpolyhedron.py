@@ -67,7 +67,6 @@ class HPolyhedron(ConvexSet):
     @typing_overload
     @checked
     def __init__(self, prog: MathematicalProgram) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("HPolyhedron", _WAYS, self, args, kwargs)
 

@@ -45,7 +45,6 @@ class Hyperrectangle(ConvexSet):
     @typing_overload
     @checked
     def __init__(self, lb: ArrayLike, ub: ArrayLike) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("Hyperrectangle", _WAYS, self, args, kwargs)
 

@@ -51,7 +51,6 @@ class Point(ConvexSet):
         reference_frame: FrameId | None = None,
         maximum_allowable_radius: float = 0.0,
     ) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("Point", _WAYS, self, args, kwargs)
 

@@ -63,7 +63,6 @@ class VPolytope(ConvexSet):
     def __init__(
         self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
     ) -> None: ...
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("VPolytope", _WAYS, self, args, kwargs)
 

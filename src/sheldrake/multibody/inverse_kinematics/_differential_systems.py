@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 from sheldrake.common.value import Value
 from sheldrake.math import RigidTransform
@@ -244,7 +243,6 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
 
     _NAMES = ("robot", "frame_A", "frame_E", "time_step", "parameters")
 
-    @checked
     def __init__(self, *args: Any, **kwargs: Any):
         LeafSystem.__init__(self)
         values = self._read(args, kwargs)

@@ -8,7 +8,6 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, overload
@@ -209,7 +208,6 @@ class RotationalInertia(ScalarBase):
             return True  # principal moments are no further from these than the products' sum (Weyl 1912)
         return plausible(moments) and plausible(np.linalg.eigvalsh(numbers).tolist())
 
-    @checked
     def IsNearlyEqualTo(self, other: RotationalInertia, precision: float) -> bool:
         """Whether all numbers agree to `precision` times the larger of both largest possible moments."""
         other = self._argument("IsNearlyEqualTo", instance_of(RotationalInertia_[self._T]), other=other)

@@ -129,7 +129,6 @@ class RevoluteJoint(_AxisJoint):
 
     kTypeName = "revolute"
 
-    @checked
     def __init__(
         self,
         name: str,
@@ -259,7 +258,6 @@ class ScrewJoint(OneDampingJoint):
     kTypeName = "screw"
     _axis: np.ndarray
 
-    @checked
     def __init__(
         self,
         name: str,

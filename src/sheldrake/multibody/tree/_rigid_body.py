@@ -34,7 +34,6 @@ class RigidBody(NamedElement):
 
     _index_type = BodyIndex
 
-    @checked
     def __init__(self, body_name: str, *args: Any, **kwargs: Any):
         """
         Args:

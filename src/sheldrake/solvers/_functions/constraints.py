@@ -55,7 +55,6 @@ class LinearConstraint(Constraint):
     _row: tuple[list[float], float, float] | None = None
     """Entries and bounds of a row that was parsed, until one of them changes; its arrays are made for who asks."""
 
-    @checked
     def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
 
@@ -126,7 +125,6 @@ class LinearConstraint(Constraint):
         """Tells whether the matrix is there as a dense one."""
         return self._dense is not None
 
-    @checked
     def UpdateCoefficients(
         self, new_A: ArrayLike | scipy.sparse.spmatrix, new_lb: ArrayLike, new_ub: ArrayLike
     ) -> None:
@@ -162,7 +160,6 @@ class LinearConstraint(Constraint):
         self._A = self._dense = A
         Changes.note()
 
-    @checked
     def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds."""
         lower, upper = _bounds(new_lb, new_ub)
@@ -175,7 +172,6 @@ class LinearConstraint(Constraint):
         self._leave_row()
         self._own_bounds(lower, self._upper)
 
-    @checked
     def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the upper bound."""
         upper = _bound(new_ub)
@@ -233,7 +229,6 @@ class LinearEqualityConstraint(LinearConstraint):
     def __init__(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: np.ndarray):
         self._set_linear(Aeq, beq, beq)
 
-    @checked
     def UpdateCoefficients(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: ArrayLike) -> None:  # type: ignore[override]
         """Sets matrix and right hand side."""
         b = _bound(beq)
@@ -254,7 +249,6 @@ class BoundingBoxConstraint(LinearConstraint):
         ub: Shape `(n,)`.
     """
 
-    @checked
     def __init__(self, lb: ArrayLike, ub: ArrayLike):
         self._set_box(*_bounds(lb, ub))
 

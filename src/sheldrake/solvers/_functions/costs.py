@@ -115,7 +115,6 @@ class LinearCost(Cost):
         """Returns the constant."""
         return self._b
 
-    @checked
     def UpdateCoefficients(self, new_a: ArrayLike, new_b: float = 0.0) -> None:
         """Sets coefficients and constant.
 
@@ -134,7 +133,6 @@ class LinearCost(Cost):
         self._a[i] = val
         Changes.note()
 
-    @checked
     def update_constant_term(self, new_b: float) -> None:
         """Sets the constant."""
         self._b = float(new_b)
@@ -253,7 +251,6 @@ class QuadraticCost(Cost):
             cost._is_convex = True if found else None  # eigenvalues tell of the others
         return all([cost.is_convex() for cost in costs])
 
-    @checked
     def UpdateCoefficients(
         self, new_Q: ArrayLike, new_b: ArrayLike, new_c: float = 0.0, is_convex: bool | None = None
     ) -> None:
@@ -289,7 +286,6 @@ class QuadraticCost(Cost):
         self._b[i] = val
         Changes.note()
 
-    @checked
     def update_constant_term(self, new_c: float) -> None:
         """Sets the constant."""
         self._c = float(new_c)

@@ -43,7 +43,7 @@ class _NormCost(Cost):
 
     def _update(self, new_A: ArrayLike | scipy.sparse.spmatrix, new_b: ArrayLike) -> None:
         A = _arrays.float_matrix(new_A)
-        b = np.zeros(A.shape[0]) if new_b is None or np.size(new_b) == 0 else _arrays.float_vector(new_b)
+        b = np.zeros(A.shape[0]) if new_b is None else _arrays.float_vector(new_b)
         same_count(A.shape[1], self._num_vars)
         if A.shape[0] != b.size:
             raise RuntimeError(f"{type(self).__name__}: new_A and new_b must have the same number of rows.")

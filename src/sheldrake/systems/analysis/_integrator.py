@@ -81,7 +81,6 @@ class IntegratorBase:
 
     # Settings.
 
-    @checked
     def set_maximum_step_size(self, max_step_size: float) -> None:
         """No step is longer than this [s], or only 1 % to reach an event.
 
@@ -97,7 +96,6 @@ class IntegratorBase:
         """No step is longer than this [s]."""
         return self._maximum
 
-    @checked
     def set_target_accuracy(self, accuracy: float) -> None:
         """What error control aims at; with nan its default.
 
@@ -121,7 +119,6 @@ class IntegratorBase:
         wanted = self._default_accuracy if self._accuracy != self._accuracy else self._accuracy
         self._number[ACCURACY] = min(wanted, self._loosest_accuracy)
 
-    @checked
     def set_fixed_step_mode(self, flag: bool) -> None:
         """Whether to take steps of the maximum size, without error control.
 
@@ -136,7 +133,6 @@ class IntegratorBase:
         """Whether steps have the maximum size, without error control."""
         return bool(self._numbers.fixed)
 
-    @checked
     def request_initial_step_size_target(self, step_size: float) -> None:
         """Length of the first step with error control [s]; with nan what the integrator thinks best.
 
@@ -151,7 +147,6 @@ class IntegratorBase:
         """Length of the first step [s]."""
         return self._initial
 
-    @checked
     def set_requested_minimum_step_size(self, min_step_size: float) -> None:
         """Error control does not go below this [s].
 

@@ -60,7 +60,6 @@ class SimulatorSettings:
         real = time.monotonic() - self._real0
         return float(self._context._store.S[0] - self._time0) / real if real > 0 else 0.0
 
-    @checked
     def set_publish_every_time_step(self, publish: bool) -> None:
         """Whether to force a publish after every step. Retired: a LeafSystem declares per-step events."""
         _warn_of_retired("set_publish_every_time_step()", "DeclarePerStepPublishEvent() of a LeafSystem")
@@ -75,7 +74,6 @@ class SimulatorSettings:
         """Whether to force a publish after every step."""
         return self._publish_every_step
 
-    @checked
     def set_publish_at_initialization(self, publish: bool) -> None:
         """Whether to force a publish in `Initialize`. Retired: a LeafSystem declares initialization events."""
         _warn_of_retired("set_publish_at_initialization()", "DeclareInitializationPublishEvent() of a LeafSystem")

@@ -108,7 +108,6 @@ class LeafSystem(LeafEvents):
 
     # Input ports.
 
-    @checked
     def DeclareVectorInputPort(
         self,
         name: str | UseDefaultName,
@@ -197,7 +196,6 @@ class LeafSystem(LeafEvents):
         self._changed()
         return self._output_port(j)  # type: ignore[return-value]
 
-    @checked
     def DeclareStateOutputPort(
         self, name: str | UseDefaultName, state_index: ContinuousStateIndex | DiscreteStateIndex | AbstractStateIndex
     ) -> LeafOutputPort:
@@ -276,7 +274,6 @@ class LeafSystem(LeafEvents):
     def DeclareContinuousState(
         self, model_vector: BasicVector | Scalars, num_q: int, num_v: int, num_z: int
     ) -> ContinuousStateIndex: ...
-    @checked
     def DeclareContinuousState(self, *args: Any, **kwargs: Any) -> ContinuousStateIndex:
         """Declares the continuous state: `(num_state_variables)`, `(num_q, num_v, num_z)`, `(model_vector)` or
         `(model_vector, num_q, num_v, num_z)`. A later call replaces it.
@@ -303,7 +300,6 @@ class LeafSystem(LeafEvents):
         self._changed()
         return ContinuousStateIndex(0)
 
-    @checked
     def DeclareDiscreteState(
         self, model_vector: BasicVector | int | Scalars | None = None, **kwargs: Any
     ) -> DiscreteStateIndex:
@@ -323,7 +319,6 @@ class LeafSystem(LeafEvents):
         self._changed()
         return AbstractStateIndex(len(self._xa_models) - 1)
 
-    @checked
     def DeclareNumericParameter(self, model_vector: BasicVector | Scalars) -> int:
         """Declares a group of numeric parameters; `model_vector` is its default."""
         self._pn_models.append(vector_model(model_vector, "DeclareNumericParameter()"))

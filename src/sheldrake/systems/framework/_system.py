@@ -85,7 +85,6 @@ class System(ScalarConversion, SystemPorts):
         for m in _evaluate.leaves_under(context._store, context._node):
             context._store.systems[m]._set_random_context(context._store.context(m), generator)
 
-    @checked
     def GetSubsystemContext(self, subsystem: System, context: Context) -> Context:
         """The part of `context`, which is this system's, that belongs to a subsystem.
 
@@ -327,7 +326,6 @@ class System(ScalarConversion, SystemPorts):
     @typing_overload
     @checked
     def HasDirectFeedthrough(self, input_port: int, output_port: int) -> bool: ...
-    @checked
     def HasDirectFeedthrough(self, *args: Any, output_port: Any = None, input_port: Any = None) -> bool:
         """Whether an output depends directly on any input: `(output_port)`, or on one: `(input_port, output_port)`."""
         if len(args) == 1 and output_port is None:

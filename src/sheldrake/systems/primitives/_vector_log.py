@@ -218,7 +218,6 @@ class VectorLog:
         samples.flags.writeable = False
         return samples
 
-    @checked
     def AddData(self, time: float, sample: Scalars) -> None:
         """Appends a sample.
 

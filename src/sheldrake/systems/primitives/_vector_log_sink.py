@@ -94,7 +94,6 @@ class VectorLogSink(LeafSystem):
         names = getattr(store.systems[m], "_output_names", None)
         return None if names is None else names(j)
 
-    @checked
     def FindLog(self, context: Context) -> VectorLog:
         """This sink's log in a root context."""
         known = getattr(context, "_reads", _NOTHING).get(self)

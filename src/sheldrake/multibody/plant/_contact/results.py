@@ -171,7 +171,6 @@ class ContactResults:
         """Number of point contacts."""
         return len(self._point_pairs) if self._arrays is None else len(self._arrays.pair)
 
-    @checked
     def point_pair_contact_info(self, i: int) -> PointPairContactInfo:
         """Point contact number i.
 
