@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new
+from sheldrake.common._checked import checked
 
 
+@checked
 def InitializeAutoDiff(value, num_derivatives=None, deriv_num_start=None, *, gradient=None):
     """Returns the matrix `value` as AutoDiffXd, each element the variable of one partial derivative.
 

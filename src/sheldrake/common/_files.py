@@ -19,6 +19,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 
 
@@ -75,6 +76,7 @@ class MemoryFile:
         SimpleNamespace(name="filename_hint", type=str),
     )
 
+    @checked
     def __init__(self, contents: str | bytes = b"", extension: str = "", filename_hint: str = ""):
         """
         Args:

@@ -36,6 +36,8 @@ def anything(value: Any) -> Any:
 
 
 text = instance_of(str)
+LARGEST_COUNT = 2**31 - 1
+"""What Drake counts with ends here; a list of so many is not made."""
 
 
 @kind("int")
@@ -47,7 +49,7 @@ def count(value: Any) -> int:
         number = operator.index(value)
     except TypeError:  # an array has __index__, and refuses unless it is one whole number
         raise Mismatch from None
-    if number < 0:
+    if not 0 <= number <= LARGEST_COUNT:
         raise Mismatch
     return number
 

@@ -78,6 +78,7 @@ class PendulumPlant(LeafSystem):
         return PendulumState.of(context.get_continuous_state_vector())
 
     @staticmethod
+    @checked
     def get_mutable_state(context: Context) -> PendulumState:
         """The state in a context, to be changed."""
         return PendulumState.of(context.get_mutable_continuous_state_vector())
@@ -87,6 +88,7 @@ class PendulumPlant(LeafSystem):
         """The parameters in a context."""
         return PendulumParams.of(context.get_numeric_parameter(0))
 
+    @checked
     def get_mutable_parameters(self, context: Context) -> PendulumParams:
         """The parameters in a context, to be changed."""
         return PendulumParams.of(context.get_mutable_numeric_parameter(0))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Box, Cylinder
@@ -41,6 +42,7 @@ class QuadrotorPlant(LeafSystem):
 
     _complex_rows = True
 
+    @checked
     def __init__(
         self,
         m_arg: float = 0.775,
@@ -88,6 +90,7 @@ class QuadrotorPlant(LeafSystem):
         return self._inertia[:3].copy()
 
 
+@checked
 def StabilizingLQRController(quadrotor_plant: QuadrotorPlant, nominal_position: ArrayLike) -> Any:
     """A linear-quadratic regulator that hovers at a position [m], shape (3,); an AffineSystem from state to rotors."""
     from sheldrake.systems.controllers import LinearQuadraticRegulator

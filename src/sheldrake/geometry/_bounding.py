@@ -6,13 +6,13 @@ What `CalcObb`, `CalcAabb` and their users see; the search for contacts has its 
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._checked_late import checked_late
-from sheldrake.common._kinds import anything
-from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
@@ -101,9 +101,23 @@ class Plane:
         return copy.copy(self)
 
 
+@kind("Aabb | Obb")
+def _box(value: Any) -> _Bounds:
+    if not isinstance(value, _Bounds):
+        raise Mismatch
+    return value
+
+
+@kind("Aabb | Obb | HalfSpace | Plane")
+def _obstacle(value: Any) -> Any:
+    if not isinstance(value, (_Bounds, HalfSpace, Plane)):
+        raise Mismatch
+    return value
+
+
 # Names of the arguments of `HasOverlap`.
 _OVERLAPS = tuple(
-    overload(**{name: anything for name in names})
+    overload(**dict(zip(names, (_box, _obstacle, instance_of(RigidTransform)))))
     for names in (
         ("a_G", "b_H", "X_GH"),
         ("aabb_G", "obb_H", "X_GH"),

@@ -28,6 +28,7 @@ def _type_name(value: object) -> str:
 class GeometryProperties:
     """Values addressed by (group, name). Make one of the subclasses, which say for which role they are."""
 
+    @checked
     def __init__(self, other: GeometryProperties | None = None) -> None:
         if type(self) is GeometryProperties:
             raise TypeError("GeometryProperties: No constructor defined! Make the properties of a role.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 from typing import overload as typing_overload
 
+from sheldrake.common._checked import checked
 from sheldrake.common._text import number
 from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType
@@ -94,8 +95,10 @@ def _add_contact_material(
 
 
 @typing_overload
+@checked
 def AddRigidHydroelasticProperties(properties: ProximityProperties) -> None: ...
 @typing_overload
+@checked
 def AddRigidHydroelasticProperties(resolution_hint: float, properties: ProximityProperties) -> None: ...
 def AddRigidHydroelasticProperties(*args: Any, **kwargs: Any) -> None:
     """Makes a geometry rigid for hydroelastic contact.
@@ -114,6 +117,7 @@ def _add_rigid(properties: ProximityProperties, resolution_hint: float | None = 
         properties.AddProperty(HYDRO, RESOLUTION_HINT, _number("resolution_hint", resolution_hint))
 
 
+@checked
 def AddCompliantHydroelasticProperties(
     resolution_hint: float, hydroelastic_modulus: float, properties: ProximityProperties
 ) -> None:

@@ -62,6 +62,7 @@ class SceneGraph(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(self, config: SceneGraphConfig | None = None) -> None:
         super().__init__()
         self._model = GeometryState()
@@ -182,6 +183,7 @@ class SceneGraph(LeafSystem):
 
     # ---- configuration
 
+    @checked
     def get_config(self, context: Context | None = None) -> SceneGraphConfig:
         """The configuration of the model, or of a context."""
         if context is None:
@@ -219,6 +221,7 @@ class SceneGraph(LeafSystem):
         """The world frame."""
         return WORLD_FRAME_ID
 
+    @checked
     def RegisterSource(self, name: str = "") -> SourceId:
         """Registers a source and makes its input ports.
 
@@ -375,6 +378,7 @@ class SceneGraph(LeafSystem):
         """
         self._mutable_state(context).remove_renderer(name)
 
+    @checked
     def RendererCount(self, context: Context | None = None) -> int:
         """Number of render engines."""
         return len(self._known(context).renderers.names())

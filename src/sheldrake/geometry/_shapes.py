@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._text import arguments, number
 from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
@@ -267,7 +268,8 @@ class MeshcatCone(Shape):
 class _MeshShape(Shape):
     """What Mesh and Convex share: a source and a scale along each axis (negative mirrors)."""
 
-    def __init__(self, source: object, scale: ArrayLike) -> None:
+    @checked
+    def __init__(self, source: object, scale: float | ArrayLike) -> None:
         name = type(self).__name__
         self._source = _mesh_source(name, source)
         self._scale3 = np.broadcast_to(np.asarray(scale, dtype=float).reshape(-1), (3,)).copy()

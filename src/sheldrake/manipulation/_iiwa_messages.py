@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
@@ -71,6 +72,7 @@ class IiwaCommandReceiver(LeafSystem):
         control_mode: Which outputs there are.
     """
 
+    @checked
     def __init__(
         self,
         num_joints: int = kIiwaArmNumJoints,
@@ -208,6 +210,7 @@ class IiwaStatusSender(LeafSystem):
         num_joints: How many joints there are.
     """
 
+    @checked
     def __init__(self, num_joints: int = kIiwaArmNumJoints):
         super().__init__()
         self._n = num_joints
@@ -252,6 +255,7 @@ class IiwaStatusReceiver(LeafSystem):
         num_joints: How many joints there are.
     """
 
+    @checked
     def __init__(self, num_joints: int = kIiwaArmNumJoints):
         super().__init__()
         self.DeclareAbstractInputPort("lcmt_iiwa_status", AbstractValue.Make(lcmt_iiwa_status()))

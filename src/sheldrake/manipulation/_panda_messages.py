@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_panda_command, lcmt_panda_status
 from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
@@ -127,6 +128,7 @@ class PandaCommandSender(LeafSystem):
         control_mode: Which inputs there are: the sum of some of PandaControlMode.
     """
 
+    @checked
     def __init__(self, num_joints: int, control_mode: int):
         super().__init__()
         self._mode = _checked_mode(control_mode)
@@ -209,6 +211,7 @@ class PandaStatusReceiver(LeafSystem):
         num_joints: How many joints there are.
     """
 
+    @checked
     def __init__(self, num_joints: int = kPandaArmNumJoints):
         super().__init__()
         self._n = int(num_joints)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
 from sheldrake.manipulation._kernels import fingers
@@ -274,6 +275,7 @@ class SchunkWsgCommandReceiver(LeafSystem):
         initial_force: Before the first message [N].
     """
 
+    @checked
     def __init__(self, initial_position: float = 0.02, initial_force: float = 40.0):
         super().__init__()
         self._initial = initial_position, initial_force
@@ -306,6 +308,7 @@ class SchunkWsgCommandSender(LeafSystem):
         default_force_limit: Where the port is unconnected [N].
     """
 
+    @checked
     def __init__(self, default_force_limit: float = 40.0):
         super().__init__()
         self._limit = default_force_limit

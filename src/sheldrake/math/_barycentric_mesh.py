@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.math._matrices import float_matrix, float_vector
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ class BarycentricMesh:
         """How many points each interpolation uses: one more than there are inputs with more than one coordinate."""
         return self._num_interpolants
 
+    @checked
     def get_mesh_point(self, index: int) -> np.ndarray:
         """Point `index` of the grid, the first input running fastest, shape (inputs,).
 

@@ -10,7 +10,9 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._kinds import LARGEST_COUNT
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, any_array, as_scalar
@@ -92,7 +94,7 @@ class BsplineBasis(ScalarBase):
         final_parameter_value: Scalar = 1.0,
     ) -> None:
         k, n = operator.index(order), operator.index(num_basis_functions)
-        if not isinstance(type, KnotVectorType):
+        if not isinstance(type, KnotVectorType) or n > LARGEST_COUNT:
             raise Mismatch
         first, last = as_scalar(self._T, initial_parameter_value), as_scalar(self._T, final_parameter_value)
         if n < k:
@@ -136,8 +138,10 @@ class BsplineBasis(ScalarBase):
         return find(self._knots if self._T is float else [_number(knot) for knot in self._knots], u) - 1
 
     @typing_overload
+    @checked
     def ComputeActiveBasisFunctionIndices(self, parameter_value: Scalar) -> list[int]: ...
     @typing_overload
+    @checked
     def ComputeActiveBasisFunctionIndices(self, parameter_interval: Scalars) -> list[int]: ...
     def ComputeActiveBasisFunctionIndices(self, *args: Any, **kwargs: Any) -> list[int]:
         """Which basis functions are not zero at `parameter_value`, or somewhere in `parameter_interval` [a, b]."""
@@ -163,6 +167,7 @@ class BsplineBasis(ScalarBase):
         if not first <= _number(u) <= last:
             raise RuntimeError(f"BsplineBasis.{call}(): parameter value {u} is not within [{first}, {last}].")
 
+    @checked
     def EvaluateCurve(self, control_points: Sequence[Any], parameter_value: Scalar) -> np.ndarray:
         """The point of a curve, of the shape of a control point.
 

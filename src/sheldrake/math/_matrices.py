@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._scalars import any_array, as_array, scalar_types
 
@@ -149,6 +150,7 @@ def ExtractPrincipalSubmatrix(matrix: Scalars, indices: Iterable[int]) -> np.nda
     return M[np.ix_(chosen, chosen)]
 
 
+@checked
 def DecomposePSDmatrixIntoXtransposeTimesX(
     Y: ArrayLike, zero_tol: float, return_empty_if_not_psd: bool = False
 ) -> np.ndarray:
@@ -183,6 +185,7 @@ def DecomposePSDmatrixIntoXtransposeTimesX(
     return np.sqrt(values[kept])[:, None] * vectors[:, kept].T
 
 
+@checked
 def DecomposePositiveQuadraticForm(
     Q: ArrayLike, b: ArrayLike, c: float, tol: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:

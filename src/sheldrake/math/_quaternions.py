@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._rotations import quaternion_product
 from sheldrake.common._scalar_math import all_of, at_most, select, sqrt
@@ -118,6 +119,7 @@ def CalculateQuaternionDtConstraintViolation(quat: Quaternion, quatDt: Scalars) 
     return 2.0 * (w * rates[0] + x * rates[1] + y * rates[2] + z * rates[3])
 
 
+@checked
 def IsBothQuaternionAndQuaternionDtOK(quat: Quaternion, quatDt: Scalars, tolerance: float) -> bool:
     """Whether the length is one and constant, both to `tolerance`."""
     T = _scalar_of("IsBothQuaternionAndQuaternionDtOK", quat)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._random import RandomGenerator
 from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
 from sheldrake.math._roll_pitch_yaw import RollPitchYaw
@@ -32,6 +33,7 @@ def UniformlyRandomAngleAxis(generator: RandomGenerator) -> AngleAxis:
     return AngleAxis(UniformlyRandomQuaternion(generator))
 
 
+@checked
 def UniformlyRandomRotationMatrix(generator: RandomGenerator) -> RotationMatrix:
     """A random orientation as a rotation matrix."""
     return RotationMatrix(UniformlyRandomQuaternion(generator))

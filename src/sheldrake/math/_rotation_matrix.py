@@ -14,6 +14,7 @@ import numpy as np
 
 from sheldrake.common import _rotations as rotations
 from sheldrake.common._angle_axis import ANGLE_AXIS
+from sheldrake.common._checked import checked
 from sheldrake.common._kernels import poses
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
@@ -224,6 +225,7 @@ class RotationMatrix(ScalarBase):
         return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
 
     @classmethod
+    @checked
     def MakeFromOneVector(cls, b_A: Scalars, axis_index: int) -> RotationMatrix:
         """A right-handed frame B whose axis `axis_index` (0, 1, 2) points along `b_A`.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.math._functions import exp, log
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def _weights(x: Sequence[Any], alpha: float) -> tuple[Any, list]:
     return largest, [exp(alpha * (number - largest)) for number in x]
 
 
+@checked
 def SoftOverMax(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At least the maximum: log(sum(exp(alpha x))) / alpha.
 
@@ -49,6 +51,7 @@ def _over(x: Sequence[Any], alpha: float) -> Scalar:
     return largest + log(sum(weights)) / alpha
 
 
+@checked
 def SoftUnderMax(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At most the maximum: the mean of x with weights exp(alpha x). See `SoftOverMax`."""
     _check("SoftUnderMax", x, alpha)
@@ -61,12 +64,14 @@ def _under(x: Sequence[Any], alpha: float) -> Scalar:
     return sum(weight * number for weight, number in zip(weights, x)) / sum(weights)
 
 
+@checked
 def SoftOverMin(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At least the minimum. See `SoftOverMax`."""
     _check("SoftOverMin", x, alpha)
     return -_under([-number for number in x], alpha)
 
 
+@checked
 def SoftUnderMin(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At most the minimum. See `SoftOverMax`."""
     _check("SoftUnderMin", x, alpha)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._point_cloud import BaseField, Fields, PointCloud
 from sheldrake.math import RigidTransform
@@ -38,6 +39,7 @@ class DepthImageToPointCloud(LeafSystem):
         RuntimeError: when the pixels are no depths, or there are no fields.
     """
 
+    @checked
     def __init__(
         self,
         camera_info: CameraInfo,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, describe
 from sheldrake.geometry import Shape
 from sheldrake.math import RigidTransform
@@ -29,6 +30,7 @@ class BodyShapeDescription:
     _model_instance_name: str
     _body_name: str
 
+    @checked
     def __init__(
         self,
         shape: Shape | BodyShapeDescription | None = None,

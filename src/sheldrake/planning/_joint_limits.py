@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.planning._dof_mask import DofMask
@@ -138,6 +139,7 @@ class JointLimits:
         """
         return self._within("CheckInVelocityLimits", 1, velocity, tolerance)
 
+    @checked
     def CheckInAccelerationLimits(self, acceleration: ArrayLike, tolerance: float = 0.0) -> bool:
         """Tells whether accelerations are within limits.
 

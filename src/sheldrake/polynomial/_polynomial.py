@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
@@ -143,6 +144,7 @@ class Polynomial:
         value = evaluate(self._c, self._scalar("EvaluateUnivariate", x), order)
         return float(value) if self._T is float else value
 
+    @checked
     def Derivative(self, derivative_order: int = 1) -> Polynomial:
         """Returns the derivative of the given order as a polynomial."""
         return self._of(differentiate(self._c, _order("Derivative", derivative_order)))
@@ -151,6 +153,7 @@ class Polynomial:
         """Returns the integral that has the given value at zero."""
         return self._of(integrate(self._c, self._scalar("Integral", integration_constant)))
 
+    @checked
     def CoefficientsAlmostEqual(self, other: Polynomial, tol: float = 0.0, tol_type: Any = None) -> bool | Formula:
         """Tells whether all coefficients agree.
 

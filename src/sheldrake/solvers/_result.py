@@ -247,6 +247,7 @@ class MathematicalProgramResult:
         """Returns the cost of one of the other solutions."""
         return self._more[solution_number][1]
 
+    @checked
     def GetSuboptimalSolution(self, arg0: Any, arg1: int) -> Any:
         """Returns values at one of the other solutions."""
         return self._values(arg0, self._more[arg1][0], "GetSuboptimalSolution")

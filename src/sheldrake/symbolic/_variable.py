@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._kinds import LARGEST_COUNT
 from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
@@ -250,6 +251,8 @@ def _make(size: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
     size = tuple(map(operator.index, size))
     if min(size) < 0:
         raise ValueError(f"new variables {name!r}: numbers of rows and columns must not be negative, got {size}.")
+    if max(size) > LARGEST_COUNT:
+        raise Mismatch(f"new variables {name!r}: numbers of rows and columns are at most {LARGEST_COUNT}, not {size}.")
     if len(size) == 1:
         names = [f"{name}({i})" for i in range(size[0])]
     else:

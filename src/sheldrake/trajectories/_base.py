@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
@@ -143,6 +144,7 @@ class Trajectory:
             ask = self._soon(derivative_order, self._make_query)
         return self._made("EvalDerivative", ask(time) if ask else self.DoEvalDerivative(time, derivative_order))
 
+    @checked
     def MakeDerivative(self, derivative_order: int = 1) -> Trajectory:
         """Returns the derivative of the given order as a trajectory.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
 from sheldrake.trajectories._bspline import spline_query, spline_query_of_many
@@ -44,6 +45,7 @@ class BezierCurve(Trajectory):
         """Returns the points as columns, shape `(rows, order + 1)`."""
         return self._points.copy()
 
+    @checked
     def BernsteinBasis(self, i: int, time: Scalar, order: int | None = None) -> Scalar:
         """Returns the weight of point i at a time [s], for this order or another; the polynomial goes on outside."""
         n = self.order() if order is None else int(order)
@@ -75,6 +77,7 @@ class BezierCurve(Trajectory):
         new[:, 1:-1] = p[:, :-1] * a + p[:, 1:] * (1.0 - a)
         self._points = new
 
+    @checked
     def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
         """Returns M such that the points of the derivative are `control_points @ M`, as `scipy.sparse.csc_matrix`."""
         import scipy.sparse
@@ -92,6 +95,7 @@ class BezierCurve(Trajectory):
             m = m @ step
         return scipy.sparse.csc_matrix(m)
 
+    @checked
     def GetExpression(self, time: Any = None) -> np.ndarray:
         """Returns the curve as expressions in a variable, shape `(rows,)`."""
         from sheldrake.symbolic import Expression, Variable

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.common.kernel import MISFIT
 from sheldrake.trajectories._base import Trajectory, kept
@@ -281,6 +282,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
         self._check_increasing(self._breaks)
 
     @classmethod
+    @checked
     def AlignAndConcatenate(cls, segments: Sequence[Trajectory]) -> CompositeTrajectory:
         """Returns the trajectories one after the other, each moved in time to begin when the one before ends.
 
@@ -303,6 +305,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
         out._join(aligned)
         return out
 
+    @checked
     def segment(self, segment_index: int) -> Trajectory:
         """Returns one of the trajectories."""
         return self._parts[self._segment(segment_index)]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory, no_derivatives
 from sheldrake.trajectories._derivative_trajectory import DerivativeTrajectory
@@ -102,6 +103,7 @@ class DiscreteTimeTrajectory(Trajectory):
         RuntimeError: numbers of times and values differ, times do not increase, or shapes differ.
     """
 
+    @checked
     def __init__(self, times: Scalars, values: Any, time_comparison_tolerance: float = 2.220446049250313e-16):
         self._times = self._scalars("", times)
         self._values = [self._matrix("", v) for v in values]

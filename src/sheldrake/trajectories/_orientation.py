@@ -108,10 +108,13 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
 
     @typing_overload
+    @checked
     def Append(self, time: Scalar, quaternion: Quaternion) -> None: ...
     @typing_overload
+    @checked
     def Append(self, time: Scalar, rotation_matrix: RotationMatrix) -> None: ...
     @typing_overload
+    @checked
     def Append(self, time: Scalar, angle_axis: eigen_geometry.AngleAxis) -> None: ...
     def Append(self, time: Scalar, *args: Any, **kwargs: Any) -> None:
         """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
@@ -322,6 +325,7 @@ class PiecewisePose(PiecewiseTrajectory):
         return breaks, positions, PiecewiseQuaternionSlerp._template[cls._T](breaks, rotations)
 
     @classmethod
+    @checked
     def MakeLinear(cls, times: Scalars, poses: Sequence[RigidTransform]) -> PiecewisePose:
         """Returns the motion at constant linear and angular velocity from pose to pose.
 
@@ -334,6 +338,7 @@ class PiecewisePose(PiecewiseTrajectory):
         return cls._of(p, R)
 
     @classmethod
+    @checked
     def MakeCubicLinearWithEndLinearVelocity(
         cls,
         times: Scalars,

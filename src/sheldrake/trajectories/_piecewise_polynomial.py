@@ -190,6 +190,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         """The derivative, again piecewise polynomial."""
         return self.derivative(derivative_order)
 
+    @checked
     def derivative(self, derivative_order: int = 1) -> PiecewisePolynomial:
         """Returns the derivative of the given order, again piecewise polynomial.
 
@@ -215,6 +216,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     # Segments and their polynomials
 
+    @checked
     def getPolynomialMatrix(self, segment_index: int) -> np.ndarray:
         """Returns the polynomials of a segment, in the time since its start, shape `(rows, cols)`."""
         c = self._c[self._segment(segment_index)]
@@ -232,6 +234,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._check_block("getPolynomial", row, col, 1, 1)
         return Polynomial_[self._T](self._c[self._segment(segment_index)][row, col])
 
+    @checked
     def getSegmentPolynomialDegree(self, segment_index: int, row: int = 0, col: int = 0) -> int:
         """Returns the degree of one polynomial of a segment.
 
@@ -241,6 +244,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._check_block("getSegmentPolynomialDegree", row, col, 1, 1)
         return self._c[self._segment(segment_index)][row, col].size - 1
 
+    @checked
     def setPolynomialMatrixBlock(
         self, replacement: Any, segment_index: int, row_start: int = 0, col_start: int = 0
     ) -> None:
@@ -263,6 +267,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 f"{self._name(call)}: a block of {rows} x {cols} at ({row}, {col}) is not inside {r} x {c}."
             )
 
+    @checked
     def Block(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> PiecewisePolynomial:
         """Returns the trajectory of a block of the matrix.
 
@@ -300,6 +305,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._c += interpolation.linear(h, y)
         self._breaks.append(end)
 
+    @checked
     def AppendCubicHermiteSegment(self, time: Scalar, sample: Scalars, sample_dot: Scalars) -> None:
         """Adds a cubic from the end, with its slope there, to a sample with a slope at a later time [s]."""
         end, h, y = self._next("AppendCubicHermiteSegment", time, sample)
@@ -388,12 +394,14 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._changed()
         self._breaks = [b + offset for b in self._breaks]
 
+    @checked
     def slice(self, start_segment_index: int, num_segments: int) -> PiecewisePolynomial:
         """Returns the trajectory of some consecutive segments."""
         first = self._segment(start_segment_index)
         last = self._segment(first + num_segments - 1)
         return self._of([c.copy() for c in self._c[first : last + 1]], self._breaks[first : last + 2])
 
+    @checked
     def isApprox(
         self, other: PiecewisePolynomial, tol: float, tol_type: ToleranceType = ToleranceType.kRelative
     ) -> bool:
@@ -487,6 +495,8 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             raise cls._mismatch(call, f"samples of {cls._T.__name__}", samples) from None
         if y.ndim == 2:
             return np.ascontiguousarray(y.T)[:, :, None]
+        if y.shape == (0,):
+            return y.reshape(0, 0, 0)
         if y.ndim != 3:
             raise cls._mismatch(
                 call, "samples as the columns of a matrix, or as a list of matrices", f"an array of shape {y.shape}"
@@ -494,6 +504,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return y
 
     @classmethod
+    @checked
     def ZeroOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns the trajectory that keeps each sample until the next break.
 
@@ -508,12 +519,14 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.constant(y), times)
 
     @classmethod
+    @checked
     def FirstOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns straight lines from sample to sample; arguments as those of `ZeroOrderHold`."""
         times, y = cls._samples("FirstOrderHold", breaks, samples, 2)
         return cls._of(interpolation.linear(interpolation.durations(times, y), y), times)
 
     @classmethod
+    @checked
     def CubicShapePreserving(
         cls, breaks: Scalars, samples: Scalars, zero_end_point_derivatives: bool = False
     ) -> PiecewisePolynomial:
@@ -534,6 +547,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
     @classmethod
+    @checked
     def CubicWithContinuousSecondDerivatives(
         cls,
         breaks: Scalars,
@@ -577,6 +591,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
     @classmethod
+    @checked
     def CubicHermite(cls, breaks: Scalars, samples: Scalars, samples_dot: Scalars) -> PiecewisePolynomial:
         """Returns cubics through the samples with the given slopes.
 
@@ -597,6 +612,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(interpolation.durations(times, y), y, m), times)
 
     @classmethod
+    @checked
     def LagrangeInterpolatingPolynomial(cls, times: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns the one segment whose polynomials, of degree n - 1, go through all n samples."""
         t, y = cls._samples("LagrangeInterpolatingPolynomial", times, samples, 1)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry.optimization import AffineSubspace
+from sheldrake.symbolic import Variable
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
@@ -75,6 +79,11 @@ def test_what_the_body_says_of_right_arguments_stays():
 
 
 class _Refuses:
+    """An array of another library."""
+
+    def __len__(self) -> int:
+        return 1
+
     def __float__(self) -> float:
         raise ValueError("could not convert")
 
@@ -82,6 +91,52 @@ class _Refuses:
 def test_text_is_no_array():
     with pytest.raises(TypeError, match="values must be ArrayLike, not str"):
         ends("text")
+
+
+@checked_late
+def first_size(items: Sequence[Thing], size: int = 1, scale: float = 1.0, call: Callable[..., Any] = print) -> int:
+    if not scale or not items or size in (0, 10**30):
+        raise RuntimeError("first_size(): nothing to scale.")
+    return items[0].size // size
+
+
+@checked_late
+def sixth(values: ArrayLike) -> Any:
+    return np.asarray(values)[5]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        (lambda: first_size([3]), r"items must be Sequence\[Thing\], not list"),
+        (lambda: first_size(3, 0), "items must be .*, not int"),
+        (lambda: first_size([], np.zeros(2)), "size must be int, not ndarray"),
+        (lambda: first_size([], 10**30), "size must be int, not int"),
+        (lambda: first_size([], 1, Variable("x")), "scale must be float, not Variable"),
+        (lambda: first_size([], 1, 0.0, 3), r"call must be Callable\[..., Any\], not int"),
+        (lambda: sixth(np.array(["x"])), "values must be ArrayLike, not ndarray"),
+        (lambda: sixth([["x"]]), "values must be ArrayLike, not list"),
+    ],
+)
+def test_what_is_in_sequences_and_arrays_is_looked_at(wrong, says):
+    with pytest.raises(TypeError, match=says):
+        wrong()
+
+
+def test_arguments_of_checked_calls_are_looked_at_when_the_body_stumbles():
+    @checked
+    def first(values: ArrayLike, *more: ArrayLike) -> Any:
+        if more:
+            raise RuntimeError("first(): more.")
+        return values[0]  # type: ignore[index]
+
+    assert first([3]) == 3
+    with pytest.raises(TypeError, match=r"first\(\).*values must be ArrayLike, not ndarray"):
+        first(np.array(["x"])[:0])
+    with pytest.raises(IndexError):
+        first(np.zeros(0))
+    with pytest.raises(RuntimeError, match="more"):  # numbers one by one are no arrays, and none need be
+        first([1.0], 2.0)
 
 
 def test_errors_of_a_callers_function_are_the_callers():

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import expect
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
@@ -67,6 +68,7 @@ class TriangleSurfaceMesh:
         RuntimeError: there is no triangle.
     """
 
+    @checked
     def __init__(self, triangles: Sequence[SurfaceTriangle] | Sequence[Sequence[int]], vertices: Scalars) -> None:
         rows = [t._v if isinstance(t, SurfaceTriangle) else tuple(t) for t in triangles]
         if not rows:
@@ -118,10 +120,12 @@ class TriangleSurfaceMesh:
         """Area of all triangles [m^2]."""
         return plain(self._areas.sum())
 
+    @checked
     def face_normal(self, t: int) -> np.ndarray:
         """Unit normal of a triangle in M, shape (3,)."""
         return self._normals[t].copy()
 
+    @checked
     def element_centroid(self, t: int) -> np.ndarray:
         """Centroid of a triangle in M [m], shape (3,)."""
         return self._vertices[self._triangles[t]].mean(axis=0)
@@ -145,6 +149,7 @@ class TriangleSurfaceMesh:
         beta, gamma = (vv * uq - uv * vq) / scale, (uu * vq - uv * uq) / scale
         return np.array([1.0 - beta - gamma, beta, gamma])
 
+    @checked
     def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Scalars) -> np.ndarray:
         """Position in M [m] of barycentric coordinates in a triangle, shape (3,)."""
         return np.asarray(b_Q, dtype=float).reshape(3) @ self._vertices[self._triangles[element_index]]

@@ -165,6 +165,7 @@ class QueryObject(Images):
         see(table)
         return points_in(table)
 
+    @checked
     def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
         """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
 

@@ -26,10 +26,12 @@ class _Statement(NamedTuple):
 class CollisionFilterDeclaration:
     """A list of statements that allow or exclude contact between or within sets; later statements win."""
 
+    @checked
     def __init__(self, scope: CollisionFilterScope = CollisionFilterScope.kAll) -> None:
         self._scope = scope
         self._statements: list[_Statement] = []
 
+    @checked
     def AllowBetween(self, set_A: GeometrySet, set_B: GeometrySet) -> CollisionFilterDeclaration:
         """Allows contact of every geometry of A with every geometry of B."""
         return self._add(True, set_A, set_B)
@@ -38,6 +40,7 @@ class CollisionFilterDeclaration:
         """Allows contact of every pair in the set."""
         return self._add(True, geometry_set, None)
 
+    @checked
     def ExcludeBetween(self, set_A: GeometrySet, set_B: GeometrySet) -> CollisionFilterDeclaration:
         """Excludes contact of every geometry of A with every geometry of B."""
         return self._add(False, set_A, set_B)

@@ -82,11 +82,13 @@ class SceneGraphInspector:
         """The world frame."""
         return WORLD_FRAME_ID
 
+    @checked
     def GetAllGeometryIds(self, role: Role | None = None) -> list[GeometryId]:
         """All geometries, or those with a role, sorted."""
         state = self._state
         return sorted(state.geometries) if role is None else state.ids_with_role(role)
 
+    @checked
     def GetGeometryIds(self, geometry_set: GeometrySet, role: Role | None = None) -> set[GeometryId]:
         """The geometries a set stands for, or those of them with a role."""
         return self._state.resolve(geometry_set, role)

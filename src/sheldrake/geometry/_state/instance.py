@@ -29,6 +29,7 @@ def canonical_name(name: str) -> str:
 class GeometryFrame:
     """A frame to which geometries can be fixed; its pose comes from its source."""
 
+    @checked
     def __init__(self, frame_name: str, frame_group_id: int = 0) -> None:
         if frame_group_id < 0:
             raise RuntimeError("GeometryFrame requires a non-negative frame group")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, flag
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
@@ -71,6 +72,7 @@ def CheckIfSatisfiesConvexityRadius(convex_set: ConvexSet, continuous_revolute_j
     return all(high - low < math.pi for low, high in (_ends(convex_set, j) for j in joints))
 
 
+@checked
 def PartitionConvexSet(
     convex_set: Any = None,
     continuous_revolute_joints: Sequence[int] = (),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Capsule, Cylinder
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -286,6 +287,7 @@ class ConvexHull(ConvexSet):
         RuntimeError: the sets are in spaces of different dimensions.
     """
 
+    @checked
     def __init__(self, sets: list[ConvexSet], remove_empty_sets: bool = True):
         self._sets = [s.Clone() for s in sets]
         self._dimension = require_one_space("ConvexHull", self._sets)
@@ -300,6 +302,7 @@ class ConvexHull(ConvexSet):
         """Returns the sets that take part: those that are not empty, if these are left out."""
         return list(self._taking_part)
 
+    @checked
     def element(self, index: int) -> ConvexSet:
         """Returns one of the sets."""
         return self._sets[index]

@@ -257,6 +257,7 @@ class ConvexSet:
         if self._dimension == 0:
             raise RuntimeError(f"{call}(): {type(self).__name__} is in a space without dimensions.")
 
+    @checked
     def AddPointInSetConstraints(self, prog: MathematicalProgram, vars: Vector) -> tuple[np.ndarray, list]:
         """Constrains variables to be a point of the set; returns the variables and constraints that this adds.
 
@@ -272,10 +273,12 @@ class ConvexSet:
         return np.array(into.variables, dtype=object), [as_kind(Constraint, added) for added in into.constraints]
 
     @typing_overload
+    @checked
     def AddPointInNonnegativeScalingConstraints(
         self, prog: MathematicalProgram, x: np.ndarray, t: Variable
     ) -> list: ...
     @typing_overload
+    @checked
     def AddPointInNonnegativeScalingConstraints(
         self,
         prog: MathematicalProgram,

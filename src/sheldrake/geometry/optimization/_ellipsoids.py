@@ -85,6 +85,7 @@ class AffineBall(ConvexSet):
         self._set(np.linalg.inv(L).T if A.size else A, ellipsoid.center())
 
     @staticmethod
+    @checked
     def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> AffineBall:
         """Returns the least ellipsoid around points, columns; flat if the points are.
 
@@ -111,6 +112,7 @@ class AffineBall(ConvexSet):
         return AffineBall(whole @ U.T, mean + basis @ center)
 
     @staticmethod
+    @checked
     def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> AffineBall:
         """Returns an ellipsoid along the axes.
 
@@ -128,11 +130,13 @@ class AffineBall(ConvexSet):
         return AffineBall.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
     @staticmethod
+    @checked
     def MakeUnitBall(dim: int) -> AffineBall:
         """Returns the unit ball about the origin."""
         return AffineBall(np.eye(dim), np.zeros(dim))
 
     @staticmethod
+    @checked
     def MakeAffineBallFromLineSegment(x_1: ArrayLike, x_2: ArrayLike, epsilon: float = 1e-3) -> AffineBall:
         """Returns an ellipsoid whose longest axis is a line segment, and whose others have radius epsilon.
 
@@ -241,6 +245,7 @@ class Hyperellipsoid(ConvexSet):
         self._set(np.linalg.inv(B) if B.size else B, ball.center())
 
     @staticmethod
+    @checked
     def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> Hyperellipsoid:
         """Returns the least ellipsoid around points, columns.
 
@@ -256,6 +261,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(AffineBall.MinimumVolumeCircumscribedEllipsoid(points, rank_tol))
 
     @staticmethod
+    @checked
     def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> Hyperellipsoid:
         """Returns an ellipsoid along the axes.
 
@@ -273,6 +279,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
     @staticmethod
+    @checked
     def MakeUnitBall(dim: int) -> Hyperellipsoid:
         """Returns the unit ball about the origin."""
         return Hyperellipsoid(np.eye(dim), np.zeros(dim))

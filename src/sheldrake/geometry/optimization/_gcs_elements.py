@@ -258,6 +258,7 @@ class Edge(Element):
         """Returns the variables of the point where it ends."""
         return self._v.x()
 
+    @checked
     def AddPhiConstraint(self, phi_value: bool) -> None:
         """Says that it is taken, or that it is not."""
         self._fixed = bool(phi_value)

@@ -51,16 +51,21 @@ class HPolyhedron(ConvexSet):
     """
 
     @typing_overload
+    @checked
     def __init__(self) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, A: ArrayLike | scipy.sparse.spmatrix, b: ArrayLike) -> None: ...
     @typing_overload
+    @checked
     def __init__(
         self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
     ) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, vpoly: VPolytope, tol: float = 1e-9) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, prog: MathematicalProgram) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("HPolyhedron", _WAYS, self, args, kwargs)
@@ -95,6 +100,7 @@ class HPolyhedron(ConvexSet):
         self._set(*half_spaces(vpoly.vertices(), tol))
 
     @staticmethod
+    @checked
     def MakeBox(lb: ArrayLike, ub: ArrayLike) -> HPolyhedron:
         """Returns lb <= x <= ub.
 
@@ -104,11 +110,13 @@ class HPolyhedron(ConvexSet):
         return HPolyhedron(*programs.box_rows(*checked_box("MakeBox", lb, ub)))
 
     @staticmethod
+    @checked
     def MakeUnitBox(dim: int) -> HPolyhedron:
         """Returns -1 <= x <= 1."""
         return HPolyhedron.MakeBox(-np.ones(dim), np.ones(dim))
 
     @staticmethod
+    @checked
     def MakeL1Ball(dim: int) -> HPolyhedron:
         """Returns the points whose absolute coordinates sum to at most one."""
         bits = (np.arange(2**dim)[:, None] >> np.arange(dim)[None, :]) & 1
@@ -154,10 +162,12 @@ class HPolyhedron(ConvexSet):
         out._own(A, b)
         return out
 
+    @checked
     def FindRedundant(self, tol: float = 1e-9) -> set[int]:
         """Returns the rows that those before and after them imply, up to a tolerance."""
         return set(programs.redundant(self._A, self._b, tol))
 
+    @checked
     def ReduceInequalities(self, tol: float = 1e-9) -> HPolyhedron:
         """Returns it without rows that the others imply, up to a tolerance."""
         keep = np.setdiff1d(np.arange(self._b.size), programs.redundant(self._A, self._b, tol))
@@ -198,6 +208,7 @@ class HPolyhedron(ConvexSet):
         A = self._A @ np.linalg.inv(T)
         return HPolyhedron(A, self._b + A @ t)
 
+    @checked
     def SimplifyByIncrementalFaceTranslation(
         self,
         min_volume_ratio: float = 0.1,
@@ -238,6 +249,7 @@ class HPolyhedron(ConvexSet):
         stretched = out.MaximumVolumeInscribedAffineTransformation(self)
         return stretched if _face_translation.keeps(stretched, settings) else out
 
+    @checked
     def Scale(self, scale: float, center: ArrayLike | None = None) -> HPolyhedron:
         """Returns it scaled about a center (by default the Chebyshev center) to `scale` times its volume.
 

@@ -8,6 +8,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._overloads import Ways, dispatch, overload
@@ -39,8 +40,10 @@ class Hyperrectangle(ConvexSet):
     _ub: np.ndarray
 
     @typing_overload
+    @checked
     def __init__(self) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, lb: ArrayLike, ub: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any):
         dispatch("Hyperrectangle", _WAYS, self, args, kwargs)

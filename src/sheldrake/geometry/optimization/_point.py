@@ -8,6 +8,7 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Sphere
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
@@ -36,10 +37,13 @@ class Point(ConvexSet):
     _has_volume = True
 
     @typing_overload
+    @checked
     def __init__(self) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, x: ArrayLike) -> None: ...
     @typing_overload
+    @checked
     def __init__(
         self,
         query_object: QueryObject,
@@ -66,6 +70,7 @@ class Point(ConvexSet):
         """Returns the point, shape (n,)."""
         return self._x.copy()
 
+    @checked
     def set_x(self, x: ArrayLike) -> None:
         """Moves the point.
 

@@ -50,12 +50,16 @@ class VPolytope(ConvexSet):
     _has_volume = True
 
     @typing_overload
+    @checked
     def __init__(self) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, vertices: ArrayLike) -> None: ...
     @typing_overload
+    @checked
     def __init__(self, H: HPolyhedron, tol: float = 1e-9) -> None: ...
     @typing_overload
+    @checked
     def __init__(
         self, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None = None
     ) -> None: ...
@@ -88,6 +92,7 @@ class VPolytope(ConvexSet):
         self._set(basis @ vertices_of(A, b, local.ChebyshevCenter()) + start[:, None])
 
     @staticmethod
+    @checked
     def MakeBox(lb: ArrayLike, ub: ArrayLike) -> VPolytope:
         """Returns the corners of lb <= x <= ub.
 
@@ -105,6 +110,7 @@ class VPolytope(ConvexSet):
         """Returns the vertices, shape (n, number of them)."""
         return self._vertices.copy()
 
+    @checked
     def GetMinimalRepresentation(self, tol: float = 1e-9) -> VPolytope:
         """Returns it without points that are no corners; in the plane, corners go counter-clockwise.
 
@@ -113,6 +119,7 @@ class VPolytope(ConvexSet):
         """
         return VPolytope(extreme_points(self._vertices, tol))
 
+    @checked
     def ToShapeConvex(self, convex_label: str = "convex_from_vpolytope") -> Convex:
         """Returns it as a shape.
 

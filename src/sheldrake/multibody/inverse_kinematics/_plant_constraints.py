@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.inverse_kinematics._orientation import OrientationConstraint
 from sheldrake.multibody.inverse_kinematics._position import PointToPointDistanceConstraint, PositionConstraint
@@ -83,6 +84,7 @@ def _add_unit_quaternions(
     return bindings, starts
 
 
+@checked
 def AddUnitQuaternionConstraintOnPlant(plant: MultibodyPlant, q_vars: VariablesLike, prog: MathematicalProgram) -> list:
     """Adds that the quaternions of a plant have length one, with elements from -1 to 1, and returns the constraints.
 

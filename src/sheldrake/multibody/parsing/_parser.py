@@ -104,6 +104,7 @@ class Parser:
         """What is done with warnings and errors; change it to collect them."""
         return self._policy
 
+    @checked
     def SetAutoRenaming(self, value: bool) -> None:
         """When true, a model whose name is taken becomes `name_1`, `name_2`...; otherwise that is an error."""
         self._auto_renaming = bool(value)

@@ -127,6 +127,7 @@ class MultibodyPlant(LeafSystem):
         self._parts.geometry.register_frame(body)
         return body
 
+    @checked
     def RegisterAsSourceForSceneGraph(self, scene_graph: SceneGraph) -> SourceId:
         """Makes the plant a source of a SceneGraph; its bodies become frames there.
 

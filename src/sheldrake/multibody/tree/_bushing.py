@@ -59,6 +59,7 @@ class DoorHinge(JointElement):
 
     _joint_type = RevoluteJoint
 
+    @checked
     def __init__(self, joint: RevoluteJoint, config: DoorHingeConfig):
         super().__init__(joint)
         _, *others = config._defaults  # any angle will do

@@ -50,6 +50,7 @@ class UniformGravityFieldElement(ForceElement):
 
     kDefaultStrength: ClassVar[float] = 9.81  # [m/s²]
 
+    @checked
     def __init__(self, g_W: Scalars = (0.0, 0.0, -kDefaultStrength)):
         """
         Args:
@@ -205,6 +206,7 @@ class PrismaticSpring(_JointSpring):
 class LinearSpringDamper(ForceElement):
     """A massless spring and damper between a point P of body A and a point Q of body B."""
 
+    @checked
     def __init__(
         self,
         bodyA: RigidBody,

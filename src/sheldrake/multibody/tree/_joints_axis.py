@@ -102,6 +102,7 @@ class _AxisJoint(OneVelocityJoint):
 
     _axis: np.ndarray
 
+    @checked
     def __init__(
         self,
         name: str,

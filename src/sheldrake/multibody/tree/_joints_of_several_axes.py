@@ -27,6 +27,7 @@ class PlanarJoint(Joint):
     kTypeName = "planar"
     _axis = np.array([0.0, 0.0, 1.0])
 
+    @checked
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Scalars = (0.0, 0.0, 0.0)):
         """
         Args:
@@ -119,6 +120,7 @@ class UniversalJoint(Joint):
 
     kTypeName = "universal"
 
+    @checked
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: float = 0.0):
         super().__init__(name, frame_on_parent, frame_on_child, [damping, damping])
 
@@ -164,6 +166,7 @@ class BallRpyJoint(Joint):
 
     kTypeName = "ball_rpy"
 
+    @checked
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: float = 0.0):
         super().__init__(name, frame_on_parent, frame_on_child, [damping] * 3)
 

@@ -226,6 +226,7 @@ class RigidBody(NamedElement):
             raise RuntimeError(f"RigidBody.{call}(): body {self._name!r} is not a floating base body.")
         return owner.elements.inboard_joint(self)
 
+    @checked
     def Lock(self, context: Context) -> None:
         """Locks the joint by which it floats.
 
@@ -234,6 +235,7 @@ class RigidBody(NamedElement):
         """
         self._floating_joint("Lock").Lock(context)
 
+    @checked
     def Unlock(self, context: Context) -> None:
         """Unlocks the joint by which it floats.
 

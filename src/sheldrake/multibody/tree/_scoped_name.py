@@ -39,6 +39,7 @@ class ScopedName:
         return new
 
     @staticmethod
+    @checked
     def Join(name1: str, name2: str) -> ScopedName:
         """`name1::name2`, whichever of the two is scoped itself."""
         return ScopedName.Parse(f"{name1}{_SEPARATOR}{name2}" if name1 and name2 else name1 or name2)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._thread_team import in_parallel, threads_of
 from sheldrake.solvers._engines.clarabel import ClarabelSolver, CsdpSolver
@@ -74,6 +75,7 @@ def _usable(cls: type[Engine]) -> bool:
     return cls._is_available() and cls._is_enabled()
 
 
+@checked
 def GetAvailableSolvers(prog_type: ProgramType) -> list[SolverId]:
     """Returns the solvers for a family of programs that can be used here, the best first."""
     return [cls.id() for cls in _BEST[prog_type] if _usable(cls)]
@@ -154,6 +156,7 @@ def MakeSolver(id: SolverId) -> SolverInterface:
     raise ValueError(f"MakeSolver: no matching solver {id.name()}")
 
 
+@checked
 def MakeFirstAvailableSolver(solver_ids: list[SolverId]) -> SolverInterface:
     """Returns the first of several solvers that can be used here.
 

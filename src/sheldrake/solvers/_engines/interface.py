@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._made_methods import MadeMethod
 from sheldrake.solvers._ids import (
     CommonSolverOption,
@@ -160,6 +161,7 @@ class Engine(SolverInterface):
     def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:
         return not self._unsatisfied(prog)
 
+    @checked
     def ExplainUnsatisfiedProgramAttributes(self, prog: MathematicalProgram) -> str:
         return self._unsatisfied(prog)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import _MangledName
 from sheldrake.common._overloads import dispatch, overload
@@ -76,6 +77,7 @@ class BindingBase(Generic[Evaluator_co]):
         """Returns the variables, shape `(n,)`."""
         return self._variables.copy()
 
+    @checked
     def ToLatex(self, precision: int = 3) -> str:
         """Returns LaTeX for the evaluator with its variables."""
         return self._evaluator.ToLatex(self._variables, precision)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import Changes, Constraint, EvaluatorBase
@@ -65,6 +66,7 @@ class _ConeConstraint(Constraint):
         """Returns the constant of z = A x + b, shape `(m,)`."""
         return self._b.copy()
 
+    @checked
     def UpdateCoefficients(self, new_A: Any, new_b: ArrayLike) -> None:
         """Sets A and b.
 
@@ -164,6 +166,7 @@ class RotatedLorentzConeConstraint(_ConeConstraint):
 
     _fewest_rows = 2
 
+    @checked
     def __init__(self, A: ArrayLike, b: ArrayLike):
         self._set_affine(A, b)
         self._set_sizes(3, self._A.shape[1])
@@ -280,6 +283,7 @@ class PositiveSemidefiniteConstraint(_MatrixConstraint):
         rows: Number of its rows.
     """
 
+    @checked
     def __init__(self, rows: int):
         self._set_rows(int(rows), int(rows) ** 2)
 
@@ -295,6 +299,7 @@ class LinearMatrixInequalityConstraint(_MatrixConstraint):
         symmetry_tolerance: Largest difference of two elements that should be equal.
     """
 
+    @checked
     def __init__(self, F: Sequence[Matrix], symmetry_tolerance: float = 1e-10):
         matrices = [_arrays.float_matrix(f) for f in F]
         for f in matrices:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import quick
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
@@ -495,6 +496,7 @@ class ExpressionConstraint(ExpressionFunction, Constraint):
         ub: Shape `(m,)`.
     """
 
+    @checked
     def __init__(self, v: Any, lb: ArrayLike, ub: ArrayLike):
         self._set_expressions(list(_arrays.expression_array(v).ravel(order="F")))
         self._set_bounds(*_bounds(lb, ub))

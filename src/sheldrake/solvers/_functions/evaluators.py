@@ -246,7 +246,8 @@ class Constraint(EvaluatorBase):
     @checked
     def CheckSatisfiedVectorized(self, x: ArrayLike, tol: float) -> list[bool]:
         """Tells for each column of x whether it satisfies the constraint."""
-        columns = np.ascontiguousarray(np.atleast_2d(np.asarray(x, dtype=float)).T)
+        x = np.asarray(x, dtype=float)
+        columns = np.ascontiguousarray(x.T if x.ndim == 2 else x[None])
         return [bool(self.CheckSatisfied(column, tol)) for column in columns]
 
     def _display(self, vars: np.ndarray) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import same_count
@@ -26,6 +27,7 @@ class _NormCost(Cost):
     _A: Any
     _b: np.ndarray
 
+    @checked
     def __init__(self, A: ArrayLike, b: ArrayLike):
         self._A, self._b = _arrays.float_matrix(A), _arrays.float_vector(b)
         self._check()
@@ -41,7 +43,7 @@ class _NormCost(Cost):
 
     def _update(self, new_A: ArrayLike | scipy.sparse.spmatrix, new_b: ArrayLike) -> None:
         A = _arrays.float_matrix(new_A)
-        b = np.zeros(A.shape[0]) if new_b is None or np.size(new_b) == 0 else _arrays.float_vector(new_b)
+        b = np.zeros(A.shape[0]) if new_b is None else _arrays.float_vector(new_b)
         same_count(A.shape[1], self._num_vars)
         if A.shape[0] != b.size:
             raise RuntimeError(f"{type(self).__name__}: new_A and new_b must have the same number of rows.")
@@ -171,6 +173,7 @@ class L2NormCost(_NormCost):
 
         return csc_matrix(self._A)
 
+    @checked
     def UpdateCoefficients(self, new_A: Any, new_b: Any = None) -> None:
         """Sets A and b; b is zero if absent.
 

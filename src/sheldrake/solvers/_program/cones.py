@@ -397,6 +397,7 @@ def _matrices(value: Iterable[ArrayLike]) -> list[Matrix]:
 
 def _square(call: str, X: np.ndarray) -> np.ndarray:
     X = kinds.expressions(X)
+    X = X[:, None] if X.ndim == 1 else X  # a vector is a column
     if X.ndim != 2 or X.shape[0] != X.shape[1]:
         raise RuntimeError(f"{call}(): the matrix must be square, it has shape {X.shape}.")
     return X

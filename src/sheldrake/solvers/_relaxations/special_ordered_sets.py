@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -60,6 +61,7 @@ def AddSos2Constraint(prog: MathematicalProgram, lambdas: VariablesLike, y: Arra
         prog.AddLinearConstraint(rows, [0.0, -np.inf], [np.inf, 0.0])
 
 
+@checked
 def AddLogarithmicSos1Constraint(prog: MathematicalProgram, num_lambda: int) -> tuple[np.ndarray, np.ndarray]:
     """Adds new weights of which one is one and the others zero, with few binary variables (Vielma and Nemhauser, 2011).
 

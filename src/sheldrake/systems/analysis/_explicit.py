@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.framework._kernels.integrate import EULER, RK2, TABLEAU
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 class RungeKutta3Integrator(IntegratorBase):
     """Explicit, third order, with error control by an embedded second-order result."""
 
+    @checked
     def __init__(self, system: System, context: Context | None = None):
         self._set_up(system, context)
 

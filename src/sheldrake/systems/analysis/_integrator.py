@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.systems.framework._kernels.integrate import RK3, Integrator, IntegratorNumbers
 from sheldrake.systems.framework._kernels.program import Run, RunWords
@@ -167,6 +168,7 @@ class IntegratorBase:
         t = 0.0 if self._context is None else float(plain(self._context.get_time()))
         return max(self._minimum, 1e-14 * max(1.0, abs(t)))
 
+    @checked
     def set_throw_on_minimum_step_size_violation(self, throws: bool) -> None:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
         self._numbers.throw_on_min = float(bool(throws))

@@ -7,6 +7,7 @@ import operator
 import time
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.deprecation import _warn_of_retired
 from sheldrake.systems.analysis._integrator import IntegratorBase
@@ -36,6 +37,7 @@ class SimulatorSettings:
 
     # Settings.
 
+    @checked
     def set_target_realtime_rate(self, realtime_rate: float) -> None:
         """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes.
 

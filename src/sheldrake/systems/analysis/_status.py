@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
@@ -86,6 +87,7 @@ class SimulatorStatus:
     def __repr__(self) -> str:
         return f"<SimulatorStatus: {self.FormatMessage()}>"
 
+    @checked
     def IsIdenticalStatus(self, other: SimulatorStatus) -> bool:
         """Whether all of it is the same."""
         mine = (self._boundary, self._time, self._reason, self._message)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._logging import logger
 from sheldrake.common._options import Options
 from sheldrake.math import BarycentricMesh
@@ -32,6 +33,7 @@ class PeriodicBoundaryCondition:
 
     __slots__ = ("high", "low", "state_index")
 
+    @checked
     def __init__(self, state_index: int, low: float, high: float):
         self.state_index, self.low, self.high = int(state_index), float(low), float(high)
 

@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import AbstractValue, Value
@@ -260,12 +261,16 @@ class LeafSystem(LeafEvents):
     # State and parameters.
 
     @typing_overload
+    @checked
     def DeclareContinuousState(self, num_state_variables: int) -> ContinuousStateIndex: ...
     @typing_overload
+    @checked
     def DeclareContinuousState(self, num_q: int, num_v: int, num_z: int) -> ContinuousStateIndex: ...
     @typing_overload
+    @checked
     def DeclareContinuousState(self, model_vector: BasicVector | Scalars) -> ContinuousStateIndex: ...
     @typing_overload
+    @checked
     def DeclareContinuousState(
         self, model_vector: BasicVector | Scalars, num_q: int, num_v: int, num_z: int
     ) -> ContinuousStateIndex: ...

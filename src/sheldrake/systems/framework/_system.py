@@ -207,12 +207,14 @@ class System(ScalarConversion, SystemPorts, Cloned):
         """See `CalcImplicitTimeDerivativesResidual`."""
         return proposed - self.EvalTimeDerivatives(context).CopyToVector()
 
+    @checked
     def CalcForcedDiscreteVariableUpdate(self, context: Context, discrete_state: DiscreteValues) -> None:
         """What the forced discrete updates would make of the discrete state, into `discrete_state`."""
         self.ValidateContext(context)
         store, n, call = context._store, context._node, "CalcForcedDiscreteVariableUpdate"
         discrete_state.SetFrom(_evaluate.discrete_update(store, n, "forced", call)[0])
 
+    @checked
     def CalcForcedUnrestrictedUpdate(self, context: Context, state: State) -> None:
         """What the forced unrestricted updates would make of the state, into `state`."""
         self.ValidateContext(context)
@@ -320,8 +322,10 @@ class System(ScalarConversion, SystemPorts, Cloned):
         return bool(self._feedthrough())
 
     @typing_overload
+    @checked
     def HasDirectFeedthrough(self, output_port: int) -> bool: ...
     @typing_overload
+    @checked
     def HasDirectFeedthrough(self, input_port: int, output_port: int) -> bool: ...
     def HasDirectFeedthrough(self, *args: Any, output_port: Any = None, input_port: Any = None) -> bool:
         """Whether an output depends directly on any input: `(output_port)`, or on one: `(input_port, output_port)`."""

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import STUMBLES, refusal
 from sheldrake.common._overloads import Mismatch, expect
+from sheldrake.common._taken import STUMBLES, refusal
 from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
 from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._graphviz import Graphviz

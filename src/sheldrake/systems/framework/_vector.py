@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 import numpy as np
 
 from sheldrake.common._copies import Cloned
+from sheldrake.common._kinds import LARGEST_COUNT
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch, expect
@@ -88,8 +89,8 @@ def as_size(value: Any, what: str) -> int:
         n = operator.index(value)
     except TypeError:
         raise Mismatch(f"{what}: a size must be an int, not {value!r}.") from None
-    if n < 0:
-        raise Mismatch(f"{what}: a size must not be negative, got {n}.")
+    if not 0 <= n <= LARGEST_COUNT:
+        raise Mismatch(f"{what}: a size must be from 0 to {LARGEST_COUNT}, got {n}.")
     return n
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework._index import PortDataType, Ticket
 from sheldrake.systems.framework._leaf_system import LeafSystem
 
@@ -24,6 +25,7 @@ class VectorSystem(LeafSystem):
         direct_feedthrough: Whether the output depends on the input directly.
     """
 
+    @checked
     def __init__(self, input_size: int, output_size: int, direct_feedthrough: bool | None = None):
         super().__init__()
         if input_size > 0:

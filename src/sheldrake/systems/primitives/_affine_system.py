@@ -38,6 +38,7 @@ class AffineSystem(LeafSystem):
     _generic = True
     _complex_rows = True
 
+    @checked
     def __init__(
         self,
         A: ArrayLike | None = None,
@@ -103,6 +104,7 @@ class AffineSystem(LeafSystem):
         new._coefficients = type(self._coefficients)(*(value.copy() for value in self._coefficients))
         return new
 
+    @checked
     def UpdateCoefficients(
         self,
         A: ArrayLike | None = None,
@@ -220,6 +222,7 @@ class LinearSystem(AffineSystem):
         time_period: Period of the discrete update [s]; 0: continuous.
     """
 
+    @checked
     def __init__(
         self,
         A: ArrayLike | None = None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import Diagram, DiagramBuilder_, LeafSystem, State
 from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import as_vector
@@ -52,8 +53,17 @@ class DiscreteDerivative(LeafSystem):
         return self._suppress
 
     def set_input_history(self, state: State | Context, u: Scalars, previous: Scalars | None = None) -> None:
-        """Sets the newest sample and the one before (the same if not given), in a State or a context."""
+        """Sets the newest sample and the one before (the same if not given), in a State or a context.
+
+        Raises:
+            RuntimeError: the state has not the groups of this system's, so is of another one.
+        """
         discrete = state.get_mutable_discrete_state()
+        if discrete.num_groups() != 2 + self._suppress:
+            raise RuntimeError(
+                f"DiscreteDerivative.set_input_history(): a state of {discrete.num_groups()} groups was not created "
+                f"for {self._describe()}."
+            )
         u = as_vector(u)
         discrete.set_value(0, u)
         discrete.set_value(1, u if previous is None else previous)
@@ -87,8 +97,9 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
         """Whether velocities are zero until there are two samples."""
         return self._derivative.suppress_initial_transient()
 
+    @checked
     def set_initial_position(
-        self, context: Context | None = None, position: Scalars | None = None, *, state: State | None = None
+        self, context: Context | State | None = None, position: Scalars | None = None, *, state: State | None = None
     ) -> None:
         """Sets the position as if it had stood still, in a context or a State."""
         target: Any = context if state is None else state

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import called, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
@@ -44,11 +45,13 @@ class Integrator(LeafSystem):
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(BasicVector(initial)))
         self.DeclareTimeDerivatives(blocks.copy_input)
 
+    @checked
     def set_integral_value(self, context: Context, value: ArrayLike) -> None:
         """Sets the integral in a context."""
         self.ValidateContext(context)
         context.SetContinuousState(value)
 
+    @checked
     def set_default_integral_value(self, initial_value: Scalars) -> None:
         """Sets the integral in contexts made from now on."""
         self._xc_model.SetFromVector(initial_value)
@@ -95,6 +98,7 @@ class FirstOrderLowPassFilter(LeafSystem):
         """Time constants [s], shape (size,)."""
         return self._tau.copy()
 
+    @checked
     def set_initial_output_value(self, context: Context, z0: Scalars, /) -> None:
         """Sets the output in a context."""
         self.ValidateContext(context)
@@ -142,6 +146,7 @@ class ZeroOrderHold(LeafSystem):
         """Time of the first sample [s]."""
         return self._offset
 
+    @checked
     def SetVectorState(self, context: Context, value: ArrayLike, /) -> None:
         """Sets what is held, in a context."""
         self.ValidateContext(context)
@@ -197,6 +202,7 @@ class DiscreteTimeIntegrator(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(self, size: int, time_step: float):
         super().__init__()
         self._dt = float(time_step)
@@ -207,6 +213,7 @@ class DiscreteTimeIntegrator(LeafSystem):
     def _kernel_models(self, root: RootView) -> dict:
         return {"step_model": blocks.Step.of(dt=self._dt)}
 
+    @checked
     def set_integral_value(self, context: Context, value: ArrayLike) -> None:
         """Sets the sum in a context."""
         self.ValidateContext(context)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common import CalcProbabilityDensity, RandomDistribution
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._port_getters import input_port, output_port
 
@@ -47,6 +48,7 @@ class LinearTransformDensity(LeafSystem):
     get_output_port_w_out = output_port(0, "The output w_out.")
     get_output_port_w_out_density = output_port(1, "The output with the density of w_out.")
 
+    @checked
     def FixConstantA(self, context: Context, A: Scalars) -> FixedInputPortValue:
         """Fixes A, shape (output_size, input_size)."""
         A = np.asarray(A)
@@ -56,6 +58,7 @@ class LinearTransformDensity(LeafSystem):
             )
         return self.get_input_port_A().FixValue(context, A.reshape(-1, order="F"))
 
+    @checked
     def FixConstantB(self, context: Context, b: Scalars) -> FixedInputPortValue:
         """Fixes b, shape (output_size,)."""
         return self.get_input_port_b().FixValue(context, b)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common import RandomDistribution, RandomGenerator
+from sheldrake.common._checked import checked
 from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kernels.twister import SIZE
 from sheldrake.common.value import Value
@@ -145,6 +146,7 @@ class RandomSource(LeafSystem):
     _generic = True
     _symbolic = False
 
+    @checked
     def __init__(self, distribution: RandomDistribution, num_outputs: int, sampling_interval_sec: float):
         super().__init__()
         self._distribution, self._seed = distribution, next(_seeds)

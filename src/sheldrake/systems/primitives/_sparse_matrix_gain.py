@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class SparseMatrixGain(LeafSystem):
         """The matrix."""
         return self._D.copy()
 
+    @checked
     def set_D(self, D: scipy.sparse.spmatrix | ArrayLike) -> None:
         """Replaces the matrix by one of the same shape."""
         new = _csc(D)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
@@ -37,6 +38,7 @@ class SymbolicVectorSystem(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(
         self,
         time: Variable | None = None,
@@ -115,6 +117,7 @@ class SymbolicVectorSystem(LeafSystem):
                 tickets.add(ticket)
         return tickets
 
+    @checked
     def dynamics_for_variable(self, var: Variable) -> Expression:
         """The expression for a state variable.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._files import whole_file
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework._engine import logs
@@ -237,6 +238,7 @@ class VectorLog:
         """Forgets all samples."""
         self._count = 0
 
+    @checked
     def Reserve(self, capacity: int, /) -> None:
         """Room for at least this many samples."""
         if capacity > len(self._own):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.common._checked import checked
 from sheldrake.systems.framework import LeafSystem, PortDataType, TriggerType
 from sheldrake.systems.framework._declarations import PUBLISH
@@ -45,7 +47,7 @@ class VectorLogSink(LeafSystem):
         publish_period: float = 0.0,
     ):
         super().__init__()
-        if isinstance(publish_triggers, (int, float)):
+        if isinstance(publish_triggers, (int, float, np.integer, np.floating)):
             publish_period, publish_triggers = publish_triggers, None
         if not publish_period >= 0:
             raise RuntimeError(f"VectorLogSink: publish_period must not be negative, got {publish_period}.")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kernels.vec import add3, cross3
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform
@@ -64,6 +65,7 @@ class Accelerometer(_OnBody):
         gravity_vector: Gravity in the world [m/s^2], shape (3,); zero measures the plain acceleration.
     """
 
+    @checked
     def __init__(self, body: RigidBody, X_BS: RigidTransform, gravity_vector: Any = (0.0, 0.0, 0.0)):
         super().__init__(body, X_BS)
         self._gravity = np.array(gravity_vector, float).reshape(3)

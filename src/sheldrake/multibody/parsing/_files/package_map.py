@@ -51,6 +51,7 @@ class PackageMap:
 
     RemoteParams = remote_package.RemoteParams
 
+    @checked
     def __init__(self, other: "PackageMap | None" = None):
         if other is not None:
             self._paths, self._remotes = dict(other._paths), copy.deepcopy(other._remotes)

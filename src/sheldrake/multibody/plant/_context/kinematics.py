@@ -323,7 +323,7 @@ class Kinematics:
         `(context, model_instances, p_WoP_W)`.
         """  # fmt: skip
         rest, instances = list(args), kwargs.pop("model_instances", None)
-        if len(rest) == 2:
+        if len(rest) == 2 or (rest and "p_WoP_W" in kwargs):
             instances = rest.pop(0)
         point = rest.pop(0) if rest else kwargs.pop("p_WoP_W", None)
         call = "CalcSpatialMomentumInWorldAboutPoint"

@@ -113,6 +113,7 @@ class Propeller(LeafSystem):
 
     _generic = True
 
+    @checked
     def __init__(
         self,
         body_index: Any = None,
