@@ -60,6 +60,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     contacts_of_island,
     dofs_of_island,
     dofs_of_tree,
+    is_tree_with_joints,
     island_of_constraint,
     island_of_tree,
     mul_A,
@@ -204,8 +205,11 @@ def initial_duals(model, problem, contacts, share):
 
 
 @kernel(outline=True)
-def update_duals(model, problem, contacts, alpha):
-    """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
+def update_duals(model, problem, contacts, alpha, share):
+    """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1.
+
+    `share` is that of the first duals if this is the first step, 0 afterwards: those of Newton's step, t, nobody wrote.
+    """
     for contact in contacts_of_island(problem, contacts):
         if not may_rub(model, contact):
             continue
@@ -213,8 +217,8 @@ def update_duals(model, problem, contacts, alpha):
         dx, dy, _ = contact.dvc
         x -= alpha * dx  # where the step began
         y -= alpha * dy
-        wx, wy = contact.dual
         soft = inverse_soft_norm(contact, x, y)
+        wx, wy = (x * soft, y * soft) if share > 0.0 else contact.dual
         along = (x * dx + y * dy) * soft
         wx += alpha * (soft * (x + dx - wx * along) - wx)
         wy += alpha * (soft * (y + dy - wy * along) - wy)
@@ -229,10 +233,10 @@ def update_duals(model, problem, contacts, alpha):
 # ---- iterations
 
 DECREMENT = 1e-28  # (relative error in the norm of H)^2 that is round-off
-FAR = 1e-4  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
+FAR, FAR_OF_TREE = 1e-4, 1e-2  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
 STALLED = 0.1  # times the last one: an excess above it got no smaller for round-off, if little is left
 STALLED_DECREMENT = 1e-22  # as `DECREMENT`, of steps that gain nothing
-CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor
+CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor; of one tree with joints only one is
 
 
 @kernel(outline=True)
@@ -453,7 +457,7 @@ def move_part(model, problem, contacts, rows, factor):
         advance(model, problem, contacts, rows, alpha)
         take_impulses_off(problem, contacts)
         evaluate(model, problem, contacts, rows)
-    update_duals(model, problem, contacts, alpha)
+    update_duals(model, problem, contacts, alpha, 0.0)
     return status
 
 
@@ -570,18 +574,21 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     with joints, whose next step costs little more. What a step can still gain being round-off is the other reason to
     stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so where the gradient has ceased to
     shrink. Where a step was so good that `CHORDS` more like it would do, the next one has its factor: a new one costs
-    twice as much as the rest. `soft` tells whether friction has duals.
+    twice as much as the rest, of one tree with joints as much. `soft` tells whether friction has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
+    share = 1.0
     if soft:
-        initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
+        far = FAR_OF_TREE if is_tree_with_joints(model, problem) else FAR
+        share = 0.0 if relative > far else 1.0
+        if in_any(share < 1.0):
+            initial_duals(model, problem, contacts, share)
     n = few_contacts(model, problem, contacts, rows, factor, relative)
     if n >= 0:
         excess = iterate_on_few(model, problem, contacts, rows, factor, n, excess, DECREMENT * size)
         if excess <= 1.0:
             return SOLVED
-        if soft:
-            initial_duals(model, problem, contacts, 1.0)
+        share = 1.0
     if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     most = FULL_STEP if problem.along_branches == 0 else FULL_STEP_OF_TREE
@@ -613,9 +620,11 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         if will_do(model, problem, excess, momentum, impulse) or -slope <= left * (momentum + impulse):
             return SOLVED
         ratio = excess / before
-        fresh = 0 if will_do(model, problem, excess * ratio**CHORDS, momentum, impulse) else 1
+        chords = ratio**CHORDS if problem.along_branches == 0 else ratio
+        fresh = 0 if will_do(model, problem, excess * chords, momentum, impulse) else 1
         if fresh == 1 and soft:
-            update_duals(model, problem, contacts, alpha)
+            update_duals(model, problem, contacts, alpha, share)
+            share = 0.0
         if fresh == 1 and parts and k > 0:
             excess, momentum, impulse = settle_parts(model, problem, contacts, rows, factor)
             if will_do(model, problem, excess, momentum, impulse):
