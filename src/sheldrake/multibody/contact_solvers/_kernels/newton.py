@@ -194,21 +194,22 @@ def may_rub(model, contact):
 
 
 @kernel(outline=True)
-def initial_duals(model, problem, contacts, share):
-    """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
+def drop_duals(model, problem, contacts, tangents):
+    """No duals, with which the first step is a secant's; where `tangents` is 1 (in lanes) it stays Newton's."""
     for contact in contacts_of_island(problem, contacts):
         if not may_rub(model, contact):
             continue
         x, y, _ = contact.vc
-        soft = share * inverse_soft_norm(contact, x, y)
-        put_dual(model, contact, x * soft, y * soft)
+        newton = contact.G_t
+        put_dual(model, contact, 0.0 * x, 0.0 * y)
+        contact.G_t = newton if tangents > 0.0 else contact.G_t
 
 
 @kernel(outline=True)
-def update_duals(model, problem, contacts, alpha, share):
+def update_duals(model, problem, contacts, alpha, tangents):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1.
 
-    `share` is that of the first duals if this is the first step, 0 afterwards: those of Newton's step, t, nobody wrote.
+    Where `tangents` is 1 they have been t so far, which nobody wrote.
     """
     for contact in contacts_of_island(problem, contacts):
         if not may_rub(model, contact):
@@ -218,7 +219,7 @@ def update_duals(model, problem, contacts, alpha, share):
         x -= alpha * dx  # where the step began
         y -= alpha * dy
         soft = inverse_soft_norm(contact, x, y)
-        wx, wy = (x * soft, y * soft) if share > 0.0 else contact.dual
+        wx, wy = (x * soft, y * soft) if tangents > 0.0 else contact.dual
         along = (x * dx + y * dy) * soft
         wx += alpha * (soft * (x + dx - wx * along) - wx)
         wy += alpha * (soft * (y + dy - wy * along) - wy)
@@ -577,18 +578,18 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     twice as much as the rest, of one tree with joints as much. `soft` tells whether friction has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
-    share = 1.0
+    tangents = 1.0
     if soft:
         far = FAR_OF_TREE if is_tree_with_joints(model, problem) else FAR
-        share = 0.0 if relative > far else 1.0
-        if in_any(share < 1.0):
-            initial_duals(model, problem, contacts, share)
+        tangents = 0.0 if relative > far else 1.0
+        if in_any(tangents < 1.0):
+            drop_duals(model, problem, contacts, tangents)
     n = few_contacts(model, problem, contacts, rows, factor, relative)
     if n >= 0:
         excess = iterate_on_few(model, problem, contacts, rows, factor, n, excess, DECREMENT * size)
         if excess <= 1.0:
             return SOLVED
-        share = 1.0
+        tangents = 1.0
     if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     most = FULL_STEP if problem.along_branches == 0 else FULL_STEP_OF_TREE
@@ -623,8 +624,8 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         chords = ratio**CHORDS if problem.along_branches == 0 else ratio
         fresh = 0 if will_do(model, problem, excess * chords, momentum, impulse) else 1
         if fresh == 1 and soft:
-            update_duals(model, problem, contacts, alpha, share)
-            share = 0.0
+            update_duals(model, problem, contacts, alpha, tangents)
+            tangents = 0.0
         if fresh == 1 and parts and k > 0:
             excess, momentum, impulse = settle_parts(model, problem, contacts, rows, factor)
             if will_do(model, problem, excess, momentum, impulse):
