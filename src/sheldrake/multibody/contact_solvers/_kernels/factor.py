@@ -35,7 +35,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above_from,
     dofs_of_tree,
-    is_chain_of_six,
+    is_tree_with_joints,
     other_dofs_of_island,
     rows_of_island,
     sixes_of_island,
@@ -460,7 +460,7 @@ def symbolic_factor(model, problem, contacts, rows, factor):
     problem.along_branches = 0
     if n == 1:
         size = lay_out_alone(model, problem, factor)
-        if model.sides == 1 and not is_chain_of_six(model, factor.blocks[0].tree):
+        if model.sides == 1 and is_tree_with_joints(model, problem):
             problem.along_branches = 1
             size = lay_out_branches(model, problem, contacts, rows, factor)
     else:

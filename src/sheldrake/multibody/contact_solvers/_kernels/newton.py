@@ -60,6 +60,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     contacts_of_island,
     dofs_of_island,
     dofs_of_tree,
+    is_tree_with_joints,
     island_of_constraint,
     island_of_tree,
     mul_A,
@@ -193,19 +194,23 @@ def may_rub(model, contact):
 
 
 @kernel(outline=True)
-def initial_duals(model, problem, contacts, share):
-    """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
+def drop_duals(model, problem, contacts, tangents):
+    """No duals, with which the first step is a secant's; where `tangents` is 1 (in lanes) it stays Newton's."""
     for contact in contacts_of_island(problem, contacts):
         if not may_rub(model, contact):
             continue
         x, y, _ = contact.vc
-        soft = share * inverse_soft_norm(contact, x, y)
-        put_dual(model, contact, x * soft, y * soft)
+        newton = contact.G_t
+        put_dual(model, contact, 0.0 * x, 0.0 * y)
+        contact.G_t = newton if tangents > 0.0 else contact.G_t
 
 
 @kernel(outline=True)
-def update_duals(model, problem, contacts, alpha):
-    """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
+def update_duals(model, problem, contacts, alpha, tangents):
+    """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1.
+
+    Where `tangents` is 1 they have been t so far, which nobody wrote.
+    """
     for contact in contacts_of_island(problem, contacts):
         if not may_rub(model, contact):
             continue
@@ -213,8 +218,8 @@ def update_duals(model, problem, contacts, alpha):
         dx, dy, _ = contact.dvc
         x -= alpha * dx  # where the step began
         y -= alpha * dy
-        wx, wy = contact.dual
         soft = inverse_soft_norm(contact, x, y)
+        wx, wy = (x * soft, y * soft) if tangents > 0.0 else contact.dual
         along = (x * dx + y * dy) * soft
         wx += alpha * (soft * (x + dx - wx * along) - wx)
         wy += alpha * (soft * (y + dy - wy * along) - wy)
@@ -229,10 +234,10 @@ def update_duals(model, problem, contacts, alpha):
 # ---- iterations
 
 DECREMENT = 1e-28  # (relative error in the norm of H)^2 that is round-off
-FAR = 1e-4  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
+FAR, FAR_OF_TREE = 1e-4, 1e-2  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
 STALLED = 0.1  # times the last one: an excess above it got no smaller for round-off, if little is left
 STALLED_DECREMENT = 1e-22  # as `DECREMENT`, of steps that gain nothing
-CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor
+CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor; of one tree with joints only one is
 
 
 @kernel(outline=True)
@@ -453,7 +458,7 @@ def move_part(model, problem, contacts, rows, factor):
         advance(model, problem, contacts, rows, alpha)
         take_impulses_off(problem, contacts)
         evaluate(model, problem, contacts, rows)
-    update_duals(model, problem, contacts, alpha)
+    update_duals(model, problem, contacts, alpha, 0.0)
     return status
 
 
@@ -570,18 +575,21 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
     with joints, whose next step costs little more. What a step can still gain being round-off is the other reason to
     stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so where the gradient has ceased to
     shrink. Where a step was so good that `CHORDS` more like it would do, the next one has its factor: a new one costs
-    twice as much as the rest. `soft` tells whether friction has duals.
+    twice as much as the rest, of one tree with joints as much. `soft` tells whether friction has duals.
     """
     relative = excess * model.relative_tolerance * model.relative_tolerance
+    tangents = 1.0
     if soft:
-        initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
+        far = FAR_OF_TREE if is_tree_with_joints(model, problem) else FAR
+        tangents = 0.0 if relative > far else 1.0
+        if in_any(tangents < 1.0):
+            drop_duals(model, problem, contacts, tangents)
     n = few_contacts(model, problem, contacts, rows, factor, relative)
     if n >= 0:
         excess = iterate_on_few(model, problem, contacts, rows, factor, n, excess, DECREMENT * size)
         if excess <= 1.0:
             return SOLVED
-        if soft:
-            initial_duals(model, problem, contacts, 1.0)
+        tangents = 1.0
     if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     most = FULL_STEP if problem.along_branches == 0 else FULL_STEP_OF_TREE
@@ -613,9 +621,11 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, size, soft):
         if will_do(model, problem, excess, momentum, impulse) or -slope <= left * (momentum + impulse):
             return SOLVED
         ratio = excess / before
-        fresh = 0 if will_do(model, problem, excess * ratio**CHORDS, momentum, impulse) else 1
+        chords = ratio**CHORDS if problem.along_branches == 0 else ratio
+        fresh = 0 if will_do(model, problem, excess * chords, momentum, impulse) else 1
         if fresh == 1 and soft:
-            update_duals(model, problem, contacts, alpha)
+            update_duals(model, problem, contacts, alpha, tangents)
+            tangents = 0.0
         if fresh == 1 and parts and k > 0:
             excess, momentum, impulse = settle_parts(model, problem, contacts, rows, factor)
             if will_do(model, problem, excess, momentum, impulse):

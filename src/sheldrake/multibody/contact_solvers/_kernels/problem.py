@@ -520,6 +520,13 @@ def is_chain_of_six(model, t):
 
 
 @kernel
+def is_tree_with_joints(model, problem):
+    """Whether the island at hand is one tree, and not a free body or the like."""
+    alone = problem.trees_end - problem.trees_begin == 1
+    return alone and not is_chain_of_six(model, problem.trees[problem.trees_begin].order)
+
+
+@kernel
 def mul_A(model, problem, x, y):
     """y = A x over the participating dofs, of two vectors of the problem."""
     for t in trees_of_island(problem):
