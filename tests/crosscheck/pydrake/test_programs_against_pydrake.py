@@ -206,9 +206,38 @@ def pendulum_of_expressions(m, damping=0.1):
     return np.array([*numbers, *(x for part in (model.A(), model.B(), model.C(), model.f0()) for x in part.ravel())])
 
 
+def runs_of_one_simulator(m):
+    """A pendulum simulated again and again, from one context, others and another accuracy: when it takes its steps."""
+    found = []
+    for scheme in ("runge_kutta3", "runge_kutta5", "bogacki_shampine3", "implicit_euler"):
+        builder = m.DiagramBuilder()
+        pendulum = builder.AddSystem(importlib.import_module(f"{m.__name__[:-4]}.examples").PendulumPlant())
+        push = builder.AddSystem(m.Sine(1.5, 2.0, 0.1, 1))
+        builder.Connect(push.get_output_port(0), pendulum.get_input_port())
+        log = m.LogVectorOutput(pendulum.get_state_output_port(), builder)
+        diagram = builder.Build()
+        simulator = m.Simulator(diagram)
+        m.ResetIntegratorFromFlags(simulator, scheme, 0.1)
+        for k in range(4):
+            if k == 2:
+                simulator.reset_context(diagram.CreateDefaultContext())
+            if k == 3:
+                simulator.get_mutable_integrator().set_target_accuracy(1e-5)
+            context = simulator.get_mutable_context()
+            context.SetTime(0.0)
+            context.SetContinuousState([0.5 + k, 0.0])
+            simulator.Initialize()
+            log.FindMutableLog(context).Clear()
+            simulator.AdvanceTo(0.7)
+            found += [log.FindLog(context).num_samples(), *log.FindLog(context).sample_times()]
+            found += log.FindLog(context).data()[:, -1].tolist()
+    return np.array(found)
+
+
 PROGRAMS = {
     pendulum_of_expressions: 1e-5,
     random_tree: 1e-9,
+    runs_of_one_simulator: 1e-7,
     slow_eyes_and_quick_hands: 1e-9,
     two_arms_and_a_linkage: 1e-6,
 }  # and how far numbers may be apart
