@@ -57,7 +57,7 @@ class DistanceAndInterpolationProvider:
 
 def _pair(call: str, a: ArrayLike, b: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     a, b = np.array(a, dtype=float).ravel(), np.array(b, dtype=float).ravel()
-    if a.size != b.size or not (all(map(math.isfinite, a.tolist())) and all(map(math.isfinite, b.tolist()))):
+    if a.size != b.size or not (math.isfinite(a.dot(b)) or (np.isfinite(a).all() and np.isfinite(b).all())):
         raise RuntimeError(f"{call}(): configurations must be finite and of one size, got {a} and {b}.")
     return a, b
 
@@ -185,3 +185,10 @@ class FunctionProvider(DistanceAndInterpolationProvider):
     def DoInterpolateBetweenConfigurations(self, from_: np.ndarray, to: np.ndarray, ratio: float) -> np.ndarray:
         """Returns what the interpolation function gives."""
         return self.interpolation(from_, to, ratio)
+
+    def _path(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
+        line = getattr(self.interpolation, "__self__", None)
+        if isinstance(line, LinearDistanceAndInterpolationProvider):
+            if self.interpolation == line.DoInterpolateBetweenConfigurations:
+                return line._path(q1, q2, steps)
+        return super()._path(q1, q2, steps)

@@ -17,6 +17,7 @@ from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic._compiled import Vectorized
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
+from sheldrake.systems.primitives import SymbolicVectorSystem
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, System
@@ -200,7 +201,8 @@ class Dynamics:
         Systems of kernels have their own way. Those in Python run once on symbols: where they branch on their state, or
         where a user's code does not take symbols at all, it may raise whatever it likes.
         """
-        if self._discrete or self._system._is_generic():
+        of_symbols = isinstance(self._system, SymbolicVectorSystem)
+        if self._discrete or (self._system._is_generic() and not of_symbols):
             return None
         try:
             system = self._system.ToSymbolicMaybe()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from sheldrake.trajectories._bspline import spline_query, spline_query_of_many
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.calls import Query
+    from sheldrake.symbolic import Variable
 
 _NO_POINTS = np.zeros((0, 0))
 
@@ -97,10 +99,10 @@ class BezierCurve(Trajectory):
 
     @checked
     def GetExpression(self, time: Any = None) -> np.ndarray:
-        """Returns the curve as expressions in a variable, shape `(rows,)`."""
-        from sheldrake.symbolic import Expression, Variable
+        """Returns the curve as expressions in a variable, shape `(rows,)`; if none is given, in one that all share."""
+        from sheldrake.symbolic import Expression
 
-        t = Variable("t") if time is None else time
+        t = _shared_time() if time is None else time
         out = np.empty(self.do_rows(), dtype=object)
         n = self.order()
         start, end = (_plain(x) for x in self._times)
@@ -178,6 +180,14 @@ class BezierCurve(Trajectory):
         out = object.__new__(self._template[self._T])
         out._times, out._points = self._times, points
         return out
+
+
+@functools.cache
+def _shared_time() -> Variable:
+    """Expressions of several curves go together in it, as in Drake."""
+    from sheldrake.symbolic import Variable
+
+    return Variable("t")
 
 
 def _power(x: Scalar, n: int) -> Scalar:

@@ -168,8 +168,76 @@ def slow_eyes_and_quick_hands(m):
     return np.array([*found, *calls.values()])
 
 
+def pendulum_of_expressions(m, damping=0.1):
+    """A pendulum written as expressions: swung up, held by a regulator, and linearized where it drives others."""
+    x, u = m.MakeVectorVariable(2, "x"), m.MakeVectorVariable(1, "u")
+    motion = [x[1], u[0] - damping * x[1] - m.sin(x[0])]
+
+    def pendulum():
+        return m.SymbolicVectorSystem(state=x, input=u, dynamics=motion, output=[m.cos(x[0]), m.sin(x[0])])
+
+    system = pendulum()
+    context = system.CreateDefaultContext()
+    collocation = m.DirectCollocation(system, context, 11, 0.2, 0.4)
+    collocation.AddEqualTimeIntervalsConstraints()
+    collocation.AddRunningCost(collocation.input()[0] ** 2)
+    program = collocation.prog()
+    program.AddBoundingBoxConstraint([0.0, 0.0], [0.0, 0.0], collocation.initial_state())
+    program.AddBoundingBoxConstraint([2.0, 0.0], [2.0, 0.0], collocation.final_state())
+    swing = m.Solve(program)
+    options = m.FiniteHorizonLinearQuadraticRegulatorOptions()
+    options.x0 = m.PiecewisePolynomial.FirstOrderHold([0.0, 2.0], np.array([[0.0, 1.0], [0.5, 0.5]]))
+    options.u0 = m.PiecewisePolynomial(np.array([0.3]))
+    options.simulator_config.accuracy = 1e-9
+    regulator = m.FiniteHorizonLinearQuadraticRegulator(system, context, 0.0, 2.0, np.eye(2), np.eye(1), options)
+    builder = m.DiagramBuilder()
+    first, second = builder.AddSystem(pendulum()), builder.AddSystem(pendulum())
+    gain = builder.AddSystem(m.MatrixGain(np.array([[0.5, -2.0]])))
+    builder.Connect(first.get_output_port(), gain.get_input_port())
+    builder.Connect(gain.get_output_port(), second.get_input_port())
+    builder.ExportInput(first.get_input_port())
+    builder.ExportOutput(second.get_output_port())
+    chain = builder.Build()
+    context = chain.CreateDefaultContext()
+    context.SetContinuousState([0.3, 0.1, -0.4, 0.2])
+    chain.get_input_port().FixValue(context, [0.2])
+    model = m.FirstOrderTaylorApproximation(chain, context)
+    numbers = [swing.is_success(), swing.get_optimal_cost(), *regulator.K.value(0.0).ravel()]
+    return np.array([*numbers, *(x for part in (model.A(), model.B(), model.C(), model.f0()) for x in part.ravel())])
+
+
+def runs_of_one_simulator(m):
+    """A pendulum simulated again and again, from one context, others and another accuracy: when it takes its steps."""
+    found = []
+    for scheme in ("runge_kutta3", "runge_kutta5", "bogacki_shampine3", "implicit_euler"):
+        builder = m.DiagramBuilder()
+        pendulum = builder.AddSystem(importlib.import_module(f"{m.__name__[:-4]}.examples").PendulumPlant())
+        push = builder.AddSystem(m.Sine(1.5, 2.0, 0.1, 1))
+        builder.Connect(push.get_output_port(0), pendulum.get_input_port())
+        log = m.LogVectorOutput(pendulum.get_state_output_port(), builder)
+        diagram = builder.Build()
+        simulator = m.Simulator(diagram)
+        m.ResetIntegratorFromFlags(simulator, scheme, 0.1)
+        for k in range(4):
+            if k == 2:
+                simulator.reset_context(diagram.CreateDefaultContext())
+            if k == 3:
+                simulator.get_mutable_integrator().set_target_accuracy(1e-5)
+            context = simulator.get_mutable_context()
+            context.SetTime(0.0)
+            context.SetContinuousState([0.5 + k, 0.0])
+            simulator.Initialize()
+            log.FindMutableLog(context).Clear()
+            simulator.AdvanceTo(0.7)
+            found += [log.FindLog(context).num_samples(), *log.FindLog(context).sample_times()]
+            found += log.FindLog(context).data()[:, -1].tolist()
+    return np.array(found)
+
+
 PROGRAMS = {
+    pendulum_of_expressions: 1e-5,
     random_tree: 1e-9,
+    runs_of_one_simulator: 1e-7,
     slow_eyes_and_quick_hands: 1e-9,
     two_arms_and_a_linkage: 1e-6,
 }  # and how far numbers may be apart
@@ -186,3 +254,8 @@ def test_a_planted_fault_is_seen():
     weaker = {"PdControllerGains": lambda p, d: ours.PdControllerGains(p=0.999 * p, d=d)}
     other = two_arms_and_a_linkage(types.SimpleNamespace(**{**vars(ours), **weaker}))
     assert np.abs(two_arms_and_a_linkage(ours) - other).max() > 1e-5
+
+
+def test_another_damping_is_seen():
+    ours = LIBRARIES[0]
+    assert np.abs(pendulum_of_expressions(ours) - pendulum_of_expressions(ours, 0.101)).max() > 1e-4

@@ -104,6 +104,19 @@ def test_variable_scaling_changes_the_path_and_not_the_answer():
     np.testing.assert_allclose(found, 0.0, atol=1e-6)
 
 
+def test_bounds_that_leave_nothing_do_not_make_all_other_constraints_look_violated():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddBoundingBoxConstraint(1.0, 2.0, x[0]).evaluator().set_description("least")
+    prog.AddBoundingBoxConstraint(-1.0, 0.0, x[0])
+    prog.AddConstraint(x[0] ** 2 + x[1] ** 2 <= 1.0)
+    for solver in (SnoptSolver(), IpoptSolver(), NloptSolver()):
+        result = solver.Solve(prog)
+        assert result.get_solution_result() is SolutionResult.kInfeasibleConstraints
+        (name,) = result.GetInfeasibleConstraintNames(prog)
+        assert name.startswith("least"), solver
+
+
 def test_infeasible_nonlinear_programs_say_what_is_violated():
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(1, "x")

@@ -313,6 +313,13 @@ def test_bezier_curves():
         BezierCurve(1.0, 0.0, [[1.0]])
 
 
+def test_expressions_of_several_curves_are_in_one_variable():
+    curves = [BezierCurve(0.0, 2.0, [points]) for points in ([1.0, 2.0, 0.5], [0.0, 3.0])]
+    total = sum(curve.GetExpression()[0] for curve in curves)
+    (t,) = total.GetVariables()
+    assert total.Evaluate({t: 0.7}) == pytest.approx(sum(curve.value(0.7)[0, 0] for curve in curves))
+
+
 def test_composition():
     pp = PiecewisePolynomial.CubicShapePreserving([0.0, 1.0, 2.0], [[0.0, 0.4, 2.0]])
     curve = BezierCurve(0.0, 2.0, [[1.0, 2.0, 3.0, -4.0], [4.0, 5.0, 7.0, 1.0]])

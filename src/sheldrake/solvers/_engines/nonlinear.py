@@ -59,7 +59,8 @@ class NonlinearSolver(Engine):
         form = NonlinearForm(prog)
         settings = self._read(options)
         if np.any(form.x_lower > form.x_upper) or np.any(form.lower > form.upper):
-            result._finish(SolutionResult.kInfeasibleConstraints, guess, np.inf)
+            x = np.where(np.isnan(guess), 0.0, guess)  # so that what else is violated there can be told
+            result._finish(SolutionResult.kInfeasibleConstraints, x, np.inf)
             return
         start = form.start(guess)
         began = time.perf_counter()

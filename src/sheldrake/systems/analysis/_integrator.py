@@ -188,7 +188,7 @@ class IntegratorBase:
         self._context = context
 
     def Initialize(self) -> None:
-        """Gets ready to step.
+        """Gets ready to step. How long the next step would best be stays known, as in Drake.
 
         Raises:
             RuntimeError: there is no context, or no maximum step size where it is needed.
@@ -204,7 +204,7 @@ class IntegratorBase:
         if self._supports_error_estimation and self._initial != self._initial:
             self._initial = self._first_step * self._maximum
         number = self._number
-        number[H_MAX], number[H_MIN], number[H_IDEAL] = self._maximum, self._minimum, 0.0
+        number[H_MAX], number[H_MIN] = self._maximum, self._minimum
         number[H_INITIAL] = 0.0 if self._initial != self._initial else self._initial
         self._use_accuracy()
         self.ResetStatistics()
@@ -213,8 +213,12 @@ class IntegratorBase:
         """Back to how it was made, but for accuracy, first step and what happens at the smallest step, as in Drake."""
         self._maximum, self._minimum = nan, 0.0
         self._numbers.fixed = 0.0 if self._supports_error_estimation else 1.0
-        self._numbers.h_ideal = 0.0
+        self._forget_step_size()
         self.ResetStatistics()
+
+    def _forget_step_size(self) -> None:
+        """The next step is as long as a first one."""
+        self._numbers.h_ideal = 0.0
 
     def _memory(self) -> list[Any]:
         """What later steps depend on beside the context: numbers, arrays and None."""

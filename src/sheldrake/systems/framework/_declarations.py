@@ -89,12 +89,14 @@ class Stages:
     repeat: Callable[[Sequence[Any]], bool] = lambda stages: False
     """Whether these of an update do the same with the same state, parameters and inputs, also to the scratch: neither
     time nor what earlier calls left there has any influence. They are not called again while nothing changes."""
+    only_doubles: bool = False
+    """Whether their kernels are for doubles, although the system has other scalars too."""
 
 
 def on_doubles(kernel: Kernel, function: Callable[..., Any]) -> Stages:
     """A kernel on doubles, and on other scalars a method of the system's class that computes the same."""
     stages: dict[bool, list[Any]] = {True: [kernel], False: [Callback(function, True)]}
-    return Stages(lambda system, root: stages[system._scalar is float])
+    return Stages(lambda system, root: stages[system._scalar is float], only_doubles=True)
 
 
 @dataclasses.dataclass(slots=True)

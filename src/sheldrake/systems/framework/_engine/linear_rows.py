@@ -9,12 +9,13 @@ import numpy as np
 
 from sheldrake.autodiffutils._complex_step import Sweep, imaginary_parts
 from sheldrake.common._scalars import autodiff_class
-from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, Stages
 from sheldrake.systems.framework._engine import complex_rows
 from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.layout import Row
     from sheldrake.systems.framework._engine.store import Store
     from sheldrake.systems.framework._system import System
 
@@ -97,12 +98,17 @@ def _rows_for(store: Store, kind: int | None, output: int | None) -> list[int] |
             return None
         rows += layout.upstream([slot.row])
     for r in rows:
-        if r < 0 or not layout.rows[r].native or not _is_for_every_scalar(store.systems[layout.rows[r].node]):
+        if r < 0 or not _is_for_every_scalar(store.systems[layout.rows[r].node], layout.rows[r]):
             return None
     return list(dict.fromkeys(rows))
 
 
-def _is_for_every_scalar(system: Any) -> bool:
+def _is_for_every_scalar(system: Any, row: Row) -> bool:
+    if not row.native or row.output in system._float_kernels:
+        return False
+    declared = row.event.handler if row.event is not None else system._declared_derivatives
+    if row.kind != OUTPUT and isinstance(declared, Stages) and declared.only_doubles:
+        return False
     return system._complex_rows or (system._scalar_converter is None and system._is_generic())
 
 
