@@ -215,6 +215,20 @@ def fill(neighbours, cliques):
     return max(neighbours * (neighbours - 1) - sum((c - 1) * (c - 2) for c in cliques), 0) + neighbours
 
 
+def in_postorder(columns):
+    """The same columns, those that hang on a tree directly before it: on the one that comes first in their rows."""
+    place_of = {i: place for place, (i, _) in enumerate(columns)}
+    below = {i: [] for i in place_of}
+    for i, rows in columns:
+        if rows:
+            below[min(rows, key=place_of.get)].append((i, rows))
+
+    def with_all_below(column):
+        return [found for child in below[column[0]] for found in with_all_below(child)] + [column]
+
+    return [found for column in columns if not column[1] for found in with_all_below(column)]
+
+
 def grid(side):
     """The pairs of a square net, row after row."""
     n = side * side
@@ -235,7 +249,7 @@ def test_trees_that_fill_least_are_eliminated_first(approximation):
         assert island.solve()[0] == 0
         factor = island.work.factor
         trees = [int(factor.blocks[place].tree) for place in range(n)]
-        expected = eliminated(n, pairs, fill)
+        expected = in_postorder(eliminated(n, pairs, fill))
         assert trees == [i for i, _ in expected]
         place_of = {i: place for place, i in enumerate(trees)}
         for place, (_, rows) in enumerate(expected):

@@ -30,17 +30,24 @@ from sheldrake.common._kernels.vec import (
     write_triangle,
 )
 from sheldrake.common.kernel import kernel
+from sheldrake.common.rows import prefetch
 from sheldrake.multibody.contact_solvers._kernels.factor import (
+    CONTACTS,
+    ROWS,
     columns_not_held,
+    columns_of,
     dofs_of,
+    eliminate_column,
+    eliminate_columns,
     factorise_branches,
-    find_block,
+    factorise_column,
     in_blocks,
     in_branches,
     places_of,
-    rows_not_held,
-    solve_blocks,
+    put_right_hand_side,
+    scatter,
     solve_branches,
+    substitute,
 )
 from sheldrake.multibody.contact_solvers._kernels.laws import (
     contact_cost,
@@ -63,7 +70,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     diagonal,
     dofs_above,
     dofs_of_island,
-    is_chain_of_six,
     multiply_A,
     other_dofs_of_island,
     put_velocity,
@@ -322,22 +328,24 @@ def times_G(G, u):
 
 
 @kernel(outline=True)
-def add_contact(contact, L, where, address):
-    """H += J^T G J of a contact of any two bodies."""
+def add_contact(contact, L, columns, where, address):
+    """H += J^T G J of a contact of any two bodies, see `add_row`."""
     G = contact.G
-    for i in range(contact.width):
+    begin, end, first, last = columns
+    for i in range(begin, end):
         Gu = times_G(G, column3(contact.J, 0, i))
-        for j in range(i + 1):
+        for j in range(first, min(i + 1, last)):
             L[address(where, contact, i, j)] += dot3(Gu, column3(contact.J, 0, j))
 
 
 @kernel
-def add_row(row, L, where, address):
-    """H += J^T G J of a scalar row."""
+def add_row(row, L, columns, where, address):
+    """H += J^T G J of a scalar row; `columns` are where those of i begin and end, and those of j."""
     G = row.G
-    for i in range(row.width):
+    begin, end, first, last = columns
+    for i in range(begin, end):
         Gu = G * row.J[i]
-        for j in range(i + 1):
+        for j in range(first, min(i + 1, last)):
             L[address(where, row, i, j)] += Gu * row.J[j]
 
 
@@ -475,48 +483,31 @@ def assemble_branches(model, problem, contacts, rows, factor):
                 add_runs(contact, L, factor)
     for row in rows_of_island(problem, rows):
         if row.G > 0.0:
-            add_row(row, L, factor, in_branches)
+            add_row(row, L, (0, row.width, 0, row.width), factor, in_branches)
 
 
 # ---- the Hessian of several trees
+#
+# Column after column, each where it is factorised next: blocks of thousands of bodies do not fit into the cache.
 
 
 @kernel
-def clear(L, begin, end):
-    for at in range(begin, end):
+def put_momentum(model, problem, factor, k):
+    """Column k of H = A: zero but for the diagonal block."""
+    L, block = factor.L, factor.blocks[k]
+    n = block.size
+    end = problem.factor_size if k + 1 == problem.columns else factor.blocks[k + 1].diagonal
+    for at in range(block.diagonal, end):
         L[at] = 0.0
-
-
-@kernel
-def clear_part(problem, factor):
-    """Zero for the blocks of trees that are not held."""
-    for place in columns_not_held(factor, problem.columns):
-        block = factor.blocks[place]
-        clear(factor.L, block.diagonal, block.diagonal + block.size * block.size)
-        for entry, row in rows_not_held(factor, block):
-            clear(factor.L, entry.address, entry.address + row.size * block.size)
-
-
-@kernel
-def put_momentum(model, problem, factor):
-    """H = A: all blocks zero but those of the trees."""
-    L = factor.L
-    if problem.trees_end - problem.trees_begin == problem.columns:
-        clear(L, 0, problem.factor_size)
-    else:
-        clear_part(problem, factor)
-    for place in columns_not_held(factor, problem.columns):
-        block = factor.blocks[place]
-        n = block.size
-        first = model.trees[block.tree].first_dof
-        if is_chain_of_six(model, block.tree):
-            put_packed_six(L, block.diagonal, problem.A, model.dofs[first].row_start)
-            continue
-        for i in range(n):
-            row = block.diagonal + i
-            L[row + n * i] = problem.A[diagonal(model, first + i)]
-            for j, at in dofs_above(model, first + i):
-                L[row + n * (j - first)] = problem.A[at]
+    if block.triangle >= 0:
+        put_packed_six(L, block.diagonal, problem.A, block.triangle)
+        return
+    first = model.trees[block.tree].first_dof
+    for i in range(n):
+        row = block.diagonal + i
+        L[row + n * i] = problem.A[diagonal(model, first + i)]
+        for j, at in dofs_above(model, first + i):
+            L[row + n * (j - first)] = problem.A[at]
 
 
 @kernel
@@ -538,36 +529,83 @@ def add_square(L, B, J, rows, GJ):
 
 
 @kernel(outline=True)
-def add_free_contact(factor, contact):
-    """`add_contact` of two free bodies, or of one and something fixed."""
-    L, J, G, GJ = factor.L, contact.J, contact.G, factor.spread
-    first = contact.tree_a if contact.tree_a >= 0 else contact.tree_b
-    place_A = factor.trees[first].place
-    put_products(GJ, J, G, FIRST)
-    add_square(L, factor.blocks[place_A].diagonal, J, FIRST, GJ)
+def add_free_contact(factor, contact, k):
+    """Column k of H += J^T G J of two free bodies, or of one and something fixed."""
+    L, J, GJ, column = factor.L, contact.J, factor.spread, factor.blocks[k]
+    of_B = contact.sixes > 1 and contact.tree_b == column.tree
+    own, others = (SIX, FIRST) if of_B else (FIRST, SIX)
+    put_products(GJ, J, contact.G, own)
+    add_square(L, column.diagonal, J, own, GJ)
     if contact.sixes > 1:
-        place_B = factor.trees[contact.tree_b].place
-        if place_B > place_A:
-            add_square(L, find_block(factor, place_B, place_A), J, SIX, GJ)
-        put_products(GJ, J, G, SIX)
-        add_square(L, factor.blocks[place_B].diagonal, J, SIX, GJ)
-        if place_B < place_A:
-            add_square(L, find_block(factor, place_A, place_B), J, FIRST, GJ)
+        other = factor.trees[contact.tree_a if of_B else contact.tree_b].place
+        if other > k:
+            add_square(L, factor.blocks[other].at, J, others, GJ)
+
+
+@kernel
+def columns_in(model, factor, constraint, k):
+    """Which columns i and j <= i of a constraint meet in column k of the matrix: (begin, end of i, begin, end of j)."""
+    a, b = constraint.tree_a, constraint.tree_b
+    if a < 0 or b < 0 or a == b:
+        return 0, constraint.width, 0, constraint.width
+    split = columns_of(model, constraint, a)
+    own = factor.blocks[k].tree == a
+    comes_first = factor.trees[b if own else a].place > k
+    if own:
+        return 0, constraint.width if comes_first else split, 0, split
+    return split, constraint.width, 0 if comes_first else split, constraint.width
+
+
+@kernel
+def ask_for_terms(problem, contacts, factor, column):
+    """Asks for the memory of what a column of free bodies is made of: thousands of them do not fit into the cache."""
+    for i in range(0, 24, 8):
+        prefetch(problem.A, max(column.triangle, 0) + i)
+    for i in range(column.constraints_begin, column.ends[CONTACTS]):
+        c = factor.graph[i]
+        prefetch(contacts.index, c, 0)
+        prefetch(contacts.index, c, 5)
+        prefetch(contacts.J, 3 * c, 0)
+        prefetch(contacts.J, 3 * c, 8)
+        prefetch(contacts.J, 3 * c + 1, 4)
+        prefetch(contacts.J, 3 * c + 2, 0)
+        prefetch(contacts.J, 3 * c + 2, 8)
+        prefetch(contacts.state, c, 9)
+        prefetch(contacts.state, c, 14)
 
 
 @kernel(outline=True)
-def assemble(model, problem, contacts, rows, factor):
-    """H = A + J^T G J in the blocks."""
-    put_momentum(model, problem, factor)
-    for contact in contacts_of_island(problem, contacts):
+def put_column(model, problem, contacts, rows, factor, k):
+    """Column k of H = A + J^T G J in its blocks, whose addresses then stand in `Block.at` of their rows."""
+    L, column = factor.L, factor.blocks[k]
+    for e in range(column.below_begin, column.below_end):
+        factor.blocks[factor.entries[e].place].at = factor.entries[e].address
+    put_momentum(model, problem, factor, k)
+    if k + 1 < problem.columns:
+        ask_for_terms(problem, contacts, factor, factor.blocks[k + 1])
+    for i in range(column.constraints_begin, column.ends[CONTACTS]):
+        contact = contacts[factor.graph[i]]
         if resists(contact):
             if contact.sixes > 0:
-                add_free_contact(factor, contact)
+                add_free_contact(factor, contact, k)
             else:
-                add_contact(contact, factor.L, places_of(model, factor, contact), in_blocks)
-    for row in rows_of_island(problem, rows):
+                columns = columns_in(model, factor, contact, k)
+                add_contact(contact, L, columns, places_of(model, factor, contact), in_blocks)
+    for i in range(column.ends[CONTACTS], column.ends[ROWS]):
+        row = rows[factor.graph[i]]
         if row.G > 0.0:
-            add_row(row, factor.L, places_of(model, factor, row), in_blocks)
+            add_row(row, L, columns_in(model, factor, row, k), places_of(model, factor, row), in_blocks)
+
+
+@kernel(outline=True)
+def factorise_blocks(model, problem, contacts, rows, factor):
+    """The factor of H, each column being taken off the right-hand side while it is at hand; a status."""
+    for k in columns_not_held(factor, problem.columns):
+        put_column(model, problem, contacts, rows, factor, k)
+        if factorise_column(factor, k) != SOLVED:
+            return HESSIAN_NOT_POSITIVE
+        eliminate_column(factor, k)
+    return SOLVED
 
 
 # ---- Newton's direction
@@ -580,9 +618,14 @@ def newton_direction(model, problem, contacts, rows, factor, fresh):
     With the Hessian at the iterate if `fresh` is 1, else with the last factor.
     """
     if problem.along_branches == 0:
-        if fresh == 1:
-            assemble(model, problem, contacts, rows, factor)
-        return solve_blocks(model, problem, factor, fresh)
+        put_right_hand_side(model, problem, factor)
+        if fresh == 0:
+            eliminate_columns(factor, problem.columns)
+        elif factorise_blocks(model, problem, contacts, rows, factor) != SOLVED:
+            return HESSIAN_NOT_POSITIVE
+        substitute(factor, problem.columns)
+        scatter(model, problem, factor)
+        return SOLVED
     if fresh == 1:
         assemble_branches(model, problem, contacts, rows, factor)
         if factorise_branches(model, problem, factor) != SOLVED:

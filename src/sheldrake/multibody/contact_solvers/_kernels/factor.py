@@ -39,6 +39,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     other_dofs_of_island,
     rows_of_island,
     sixes_of_island,
+    triangle_in_A,
 )
 
 # ---- the graph of trees
@@ -268,6 +269,39 @@ def order_trees(problem, contacts, rows, factor):
     return entries
 
 
+@kernel(outline=True)
+def put_in_postorder(factor, n):
+    """Another order with the same fill, in which what a column takes its products from is next to it.
+
+    What comes first in a tree's column is its parent; all that hangs on a tree comes directly before it.
+    """
+    for place in range(n):
+        node = factor.nodes[factor.slot[place]]
+        node.place = place
+        node.hanging = 1
+    for place in range(n):
+        node = factor.nodes[factor.slot[place]]
+        node.parent = NOBODY
+        for e in range(node.rows_begin, node.rows_end):
+            u = factor.entries[e].node
+            if node.parent < 0 or factor.nodes[u].place < factor.nodes[node.parent].place:
+                node.parent = u
+        if node.parent >= 0:
+            factor.nodes[node.parent].hanging += node.hanging
+    end = n
+    for place in range(n - 1, -1, -1):
+        node = factor.nodes[factor.slot[place]]
+        if node.parent < 0:
+            node.place = end - 1
+            end -= node.hanging
+        else:
+            node.place = factor.nodes[node.parent].free - 1
+            factor.nodes[node.parent].free -= node.hanging
+        node.free = node.place
+    for i in range(n):
+        factor.slot[factor.nodes[i].place] = i
+
+
 # ---- the paths of one tree
 #
 # A limit, or a contact with the ground or with a body further up the same branch, couples dofs on one path to the
@@ -377,10 +411,13 @@ def put_rows(factor, n):
 
 @kernel
 def sort_columns(factor, n):
-    """Puts the rows of each of n columns in order, and columns in that of each row: both by turning all around."""
+    """Puts columns in order, the rows of each of them, and columns in that of each row: by turning all around."""
     put_rows(factor, n)
+    begin = 0
     for k in range(n):
-        factor.blocks[k].below_end = factor.blocks[k].below_begin
+        column = factor.blocks[k]
+        end = begin + column.below_end - column.below_begin
+        column.below_begin, column.below_end, begin = begin, begin, end
     for r in range(n):
         e = factor.blocks[r].row
         while e >= 0:
@@ -396,6 +433,7 @@ def sort_columns(factor, n):
         for e in range(column.below_begin, column.below_end):
             entry = factor.entries[e]
             row = factor.blocks[entry.place]
+            entry.column = k
             entry.next = row.row
             row.row = e
 
@@ -429,6 +467,7 @@ def lay_out_trees(model, problem, contacts, rows, factor):
     entries = order_trees(problem, contacts, rows, factor)
     if entries < 0:
         return NOBODY
+    put_in_postorder(factor, n)
     for place in range(n):
         block, node = factor.blocks[place], factor.nodes[factor.slot[place]]
         block.tree = problem.trees[begin + factor.slot[place]].order
@@ -473,11 +512,64 @@ def symbolic_factor(model, problem, contacts, rows, factor):
     for place in range(n):
         block = factor.blocks[place]
         block.first_slot = slot
+        block.triangle = triangle_in_A(model, block.tree)
         for k in dofs_of_tree(model, block.tree):
             factor.slot[k] = slot
             slot += 1
     problem.participating = slot
+    if problem.along_branches == 0:
+        list_constraints(problem, contacts, rows, factor)
     return SOLVED
+
+
+CONTACTS, ROWS = 0, 1  # of `Block.ends`
+
+
+@kernel
+def trees_touched(constraint):
+    """The trees of a constraint, each once."""
+    a, b = constraint.tree_a, constraint.tree_b
+    for t in (a, -1 if a == b else b):
+        if t >= 0:
+            yield t
+
+
+@kernel
+def count_touching(constraints, begin, end, factor, kind):
+    """Adds to `ends` of each block how many of the constraints at these places touch its tree."""
+    for place in range(begin, end):
+        for t in trees_touched(constraints[constraints[place].order]):
+            factor.blocks[factor.trees[t].place].ends[kind] += 1
+
+
+@kernel
+def list_touching(constraints, begin, end, factor, kind):
+    """Adds the numbers of these constraints to the lists of blocks."""
+    for place in range(begin, end):
+        c = constraints[place].order
+        for t in trees_touched(constraints[c]):
+            ends = factor.blocks[factor.trees[t].place].ends
+            factor.graph[ends[kind]] = c
+            ends[kind] += 1
+
+
+@kernel(outline=True)
+def list_constraints(problem, contacts, rows, factor):
+    """For each block the constraints that touch its tree, contacts first: the terms of its column of the matrix."""
+    for k in range(problem.columns):
+        ends = factor.blocks[k].ends
+        ends[CONTACTS], ends[ROWS] = 0, 0
+    count_touching(contacts, problem.contacts_begin, problem.contacts_end, factor, CONTACTS)
+    count_touching(rows, problem.rows_begin, problem.rows_end, factor, ROWS)
+    begin = 0
+    for k in range(problem.columns):
+        block = factor.blocks[k]
+        block.constraints_begin = begin
+        ends = block.ends
+        begin_of_rows = begin + ends[CONTACTS]
+        ends[CONTACTS], ends[ROWS], begin = begin, begin_of_rows, begin_of_rows + ends[ROWS]
+    list_touching(contacts, problem.contacts_begin, problem.contacts_end, factor, CONTACTS)
+    list_touching(rows, problem.rows_begin, problem.rows_end, factor, ROWS)
 
 
 @kernel
@@ -822,8 +914,6 @@ def ask_for_block(L, B):
 def take_from_columns_before(factor, k):
     """Takes the products of earlier columns off column k; no products of what is held."""
     L, column = factor.L, factor.blocks[k]
-    for e in range(column.below_begin, column.below_end):
-        factor.blocks[factor.entries[e].place].at = factor.entries[e].address
     e = column.row
     while e >= 0:
         entry = factor.entries[e]
@@ -938,18 +1028,15 @@ def eliminate_column(factor, k):
         subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
 
 
-@kernel(outline=True)
-def factorise(factor, n):
-    """Factorises the n block columns in place and takes each off the right-hand side while it is at hand; a status."""
-    L = factor.L
-    for k in columns_not_held(factor, n):
-        take_from_columns_before(factor, k)
-        column = factor.blocks[k]
-        if factorise_diagonal(L, column.diagonal, column.size) != SOLVED:
-            return HESSIAN_NOT_POSITIVE
-        for entry, row in rows_not_held(factor, column):
-            divide(L, entry.address, row.size, column.diagonal, column.size, column.size, 1, 0)  # by L^T
-        eliminate_column(factor, k)
+@kernel
+def factorise_column(factor, k):
+    """Factorises column k in place, those before it being done; a status. `Block.at` tells where its blocks are."""
+    L, column = factor.L, factor.blocks[k]
+    take_from_columns_before(factor, k)
+    if factorise_diagonal(L, column.diagonal, column.size) != SOLVED:
+        return HESSIAN_NOT_POSITIVE
+    for entry, row in rows_not_held(factor, column):
+        divide(L, entry.address, row.size, column.diagonal, column.size, column.size, 1, 0)  # by L^T
     return SOLVED
 
 
@@ -991,20 +1078,6 @@ def put_right_hand_side(model, problem, factor):
         store_six(factor.rhs, factor.slot[k], (-a, -b, -c, -d, -e, -f))
     for k in other_dofs_of_island(model, problem):
         factor.rhs[factor.slot[k]] = -problem.gradient[k]
-
-
-@kernel(outline=True)
-def solve_blocks(model, problem, factor, fresh):
-    """dv = -H^-1 gradient by blocks, of H in their places if `fresh` is 1, else of the last factor; a status."""
-    n = problem.columns
-    put_right_hand_side(model, problem, factor)
-    if fresh == 0:
-        eliminate_columns(factor, n)
-    elif factorise(factor, n) != SOLVED:
-        return HESSIAN_NOT_POSITIVE
-    substitute(factor, n)
-    scatter(model, problem, factor)
-    return SOLVED
 
 
 # ---- elimination of an unsymmetric matrix

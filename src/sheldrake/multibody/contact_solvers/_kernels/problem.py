@@ -242,6 +242,7 @@ class Block(Record):
     tree = integer("which tree")
     first_slot = integer("place of its first dof in `rhs`")
     size = integer("dofs of the tree")
+    triangle = integer("see `triangle_in_A`")
     below_begin = integer("its blocks below the diagonal: `entries` from here")
     below_end = integer("to here")
     diagonal = integer("address of the diagonal block in L")
@@ -249,6 +250,8 @@ class Block(Record):
     row = integer("first entry of its row, -1 for none; see `Entry.next`")
     at = integer("while a column is made: address of its block in this row")
     held = integer("not 0: its tree keeps its velocity, and has no part in the matrix, see `settle_parts`")
+    constraints_begin = integer("in `graph`, once there is an order: numbers of the contacts that touch its tree,")
+    ends = array(2, "to here, and behind them those of rows", dtype=int)
 
 
 class Node(Record):
@@ -265,6 +268,10 @@ class Node(Record):
     joined = integer("1 + the last tree that made it a neighbour of its own")
     seen = integer("a mark that tells whether it was counted")
     winner = integer("at this place of the tournament, see `order_trees`")
+    place = integer("once there is an order: its place", same_as=state)
+    parent = integer("the first row of its column", same_as=joined)
+    hanging = integer("how many trees hang on it, with it", same_as=seen)
+    free = integer("the place behind those for what hangs on it that is not placed yet", same_as=middle)
 
 
 class PlaceOfTree(Record):
@@ -353,10 +360,10 @@ class Factor(NamedTuple):
     """Work of a sparse factor, Cholesky's or (kTamsi) L U, with a block row and column for each tree of an island.
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
-    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`.
-    The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and a column a dof; W by
-    blocks, and the roots of G; and the factor of the matrix of three rows a contact. While blocks are put together,
-    `spread` has G J of a contact of free bodies.
+    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`,
+    and then which constraints touch the tree of a block, see `Block`. The others are for few contacts with one tree,
+    see `delassus`: J L^-1, three rows a contact and a column a dof; W by blocks, and the roots of G; and the factor of
+    the matrix of three rows a contact. While blocks are put together, `spread` has G J of a contact of free bodies.
     """
 
     slot: IntVector
@@ -524,6 +531,12 @@ def is_tree_with_joints(model, problem):
     """Whether the island at hand is one tree, and not a free body or the like."""
     alone = problem.trees_end - problem.trees_begin == 1
     return alone and not is_chain_of_six(model, problem.trees[problem.trees_begin].order)
+
+
+@kernel
+def triangle_in_A(model, t):
+    """Address of the part of A of such a tree, -1 of another one."""
+    return model.dofs[model.trees[t].first_dof].row_start if is_chain_of_six(model, t) else -1
 
 
 @kernel

@@ -125,9 +125,9 @@ def momentum_residual(model, problem, contacts):
 @kernel(outline=True)
 def assemble(model, problem, contacts, factor):
     """H = A + J^T K J, unsymmetric, in the blocks of `factor`, and -residual in factor.rhs."""
-    put_momentum(model, problem, factor)
     H = factor.L
-    for place in range(problem.trees_end - problem.trees_begin):
+    for place in range(problem.columns):
+        put_momentum(model, problem, factor, place)
         block = factor.blocks[place]
         n, D = block.size, block.diagonal
         first = model.trees[block.tree].first_dof
