@@ -307,12 +307,14 @@ def part_within_face(model, table, g, face, n_W, x, edge):
 
 @kernel
 def part_within_polygon(table, sides, n_W, x, edge, slack):
-    """`part_within_face` of the polygon in POLYGON_A, whose sides are farther out by `slack` [m] (Cyrus and Beck 1978)."""
+    """`part_within_face` of the polygon in POLYGON_A with sides farther out by `slack` [m] (Cyrus and Beck 1978)."""
     low = 0.0
     high = 1.0
     for k in range(sides):
         a, outward = side_of_face(table, k, sides, n_W)
-        height = dot3(outward, sub3(x, a)) - slack * (absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2]))
+        height = dot3(outward, sub3(x, a)) - slack * (
+            absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2])
+        )
         rise = dot3(outward, edge)
         if rise > 0.0:
             if high * rise > -height:
