@@ -112,9 +112,7 @@ def product(T: type, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A @ B of matrices of numbers of a type; of duals by products of floats."""
     if T is float or T is not autodiff_class():
         return A.dot(B)
-    from sheldrake.autodiffutils import _matrices
-
-    return _matrices.product(A, B)
+    return home_of("AutoDiffXd")._matrices.product(A, B)
 
 
 class RotationMatrix(ScalarBase):
