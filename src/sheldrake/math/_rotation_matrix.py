@@ -27,6 +27,7 @@ from sheldrake.common._scalars import (
     any_array,
     as_array,
     autodiff_class,
+    home_of,
     identity,
     is_symbolic,
     matrix,
