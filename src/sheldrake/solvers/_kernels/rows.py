@@ -111,6 +111,32 @@ def _columns(entries, height, width, rows, cols, values, by_row, order, first, s
     return filled
 
 
+@kernel
+def _signed_rows(
+    count, entries, lower, upper, rows, cols, values, says, sizes, number, chosen, b, new_rows, new_cols, new_values
+):
+    """Fills sizes, the rows that new ones are made of, their right sides and entries; gives how many entries."""
+    row, filled = 0, 0
+    for part in range(3):
+        bit, sign, begin = 1 << part, -1.0 if part == 2 else 1.0, row
+        for i in range(count):
+            number[i] = -1
+            if says[i] & bit:
+                number[i] = row
+                chosen[row] = i
+                b[row] = -lower[i] if part == 2 else upper[i]
+                row += 1
+        sizes[part] = row - begin
+        if row > begin:
+            for e in range(entries):
+                if number[rows[e]] >= 0:
+                    new_rows[filled] = number[rows[e]]
+                    new_cols[filled] = cols[e]
+                    new_values[filled] = sign * values[e]
+                    filled += 1
+    return filled
+
+
 @kernel(top=True)
 def conic_rows(
     count: int,
@@ -167,38 +193,16 @@ def conic_rows(
         says[i] = _bits(lower[i], upper[i])
         if says[i] & NEVER:
             sizes[3] += 1
-    row, filled = 0, 0
-    for part in range(3):
-        bit, sign, begin = 1 << part, -1.0 if part == 2 else 1.0, row
-        for i in range(count):
-            number[i] = -1
-            if says[i] & bit:
-                number[i] = row
-                chosen[row] = i
-                b[row] = -lower[i] if part == 2 else upper[i]
-                row += 1
-        sizes[part] = row - begin
-        if row > begin:
-            for e in range(entries):
-                if number[rows[e]] >= 0:
-                    signed_rows[filled] = number[rows[e]]
-                    signed_cols[filled] = cols[e]
-                    signed_values[filled] = sign * values[e]
-                    filled += 1
-    return _columns(
-        filled,
-        row,
-        width,
-        signed_rows,
-        signed_cols,
-        signed_values,
-        by_row,
-        order,
-        first,
-        starts,
-        new_rows,
-        new_values,
+    # fmt: off
+    filled = _signed_rows(
+        count, entries, lower, upper, rows, cols, values, says, sizes, number, chosen, b,
+        signed_rows, signed_cols, signed_values,
     )
+    return _columns(
+        filled, sizes[0] + sizes[1] + sizes[2], width, signed_rows, signed_cols, signed_values,
+        by_row, order, first, starts, new_rows, new_values,
+    )
+    # fmt: on
 
 
 @kernel(top=True)
