@@ -17,8 +17,10 @@ from sheldrake.symbolic._keys import (
     Keys,
     Part,
     Sums,
+    age,
     as_expression,
     keys_in,
+    new_keys,
     number_or,
     power,
     product,
@@ -180,12 +182,15 @@ def parted(e: Expression, indeterminates: Set[Variable]) -> tuple[Keys, Part]:
     Raises:
         RuntimeError: the expression is no polynomial in the indeterminates.
     """
-    variables = variables_of(e)
-    keys = keys_in(variables & indeterminates)
-    if keys.narrow and variables <= indeterminates:
+    keys = keys_in(variables_of(e) & indeterminates)
+    return keys, _part(e, keys, indeterminates)
+
+
+def _part(e: Expression, keys: Keys, indeterminates: Set[Variable]) -> Part:
+    if keys.narrow and variables_of(e) <= indeterminates:
         with contextlib.suppress(_NotNumeric):
-            return keys, _build.fold([e], _Decomposition(keys, indeterminates, True))[0]
-    return keys, _build.fold([e], _Decomposition(keys, indeterminates, False))[0]
+            return _build.fold([e], _Decomposition(keys, indeterminates, True))[0]
+    return _build.fold([e], _Decomposition(keys, indeterminates, False))[0]
 
 
 def expand(e: Expression) -> Expression:
@@ -209,8 +214,25 @@ def _expanded(e: Expression) -> Expression:
         return e
     if not is_polynomial(e):
         return multiplied_out(e)
-    keys, part = parted(e, variables_of(e))
-    return keys.sum_of(part)
+    if e._kind == k.ADD and all([is_linear(t) for t, _ in e._terms.values()]):
+        return _sum_of_linear(e)
+    variables = variables_of(e)
+    keys = new_keys(tuple(sorted(variables, key=age)))
+    return keys.sum_of(_part(e, keys, variables))
+
+
+def _sum_of_linear(e: Expression) -> Expression:
+    """A sum of variables and of sums that are linear, without these."""
+    terms: _build.Terms = {}
+    constant = e._constant
+    for t, c in e._terms.values():
+        if t._kind == k.ADD:
+            constant += c * t._constant
+            for u, d in t._terms.values():
+                constant += _build.add_scaled_into(terms, c * d, u)
+        else:
+            constant += _build.add_scaled_into(terms, c, t)
+    return _build.make_sum(constant, terms)
 
 
 class _NotNumeric(Exception):

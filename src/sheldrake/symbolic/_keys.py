@@ -34,7 +34,6 @@ class Keys:
 
     Attributes:
         variables: In the order of their creation.
-        set: The same, to be read.
         of: The key of each.
         one: The key of the monomial 1.
         times: Key of a product.
@@ -47,9 +46,14 @@ class Keys:
     narrow = True
 
     def __init__(self, variables: tuple[Variable, ...]) -> None:
-        self.variables, self.set = variables, Variables._of(variables)
+        self.variables = variables
         self.of = {v: 1 << _BITS * i for i, v in enumerate(reversed(variables))}
         self._shown: dict[int, Monomial] = {}
+
+    @functools.cached_property
+    def set(self) -> Variables:
+        """The variables, to be read."""
+        return Variables._of(self.variables)
 
     def power(self, v: Variable, n: int) -> Any:
         """The key of a power of a variable."""
@@ -154,7 +158,7 @@ class _ManyKeys(Keys):
     one, times, narrow = _ONE, staticmethod(Monomial._times), False
 
     def __init__(self, variables: tuple[Variable, ...]) -> None:
-        self.variables, self.set = variables, Variables._of(variables)
+        self.variables = variables
         self.of = {v: Monomial._ordered({v: 1}) for v in variables}
 
     def power(self, v: Variable, n: int) -> Any:
@@ -191,11 +195,13 @@ class _ManyKeys(Keys):
         return None
 
 
-@functools.lru_cache(maxsize=1024)
-def keys_of(variables: tuple[Variable, ...]) -> Keys:
+def new_keys(variables: tuple[Variable, ...]) -> Keys:
     """The keys of monomials in variables, which are in the order of their creation."""
     return Keys(variables) if len(variables) <= _MOST_DIGITS else _ManyKeys(variables)
 
+
+keys_of = functools.lru_cache(maxsize=1024)(new_keys)
+"""`new_keys`, but the same for the same variables."""
 
 NONE = keys_of(())
 
@@ -326,6 +332,12 @@ def without_zeros(part: Part) -> Part:
 
 def product(a: Part, b: Part, keys: Keys, numeric: bool) -> Part:
     """The product of two sums; numeric: all coefficients are numbers."""
+    if len(a) == 1:
+        a, b = b, a
+    if len(b) == 1:
+        ((n, d),) = b.items()
+        if d.__class__ is float and d == 1.0:
+            return {keys.times(m, n): c for m, c in a.items()}
     if numeric and keys.narrow:
         out: Part = {}
         for m, c in a.items():

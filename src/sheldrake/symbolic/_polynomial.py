@@ -251,7 +251,7 @@ class Polynomial:
                     value *= x**n
                     key = keys.without(key, v, n)
             add_to(out, key, scaled(value, c if c.__class__ is float else number_or(substitute([c], env)[0])))
-        return Polynomial._of(keys, out, loose=True)
+        return Polynomial._of(keys, out, self._known_numeric or None, loose=True)
 
     def EvaluateIndeterminates(self, indeterminates: Symbolics, indeterminates_values: ArrayLike) -> np.ndarray:
         """Returns the values for many values of the indeterminates, shape `(n,)`.
@@ -479,9 +479,13 @@ class Polynomial:
         keys, mine, its = self._keys, self._part, other._part
         if keys is not other._keys and not (other._keys is NONE and keys.narrow):
             keys, mine, its = in_common(keys, mine, other._keys, its)
-        decided = self._decisions
-        if other._decisions is not decided:
-            decided |= other._decisions
+        decided, more = self._decided, other._decided
+        if decided is None:
+            decided = self._decisions
+        if more is None:
+            more = other._decisions
+        if more:
+            decided |= more
         return keys, mine, its, self._is_numeric() and other._is_numeric(), decided
 
     def _combine(self, other: Polynomial, sign: float) -> Polynomial:
