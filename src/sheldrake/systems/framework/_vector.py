@@ -89,8 +89,10 @@ def as_size(value: Any, what: str) -> int:
         n = operator.index(value)
     except TypeError:
         raise Mismatch(f"{what}: a size must be an int, not {value!r}.") from None
-    if not 0 <= n <= LARGEST_COUNT:
-        raise Mismatch(f"{what}: a size must be from 0 to {LARGEST_COUNT}, got {n}.")
+    if n < 0:
+        raise Mismatch(f"{what}: a size must not be negative, got {n}.")
+    if n > LARGEST_COUNT:
+        raise Mismatch(f"{what}: a size must be at most {LARGEST_COUNT}, got {n}.")
     return n
 
 
