@@ -30,7 +30,6 @@ from .support import (
     has_faces,
     is_faceted,
     normal_of_face,
-    part_within_polygon,
     shown_face,
     shown_feature,
     side_of_face,
@@ -46,7 +45,6 @@ _SHORT = 0.01  # of the depth and of the margin
 _LEVEL = 1e-9  # of the size
 _FACETED = 4e-4  # of the radius of a cap, which is a polygon of 16 corners tilted by up to 0.02 rad
 _ROWS = 63  # of a polygon
-_ON_PLANE = 1e-12  # [m] corners no farther in front of a plane are behind it
 
 
 @kernel(outline=True)
@@ -213,8 +211,6 @@ def face_candidates(model, table, ref, inc, sides, corners, out):
 
     So many corners of the face of `ref` are in POLYGON_A, and of what `inc` shows in POLYGON_B.
     """
-    if corners == 2:
-        return count_below(model, table, ref, inc, clip_segment(table, sides, out), POLYGON_B, out)
     middle, reach2 = circle_around(table, corners)
     source = POLYGON_B
     for k in range(sides):
@@ -225,12 +221,6 @@ def face_candidates(model, table, ref, inc, sides, corners, out):
         target = POLYGON_C if source == POLYGON_B else POLYGON_B
         corners = clip(table, source, corners, target, a, outward)
         source = target
-    return count_below(model, table, ref, inc, corners, source, out)
-
-
-@kernel
-def count_below(model, table, ref, inc, corners, source, out):
-    """Makes candidates of those corners of a polygon that are below the face of `ref` in POLYGON_A; how many."""
     base = table.corners[POLYGON_A].p_W
     count = 0
     least = least_depth(model, ref, inc)
@@ -243,21 +233,10 @@ def count_below(model, table, ref, inc, corners, source, out):
     return count
 
 
-@kernel
-def clip_segment(table, sides, out):
-    """Leaves the part of the segment in POLYGON_B that is within the face in POLYGON_A; the number of its corners."""
-    p = table.corners[POLYGON_B].p_W
-    edge = sub3(table.corners[POLYGON_B + 1].p_W, p)
-    low, high = part_within_polygon(table, sides, out, p, edge, _ON_PLANE)
-    table.corners[POLYGON_B].p_W = add3(p, scale3(edge, low))
-    table.corners[POLYGON_B + 1].p_W = add3(p, scale3(edge, high))
-    return 2 if low <= high else 0
-
-
 @kernel(outline=True)
 def clip(table, source, corners, target, a, outward):
-    """The part of a polygon or point behind the plane through a; the number of its corners."""
-    slack = _ON_PLANE * (absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2]))
+    """The part of a polygon, segment or point behind the plane through a; the number of its corners."""
+    slack = 1e-12 * (absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2]))
     kept = 0
     p = table.corners[source].p_W
     height_p = dot3(outward, sub3(p, a))

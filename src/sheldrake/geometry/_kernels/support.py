@@ -302,19 +302,12 @@ def part_within_face(model, table, g, face, n_W, x, edge):
 
     The corners of the face stay in POLYGON_A.
     """
-    return part_within_polygon(table, shown_face(model, table, g, face, n_W, POLYGON_A), n_W, x, edge, 0.0)
-
-
-@kernel
-def part_within_polygon(table, sides, n_W, x, edge, slack):
-    """`part_within_face` of the polygon in POLYGON_A with sides farther out by `slack` [m] (Cyrus and Beck 1978)."""
     low = 0.0
     high = 1.0
+    sides = shown_face(model, table, g, face, n_W, POLYGON_A)
     for k in range(sides):
         a, outward = side_of_face(table, k, sides, n_W)
-        height = dot3(outward, sub3(x, a)) - slack * (
-            absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2])
-        )
+        height = dot3(outward, sub3(x, a))
         rise = dot3(outward, edge)
         if rise > 0.0:
             if high * rise > -height:
