@@ -33,6 +33,7 @@ from sheldrake.common.kernel import kernel
 from sheldrake.common.rows import prefetch
 from sheldrake.multibody.contact_solvers._kernels.factor import (
     CONTACTS,
+    LINE,
     ROWS,
     columns_not_held,
     columns_of,
@@ -559,8 +560,8 @@ def columns_in(model, factor, constraint, k):
 @kernel
 def ask_for_terms(problem, contacts, factor, column):
     """Asks for the memory of what a column of free bodies is made of: thousands of them do not fit into the cache."""
-    for i in range(0, 24, 8):
-        prefetch(problem.A, max(column.triangle, 0) + i)
+    for i in range(0, 21, LINE):
+        prefetch(problem.A, column.triangle + i)
     for i in range(column.constraints_begin, column.ends[CONTACTS]):
         c = factor.graph[i]
         prefetch(contacts.index, c, 0)
@@ -581,7 +582,7 @@ def put_column(model, problem, contacts, rows, factor, k):
     for e in range(column.below_begin, column.below_end):
         factor.blocks[factor.entries[e].place].at = factor.entries[e].address
     put_momentum(model, problem, factor, k)
-    if k + 1 < problem.columns:
+    if k + 1 < problem.columns and factor.blocks[k + 1].triangle >= 0:
         ask_for_terms(problem, contacts, factor, factor.blocks[k + 1])
     for i in range(column.constraints_begin, column.ends[CONTACTS]):
         contact = contacts[factor.graph[i]]
