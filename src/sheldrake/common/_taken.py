@@ -214,8 +214,6 @@ def strict_test_of(annotation: object, function: Callable[..., Any]) -> Test | N
             tests.append(_sequence_test(strict_test_of(inner[:-1], function)))
         elif name == "Callable":
             tests.append(callable)
-        elif part == "float":
-            tests.append(_is_no_symbol)
         elif part == "int":
             tests.append(_is_whole_of_machine)
         elif part == "Expression":  # numbers, variables and polynomials become one
@@ -236,10 +234,6 @@ def _parts(union: ast.expr) -> Iterator[str]:
         yield from _parts(union.right)
     else:
         yield ast.unparse(union)
-
-
-def _is_no_symbol(value: Any) -> bool:
-    return is_number(value) and not type(value).__module__.startswith("sheldrake.symbolic")
 
 
 def _is_whole_of_machine(value: Any) -> bool:

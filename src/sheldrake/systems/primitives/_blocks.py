@@ -10,7 +10,6 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._checked import checked
 from sheldrake.common._kinds import called, count, flag, instance_of, integers
 from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.common._scalars import float_vector, scalar
@@ -42,7 +41,6 @@ class Adder(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    @checked
     def __init__(self, num_inputs: int, size: int):
         super().__init__()
         for i in range(as_size(num_inputs, "Adder()")):
