@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -49,9 +50,10 @@ def WriteModel(
 
     Raises:
         ValueError: An ending without a writer, or a body without a finite mass.
+        FileNotFoundError: The folder to write to does not exist.
         NotImplementedError: A joint that the format does not have.
     """
-    from ._mesh_files import MeshFiles
+    from ._mesh_files import MeshFiles, check_folder
     from ._model_parts import take_apart
     from ._write_mjcf import MESHES, mjcf_text
     from ._write_sdf import sdf_text
@@ -62,6 +64,7 @@ def WriteModel(
     suffix = path.suffix.lower()
     if suffix not in writers:
         raise ValueError(f"WriteModel(): '{path}' ends with none of {', '.join(writers)}.")
+    check_folder("WriteModel()", path)
     inspector = None if scene_graph is None else scene_graph.model_inspector()
     parts = take_apart(plant, inspector, path.stem)
     is_mjcf = writers[suffix] is mjcf_text
@@ -96,12 +99,15 @@ def ConvertModel(
 
     Raises:
         RuntimeError: The source can not be read.
-        ValueError, NotImplementedError: As WriteModel.
+        ValueError: The target is the source, or as WriteModel.
+        FileNotFoundError, NotImplementedError: As WriteModel.
     """
     from sheldrake.multibody.parsing import Parser
     from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
     from sheldrake.systems.framework import DiagramBuilder
 
+    if os.path.realpath(source) == os.path.realpath(target):
+        raise ValueError(f"ConvertModel(): '{target}' is the source itself; what it says would be lost. Name another.")
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
     parser = Parser(plant)
     if package_map is not None:

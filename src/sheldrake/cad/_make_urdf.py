@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._mesh_files import check_folder
 from ._plausible import why_impossible, why_odd_density, why_too_large
 from ._preview import write_preview
 from ._repair import Repaired, orient, repair
@@ -104,12 +105,13 @@ def MakeUrdfFromMesh(
         preview: An HTML page to write, too: shapes, frame and centre of mass, without a network; needs `output`.
 
     Raises:
-        FileNotFoundError: A file is missing.
+        FileNotFoundError: A file is missing, or the folder of the output.
         UnitsUnsure: `units` is "auto" and the files do not settle it; it has the question to ask.
         ValueError: A file is damaged or no solid, or an argument has no meaning.
     """
     paths = [Path(p) for p in ([mesh_files] if isinstance(mesh_files, (str, os.PathLike)) else mesh_files)]
     _check_arguments(paths, density, mass, collision, needs_output=preview is not None and output is None)
+    _check_output(output)
     meshes = [read_mesh_file(path) for path in paths]
     pieces = [[piece for solid in mesh.solids for piece in repair(solid)] for mesh in meshes]
     for group in pieces:
@@ -150,6 +152,15 @@ def _check_arguments(
         raise ValueError(f"MakeUrdfFromMesh(): collision is 'mesh', 'hull' or 'decompose', not {collision!r}.")
     if needs_output:
         raise ValueError("MakeUrdfFromMesh(): a preview needs an output.")
+
+
+def _check_output(output: str | PathLike[str] | None) -> None:
+    """Raises where a URDF does not belong, as in the place of the mesh."""
+    if output is None:
+        return
+    if Path(output).suffix.lower() != ".urdf":
+        raise ValueError(f"MakeUrdfFromMesh(): it writes a URDF, and '{output}' does not end with .urdf.")
+    check_folder("MakeUrdfFromMesh()", Path(output))
 
 
 def _settle_units(model: MeshModel, meshes: list[MeshFile], pieces: list, units: str, mass: float | None) -> None:

@@ -12,6 +12,12 @@ if TYPE_CHECKING:
 _DRAKES = (".obj", ".vtk", ".gltf", ".glb")  # formats that Drake takes for contact
 
 
+def check_folder(call: str, path: Path) -> None:
+    """Raises FileNotFoundError where there is no folder for the file that a call is to write."""
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{call}: there is no folder '{path.parent}' to write '{path.name}' to.")
+
+
 class MeshFiles:
     """Names meshes for a file in a folder, and writes those that need it.
 

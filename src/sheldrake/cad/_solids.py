@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import imported
+
 from ._declared_sizes import check_declared_sizes
 
 if TYPE_CHECKING:
     from os import PathLike
 
 FORMATS = (".stl", ".obj", ".ply", ".dae", ".gltf", ".glb", ".3mf")
+_OF_CAD = (".step", ".stp", ".iges", ".igs", ".sldprt", ".ipt", ".fcstd", ".f3d")  # without triangles
 
 # glTF has y up, descriptions of robots have z up.
 _Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -73,7 +76,8 @@ def read_mesh_file(path: str | PathLike[str]) -> MeshFile:
     if not path.is_file():
         raise FileNotFoundError(f"There is no mesh file '{path}'.")
     if extension not in FORMATS:
-        raise ValueError(f"'{path}': the format '{extension}' is not known; known are {', '.join(FORMATS)}.")
+        hint = " Export the part as STL from your CAD program." if extension in _OF_CAD else ""
+        raise ValueError(f"'{path}': the format '{extension}' is not known; known are {', '.join(FORMATS)}.{hint}")
     data = path.read_bytes()
     if not data.strip():
         raise ValueError(f"'{path}' is empty.")
@@ -147,7 +151,7 @@ def _read_3mf(path: Path, data: bytes) -> MeshFile:
 
 
 def _read_with_trimesh(path: Path, data: bytes) -> MeshFile:
-    import trimesh
+    trimesh = imported("trimesh")
 
     from sheldrake.geometry._meshes.check_gltf import check_gltf
     from sheldrake.geometry._meshes.mesh_files import DiskFiles

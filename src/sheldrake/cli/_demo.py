@@ -58,6 +58,9 @@ def _run(options: argparse.Namespace, told: dict[str, Any]) -> int:
     from sheldrake.cli._model_names import find_model
     from sheldrake.cli._warnings import warnings_in_one_line
 
+    if not 0.0 < options.seconds < np.inf:
+        print(f"sheldrake demo: --seconds must be positive and finite, not {options.seconds:g}.", file=sys.stderr)
+        return 2
     start = time.perf_counter()
     print("Making it ready to fall; the first time this may take a minute.", file=sys.stderr)
     try:
@@ -80,8 +83,9 @@ def _run(options: argparse.Namespace, told: dict[str, Any]) -> int:
         print(f"Done in {time.perf_counter() - start:.1f} s.", flush=True)
         if not options.headless:
             _stay(scene.meshcat)
-    except KeyboardInterrupt:
-        print()
+    except OSError as error:
+        print(f"sheldrake demo: nothing can be written to '{options.out}': {error.strerror}.", file=sys.stderr)
+        return 1
     except RuntimeError as error:
         print(f"sheldrake demo: the run fails: {error}", file=sys.stderr)
         print(scene.why(), file=sys.stderr)

@@ -34,7 +34,7 @@ exit codes:
   141   nobody reads the output any more
 """
 
-_READER_GONE = 141  # what shells say of a program whose output nobody reads any more
+_INTERRUPTED, _READER_GONE = 130, 141  # what shells say of a program that Ctrl-C ended, and whose output nobody reads
 
 _RUN = """\
 Runs a Python script in which `import pydrake` means sheldrake, whether or not Drake is installed.
@@ -173,6 +173,9 @@ def main(argv: list[str] | None = None) -> int:
             raise
         print(f"sheldrake {args.command}: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("\nInterrupted.", file=sys.stderr)
+        return _INTERRUPTED
     except BrokenPipeError:
         if args.command == "run":
             raise

@@ -16,6 +16,8 @@ from types import CodeType, ModuleType, TracebackType
 
 from sheldrake.cli import _spelling
 
+_MODELS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj", ".stl")
+
 
 def run(args: argparse.Namespace) -> int:
     """Runs the script under the pydrake alias and returns its exit status."""
@@ -24,7 +26,10 @@ def run(args: argparse.Namespace) -> int:
     _hints_on_one_line()
     try:
         code, filename, path, package = _module(args.script) if args.is_module else _script(args.script)
-    except (OSError, ImportError, SyntaxError) as error:
+    except OSError as error:
+        print(f"sheldrake {args.command}: {error}", file=sys.stderr)
+        return 2
+    except (ImportError, SyntaxError) as error:
         _say(error)
         return 2
     sys.argv = [filename, *args.arguments]
@@ -55,7 +60,9 @@ def _script(name: str) -> tuple[CodeType, str, str, str | None]:
     if name == "-":
         return compile(sys.stdin.read(), "<stdin>", "exec", dont_inherit=True), "-", "", None
     if not os.path.isfile(name):
-        raise FileNotFoundError(f"sheldrake run: there is no file {name!r} (looked from {os.getcwd()}).")
+        raise FileNotFoundError(f"there is no file {name!r} (looked from {os.getcwd()}).")
+    if name.lower().endswith(_MODELS):
+        raise OSError(f"{name!r} is a model, not a script: `sheldrake view {name}` shows it, `demo` drops it.")
     with io.open_code(os.path.abspath(name)) as file:
         code = compile(file.read(), name, "exec", dont_inherit=True)  # not the annotations of here
     return code, name, os.path.dirname(os.path.abspath(name)), None
@@ -100,9 +107,6 @@ def _say(error: BaseException) -> None:
     """Prints the error as Python does, from the script's own first line on, with a hint where one helps."""
     trace = _below_here(error.__traceback__)
     sys.stdout.flush()
-    if isinstance(error, FileNotFoundError) and trace is None:
-        print(error, file=sys.stderr)
-        return
     text = "".join(traceback.format_exception(type(error), error, trace))
     print(text, end="", file=sys.stderr)
     hint = _hint(error) or (None if "Did you mean" in text else _spelling.did_you_mean(error))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -41,3 +43,14 @@ def deferred_ctrl_c() -> Iterator[Callable[[], None]]:
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     check()
+
+
+def imported(name: str) -> Any:
+    """Imports a module that takes Ctrl-C for one more library that is not there; Ctrl-C then counts when it is done.
+
+    trimesh tries each library that it may use, catches every exception of that, and does without the library.
+    """
+    if name not in sys.modules:
+        with deferred_ctrl_c():
+            importlib.import_module(name)
+    return sys.modules[name]

@@ -288,3 +288,32 @@ def test_files_that_are_not_what_a_command_is_for(words, said, capsys, tmp_path,
     (tmp_path / "part.stl").write_text("solid a\n")
     assert main(words) in (1, 2)
     assert said in capsys.readouterr().err
+
+
+def test_a_model_is_no_script(tmp_path, capsys):
+    (tmp_path / "part.urdf").write_text("<robot/>")
+    for command in ("run", "page", "c", "fmu"):
+        result = sheldrake(command, str(tmp_path / "part.urdf"))
+        assert result.returncode == 2
+        assert (
+            f"sheldrake {command}: " in result.stderr and "is a model, not a script: `sheldrake view" in result.stderr
+        )
+
+
+def test_ctrl_c_ends_a_tool_in_one_line(monkeypatch, capsys):
+    import sheldrake.cli._doctor
+
+    def interrupted(options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sheldrake.cli._doctor, "run", interrupted)
+    assert main(["doctor", "part.urdf"]) == 130
+    assert capsys.readouterr().err == "\nInterrupted.\n"
+
+
+def test_a_demo_without_time_or_place(tmp_path, capsys):
+    assert main(["demo", "--headless", "--seconds", "-1"]) == 2
+    assert "--seconds must be positive and finite, not -1." in capsys.readouterr().err
+    (tmp_path / "taken").write_text("")
+    assert main(["demo", "--headless", "--seconds", "0.01", "--out", str(tmp_path / "taken")]) == 1
+    assert "nothing can be written to" in capsys.readouterr().err

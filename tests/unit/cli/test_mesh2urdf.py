@@ -59,3 +59,28 @@ def test_errors_are_one_line(tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(SystemExit):
         main(["mesh2urdf", "a.stl", "--mass", "1", "--density", "2"])
+
+
+def test_what_cannot_be_written_or_read_says_what_to_do(tmp_path, capsys):
+    part = tmp_path / "part.obj"
+    write_box(part, 60.0, 40.0, 25.0)
+    before = part.read_bytes()
+    assert main(["mesh2urdf", str(part), "-o", str(part)]) == 1
+    assert "does not end with .urdf" in capsys.readouterr().err
+    assert part.read_bytes() == before
+    assert main(["mesh2urdf", str(part), "-o", str(tmp_path / "no" / "part.urdf")]) == 1
+    assert f"there is no folder '{tmp_path / 'no'}'" in capsys.readouterr().err
+    (tmp_path / "part.step").write_text("ISO-10303-21;")
+    assert main(["mesh2urdf", str(tmp_path / "part.step")]) == 1
+    assert "Export the part as STL" in capsys.readouterr().err
+    assert main(["convert", str(tmp_path / "part.step"), str(tmp_path / "part.urdf")]) == 1
+    assert "Export the part as STL" in capsys.readouterr().err
+
+
+def test_a_conversion_does_not_overwrite_its_source(tmp_path, capsys):
+    model = tmp_path / "model.urdf"
+    model.write_text('<robot name="a"><!-- mine --><link name="b"/></robot>')
+    assert main(["convert", str(model), str(model)]) == 1
+    assert "is the source itself" in capsys.readouterr().err and "mine" in model.read_text()
+    assert main(["convert", str(model), str(tmp_path / "no" / "model.sdf")]) == 1
+    assert "there is no folder" in capsys.readouterr().err

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from sheldrake.common._ctrl_c import deferred_ctrl_c
+from sheldrake.common._ctrl_c import deferred_ctrl_c, imported
 
 
 @pytest.fixture(autouse=True)
@@ -72,3 +72,14 @@ def test_threads_and_others_handlers_are_left_alone():
     thread.start()
     thread.join()
     assert passed == [1]
+
+
+def test_a_module_that_catches_everything_does_not_lose_it(tmp_path, monkeypatch):
+    careless = (
+        "import signal\ntry:\n    signal.raise_signal(signal.SIGINT)\nexcept BaseException:\n    pass\nwhole = 1\n"
+    )
+    (tmp_path / "careless_module.py").write_text(careless)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        imported("careless_module")
+    assert imported("careless_module").whole == 1

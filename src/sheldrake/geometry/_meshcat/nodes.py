@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import imported
 from sheldrake.geometry._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Sphere
 
 from .drawables import PLATE_SIZE, Asset, Lines, Points, Primitive, Triangles, triangles_of
@@ -125,7 +126,7 @@ def _shade(rgb: tuple[int, int, int], factor: float) -> tuple[int, int, int]:
 
 def _add_triangles(scene: Any, name: str, triangles: Triangles, rgb: tuple[int, int, int], opacity: float) -> Any:
     if triangles.colors is not None and not triangles.wireframe:
-        import trimesh
+        trimesh = imported("trimesh")
 
         mesh = trimesh.Trimesh(triangles.vertices, triangles.faces, process=False)
         colors = np.hstack([triangles.colors, np.full((len(triangles.colors), 1), opacity)])
@@ -152,7 +153,7 @@ def _add_triangles(scene: Any, name: str, triangles: Triangles, rgb: tuple[int, 
 
 def _textured(triangles: Triangles, rgb: tuple[int, int, int], opacity: float) -> bytes:
     """A mesh with a picture as GLB, which the color tints."""
-    import trimesh
+    trimesh = imported("trimesh")
     from PIL import Image
 
     texture = triangles.texture

@@ -9,6 +9,8 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import imported
+
 from .read_dae import PlacedMesh, group_inputs, group_polygons, open_dae, polygon_groups, source_rows, vertex_positions
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ def dae_scene(data: bytes, name: str, read_file: Callable[[str], bytes]) -> trim
     Raises:
         RuntimeError: when it cannot be read.
     """
-    import trimesh
+    trimesh = imported("trimesh")
 
     placed, known = open_dae(data, name)
     scene = trimesh.Scene()
@@ -40,7 +42,7 @@ def dae_scene(data: bytes, name: str, read_file: Callable[[str], bytes]) -> trim
 
 def _mesh(part: PlacedMesh, group: Any, known: dict, read_file: Callable[[str], bytes]) -> trimesh.Trimesh | None:
     """The triangles of a group; each corner is a vertex of its own, as each has its own normal and texture."""
-    import trimesh
+    trimesh = imported("trimesh")
 
     fans = [np.stack([p[[0, k, k + 1]] for k in range(1, len(p) - 1)]) for p in group_polygons(group) if len(p) > 2]
     if not fans:

@@ -15,6 +15,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import imported
 from sheldrake.common._files import regular_bytes
 
 from .check_gltf import check_gltf
@@ -201,7 +202,7 @@ def _check_rows_of_ply(data: bytes, name: str) -> None:
 
 
 def _read_with_trimesh(data: bytes, extension: str, files: Any) -> tuple[np.ndarray, np.ndarray]:
-    import trimesh
+    trimesh = imported("trimesh")
 
     loaded = trimesh.load(io.BytesIO(data), file_type=extension[1:], resolver=files, process=False, skip_materials=True)
     for part in loaded.geometry.values() if isinstance(loaded, trimesh.Scene) else ():

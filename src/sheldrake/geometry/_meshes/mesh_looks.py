@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import imported
 from sheldrake.common._files import regular_bytes
 
 from .check_gltf import check_gltf
@@ -189,7 +190,7 @@ def _load(
 
     Where it cannot be drawn, what the readers of its triangles say is said: they know the place in the file.
     """
-    import trimesh
+    trimesh = imported("trimesh")
 
     kind, name, data = source.extension(), source.description(), b""
     try:

@@ -33,7 +33,7 @@ from ._reading.remembered import read_or_remember
 _PLANT = instance_of(MultibodyPlant)
 _SCENE = (instance_of(SceneGraph), None)
 _FORMATS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
-_FROM_CAD = (".stl", ".step", ".stp", ".3mf", ".ply", ".dae", ".gltf", ".glb")
+_FROM_CAD = (".stl", ".3mf", ".ply", ".dae", ".gltf", ".glb")
 
 
 class Parser:
@@ -213,6 +213,8 @@ class Parser:
             hint = ""
             if name.lower().endswith(_FROM_CAD):
                 hint = f" A mesh has neither mass nor units: `sheldrake mesh2urdf {name}` makes a model of it."
+            elif name.lower().endswith((".step", ".stp")):
+                hint = " Export the part as STL from your CAD program; `sheldrake mesh2urdf` makes a model of that."
             self._policy.Error(Location(name), f"The file type is not recognized; the known endings are {known}.{hint}")
         return kind
 

@@ -65,7 +65,8 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
 
     def __init__(self, system: Simulated, context: Context | None = None):
         if not isinstance(system, System):
-            raise Mismatch(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
+            hint = "; give the diagram that its Build() makes" if hasattr(system, "Build") else ""
+            raise Mismatch(f"Simulator(): incompatible constructor arguments: {system!r} is no System{hint}")
         self._system = system
         self._run: Any = Run(np.zeros(RunWords.SIZE, np.int64))
         self._count: Any = self._run.word.data  # which is faster than the array

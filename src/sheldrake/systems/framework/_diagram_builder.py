@@ -166,7 +166,10 @@ class DiagramBuilder:
     def _free(self, port: InputPort, call: str) -> None:
         self._has(port.get_system(), call)
         if self.IsConnectedOrExported(port):
-            raise RuntimeError(f"DiagramBuilder.{call}(): {port.GetFullDescription()} is already wired.")
+            raise RuntimeError(
+                f"DiagramBuilder.{call}(): {port.GetFullDescription()} is already wired; an input port takes one"
+                " output. (AddMultibodyPlantSceneGraph() has connected plant and scene graph.)"
+            )
 
     def Connect(self, output: OutputPort, input: InputPort) -> None:
         """Lets an output port feed an input port.
