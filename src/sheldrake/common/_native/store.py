@@ -83,15 +83,15 @@ def code_of_text(text: str, symbol: str, short_loops: bool, target: Target, rena
 
         return lower.emit(lower.read(text, short_loops), symbol, target, rename or None)
 
-    return kept(f"{symbol}-text-{digest}.o", emit)
+    return kept(f"{symbol}-text-{digest}.o", symbol, emit)
 
 
-def kept(name: str, make: Callable[[], bytes]) -> bytes:
+def kept(name: str, what: str, make: Callable[[], bytes]) -> bytes:
     """An object file of the cache by its name, which says all that it depends on; it is made now if it is not there."""
     path = cache_folder() / name
     code = disk_cache.read(path)
     if code is None:
-        code = make()
+        code = _told(what, make)
         disk_cache.write(path, code)
     return code
 
@@ -306,15 +306,20 @@ def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
         raise ModuleNotFoundError(f"{kernel!r}: {NO_COMPILER}", name="llvmlite")
     from sheldrake.common._native import lower
 
+    def emit() -> bytes:
+        return lower.emit(lower.lower(kernel, symbol), symbol, host())
+
+    return _told(kernel.__name__, emit) if tell else emit()
+
+
+def _told(what: str, make: Callable[[], bytes]) -> bytes:
+    """What `make` makes; people see that it is compiled, and how long it took."""
     start = time.perf_counter()
-    if tell:
-        say(f"sheldrake: compiling {kernel.__name__}, once on this machine ...", end="")
+    say(f"sheldrake: compiling {what}, once on this machine ...", end="")
     try:
-        code = lower.emit(lower.lower(kernel, symbol), symbol, host())
+        return make()
     finally:
-        if tell:
-            say(f" {time.perf_counter() - start:.1f} s")
-    return code
+        say(f" {time.perf_counter() - start:.1f} s")
 
 
 def _link(code: bytes, symbol: str) -> int:

@@ -66,7 +66,7 @@ def made_libm() -> bytes:
     if importlib.util.find_spec("ziglang") is None:
         raise ModuleNotFoundError(f"libm: {NO_COMPILER}", name="ziglang")
     digest = hashlib.sha256(f"{_USES}{importlib.metadata.version('ziglang')}".encode()).hexdigest()[:20]
-    return store.kept(f"libm-wasm32-{digest}.o", make_libm)
+    return store.kept(f"libm-wasm32-{digest}.o", "libm for pages", make_libm)
 
 
 def member(text: str, short_loops: bool) -> str:
