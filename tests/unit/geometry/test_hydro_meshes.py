@@ -167,6 +167,6 @@ def test_a_hint_that_would_fill_the_memory_is_refused_at_once(shape, add):
     add(1e-6, *((1e6,) if add is g.AddCompliantHydroelasticProperties else ()), asked)
     geometry = g.GeometryInstance(RigidTransform(), shape, "fine")
     geometry.set_proximity_properties(asked)
-    with pytest.raises(RuntimeError, match="'resolution_hint'.* property 1e-06 its mesh would have some .* vertices"):
+    with pytest.raises(RuntimeError, match=r"'resolution_hint'.* property 1e-06 its mesh would have some .* vertices"):
         scene_graph.RegisterAnchoredGeometry(scene_graph.RegisterSource("s"), geometry)
     assert scene_graph.model_inspector().num_geometries() == 0
