@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import pytest
 from tools.torture.documents import LIMIT, make_parser
@@ -157,3 +158,12 @@ def test_flattened_directives_that_include_each_other(tmp_path):
     for count, times, first, match in ((2, 1, 0, "deeper"), (MANY, 2, "", "More than")):
         directives = LoadModelDirectives(write_includes(tmp_path, "dmd.yaml", count, times, first))
         refused(match, FlattenModelDirectives, directives, packages)
+
+
+def test_what_is_no_regular_file_is_called_so(tmp_path):
+    endless = tmp_path / "endless.urdf"
+    try:
+        endless.symlink_to("/dev/zero" if Path("/dev/zero").exists() else tmp_path)
+    except OSError:
+        pytest.skip("this user may make no links here")
+    refused("is no regular file|is a folder", make_parser().AddModels, str(endless))

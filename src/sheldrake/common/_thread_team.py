@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import concurrent.futures
+import atexit
 import operator
+import os
+import queue
 import signal
 import threading
+import weakref
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
@@ -15,6 +18,8 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 _LOOK = 0.05
 """How often the calling thread looks for Ctrl-C while it waits for the others [s]."""
+_PATIENCE = 1.0
+"""How long the end of the process waits for a thread whose part has no end of its own [s]."""
 
 
 class ThreadTeam:
@@ -35,7 +40,8 @@ class ThreadTeam:
         if self.num_threads < 1:
             raise ValueError(f"num_threads must be at least 1, not {num_threads}.")
         self.stopped = False
-        self._pool: concurrent.futures.ThreadPoolExecutor | None = None
+        self._forget_threads()
+        _teams.add(self)
 
     def run(self, work: Callable[[int, int], None], parts: int) -> None:
         """Calls `work(thread, part)` once for each part below `parts`, on up to `num_threads` threads.
@@ -67,11 +73,15 @@ class ThreadTeam:
                 errors.append(error)
                 self.stopped = True
 
+        others, ended = min(self.num_threads, parts) - 1, threading.Semaphore(0)
+        self._hire(others)
         with _CtrlC(self) as ctrl_c:
-            others = [self._threads().submit(take, k) for k in range(1, min(self.num_threads, parts))]
+            for k in range(1, others + 1):
+                self._jobs.put((take, k, ended))
             take(0)
-            while others:
-                others = list(concurrent.futures.wait(others, timeout=_LOOK).not_done)
+            for _ in range(others):
+                while not ended.acquire(timeout=_LOOK):
+                    pass
         if ctrl_c.pressed:
             raise KeyboardInterrupt
         if errors:
@@ -86,10 +96,56 @@ class ThreadTeam:
         if self.stopped:
             raise KeyboardInterrupt
 
-    def _threads(self) -> concurrent.futures.ThreadPoolExecutor:
-        if self._pool is None:
-            self._pool = concurrent.futures.ThreadPoolExecutor(self.num_threads - 1, "sheldrake")
-        return self._pool
+    def _forget_threads(self) -> None:
+        self._jobs: queue.SimpleQueue = queue.SimpleQueue()
+        self._hired: list[threading.Thread] = []
+        weakref.finalize(self, _dismiss, self._jobs, self._hired).atexit = False
+
+    def _hire(self, number: int) -> None:
+        while len(self._hired) < number:
+            name = f"sheldrake_{len(self._hired)}"
+            thread = threading.Thread(target=_serve, args=(self._jobs,), name=name, daemon=True)
+            thread.start()
+            self._hired.append(thread)
+
+
+_teams: weakref.WeakSet[ThreadTeam] = weakref.WeakSet()
+
+
+def _serve(jobs: queue.SimpleQueue) -> None:
+    """A thread of a team: does jobs until it is dismissed. It keeps nothing of them while it waits."""
+    while (job := jobs.get()) is not None:
+        take, k, ended = job
+        take(k)
+        del job, take
+        ended.release()
+
+
+def _dismiss(jobs: queue.SimpleQueue, hired: list[threading.Thread]) -> None:
+    for _ in hired:
+        jobs.put(None)
+
+
+def _stop_all() -> None:
+    """At the end of the process nobody waits for a result: threads end while there is memory to work on."""
+    teams = list(_teams)
+    for team in teams:
+        team.stopped = True
+        _dismiss(team._jobs, team._hired)
+    for team in teams:
+        for thread in team._hired:
+            thread.join(_PATIENCE)
+
+
+def _forget_all() -> None:
+    """A forked process has but the thread that forked it."""
+    for team in list(_teams):
+        team._forget_threads()
+
+
+atexit.register(_stop_all)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_all)
 
 
 class _CtrlC:

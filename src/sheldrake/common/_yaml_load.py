@@ -32,10 +32,22 @@ if TYPE_CHECKING:
     from os import PathLike
 
 _TAG = "_tag"
+_MOST_MERGED = 1_000_000
 
 
 class _Loader(yaml.SafeLoader):
     """A safe loader that keeps the tag of a tagged mapping as an item `_tag`."""
+
+    _merged = 0
+
+    def flatten_mapping(self, node: Any) -> None:
+        """Puts merged mappings (`<<`) in their place; refuses small documents that stand for large ones."""
+        before = len(node.value)
+        super().flatten_mapping(node)
+        self._merged += max(0, len(node.value) - before)
+        if self._merged > _MOST_MERGED:
+            problem = f"more than {_MOST_MERGED} items are merged into others by '<<'"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
 def _tagged_mapping(loader: Any, tag: str, node: Any) -> dict:
@@ -53,8 +65,14 @@ def yaml_load_data(data: str | None, *, private: bool = False) -> Any:
     Args:
         data: The document.
         private: Keep items of the root whose key begins with an underscore (anchors and templates).
+
+    Raises:
+        yaml.YAMLError: it is no YAML, nested too deeply, or merges (`<<`) more than a million items.
     """
-    document = yaml.load(data, Loader=_Loader)
+    try:
+        document = yaml.load(data, Loader=_Loader)
+    except RecursionError:
+        raise yaml.YAMLError("The document is nested too deeply.") from None
     if isinstance(document, dict) and not private:
         for key in [key for key in document if key.startswith("_")]:
             del document[key]

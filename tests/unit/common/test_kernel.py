@@ -117,6 +117,8 @@ def test_bound_scalars_can_be_changed():
         (1, Points(np.zeros((4, 3)), np.zeros(1)), "points.kind must be a C-contiguous int64"),
         (5, np.zeros((1, 1)), "out must be a C-contiguous float64 array of 1 axes"),
         (4, (np.zeros(1, np.float32),), r"u\[0\]"),
+        (3, 0.5, "first must be a whole number of 64 bits, not 0.5"),
+        (3, 2**63, "first must be a whole number of 64 bits, not 9223372036854775808"),
     ],
 )
 def test_wrong_arguments_are_refused(place, wrong, message):

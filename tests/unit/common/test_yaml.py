@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from sheldrake.common import MemoryFile
 from sheldrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_data, yaml_load_file, yaml_load_typed
@@ -172,3 +173,12 @@ def test_classes_with_fields():
     file = yaml_load_typed(schema=MemoryFile, data="{contents: !!binary aGk=, extension: .txt, filename_hint: a}")
     assert repr(file) == "MemoryFile(contents=b'hi', extension='.txt', filename_hint='a')"
     assert yaml_load_data(yaml_dump_typed(file)) == {"contents": b"hi", "extension": ".txt", "filename_hint": "a"}
+
+
+def test_small_documents_do_not_stand_for_large_ones():
+    mappings = ", ".join(f"&a{i} {{<<: [*a{i - 1}, *a{i - 1}]}}" for i in range(1, 40))  # the last has 2**39 items
+    with pytest.raises(yaml.YAMLError, match="more than 1000000 items are merged"):
+        yaml_load(data=f"[&a0 {{b: 1}}, {mappings}]")
+    with pytest.raises(yaml.YAMLError, match="nested too deeply"):
+        yaml_load(data="[" * 5000)
+    assert yaml_load(data="[&a {b: 1}, {<<: *a, c: 2}]") == [{"b": 1}, {"b": 1, "c": 2}]

@@ -10,6 +10,7 @@ from sheldrake.geometry._hydroelastic import meshes
 from sheldrake.geometry._hydroelastic.representation import representation_of_shape
 from sheldrake.geometry._kernels.hydro_depth import depths_below
 from sheldrake.geometry._meshes.mesh_files import boundary_triangles
+from sheldrake.math import RigidTransform
 
 
 def volumes(mesh):
@@ -157,3 +158,15 @@ def test_depths_are_distances_from_the_surface(native):
 
 def meshes_surface(mesh):
     return boundary_triangles(mesh.tetrahedra).astype(np.int64)
+
+
+@pytest.mark.parametrize("shape", [g.Capsule(0.1, 1.0), g.Cylinder(0.1, 1.0), g.Capsule(1e300, 1.0)])
+@pytest.mark.parametrize("add", [g.AddRigidHydroelasticProperties, g.AddCompliantHydroelasticProperties])
+def test_a_hint_that_would_fill_the_memory_is_refused_at_once(shape, add):
+    scene_graph, asked = g.SceneGraph(), g.ProximityProperties()
+    add(1e-6, *((1e6,) if add is g.AddCompliantHydroelasticProperties else ()), asked)
+    geometry = g.GeometryInstance(RigidTransform(), shape, "fine")
+    geometry.set_proximity_properties(asked)
+    with pytest.raises(RuntimeError, match=r"'resolution_hint'.* property 1e-06 its mesh would have some .* vertices"):
+        scene_graph.RegisterAnchoredGeometry(scene_graph.RegisterSource("s"), geometry)
+    assert scene_graph.model_inspector().num_geometries() == 0

@@ -14,6 +14,7 @@ import pytest
 
 from sheldrake.geometry import Mesh
 from sheldrake.geometry._meshes.mesh_looks import load_mesh
+from sheldrake.geometry._meshes.read_obj import first_fault, read_obj
 
 VERTICES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "<f4").tobytes()
 FACES = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], "<u2").tobytes()
@@ -352,3 +353,12 @@ def test_a_chain_of_nodes_that_takes_minutes_to_follow_is_refused(folder):
     (folder / "a.gltf").write_text(json.dumps(document))
     with pytest.raises(RuntimeError, match=r"nodes\[10000\] is below 10000 others; expected a flatter tree"):
         load_mesh(Mesh(str(folder / "a.gltf")))
+
+
+def test_a_line_of_an_obj_file_may_go_on_for_ever():
+    """Each of its pieces is looked at once: a file of a megabyte is read in a moment."""
+    text = "\\\n\nv 0 \\\n 0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\n" + "\\\n" * 500_000 + "2 3\n"
+    vertices, faces = read_obj(text, "long.obj")
+    assert vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert faces == [[0, 1, 2]]
+    assert first_fault(text) == ""

@@ -283,11 +283,17 @@ class _Writer:
         if block.relocations:
             self.relocations += [(begin + k, array, absolute) for k, array, absolute in block.relocations]
 
+    def _whole(self, name: str, argument: Any) -> int:
+        whole = int(argument)
+        if whole != argument or not -(2**63) <= whole < 2**63:
+            raise TypeError(f"{self.kernel!r}: {name} must be a whole number of 64 bits, not {argument!r}.")
+        return whole
+
     def _parameter(self, parameter: Parameter, argument: Any, in_slab: bool) -> None:
         name, kind, words = parameter.name, parameter.kind, self.words
         if kind in ("float", "int"):
             self.scalars[name] = len(words), kind
-            words.append(int(np.float64(argument).view(np.int64)) if kind == "float" else int(argument))
+            words.append(int(np.float64(argument).view(np.int64)) if kind == "float" else self._whole(name, argument))
         elif kind in ("array", "record"):
             if kind == "record":
                 argument = argument[0] if isinstance(argument, parameter.cls) else argument

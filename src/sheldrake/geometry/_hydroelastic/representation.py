@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,9 @@ from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType, Role
 from sheldrake.geometry._shape_types import ShapeType, type_of
-from sheldrake.geometry._shapes import Convex, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._shapes import Capsule, Convex, Cylinder, HalfSpace, Mesh, Shape, Sphere
+
+_MOST_VERTICES = 1_000_000  # of meshes that a hint, maybe of a file, makes as fine as it likes
 
 
 class Representation(NamedTuple):
@@ -98,6 +101,16 @@ def check_representation(shape: Shape, properties: ProximityProperties) -> None:
             f"Cannot create {word} {name}; its radius {number(shape.radius())} must be greater than the hydroelastic "
             f"margin {number(margin)}"
         )
+    if isinstance(shape, (Cylinder, Capsule)):
+        hint = float(properties.GetProperty(proximity.HYDRO, proximity.RESOLUTION_HINT))
+        around = 2.0 * math.pi * (shape.radius() + margin) / hint
+        vertices = around * around if isinstance(shape, Capsule) else 3.0 * around
+        if vertices > _MOST_VERTICES:
+            raise RuntimeError(
+                f"Cannot create {word} {name}; with the ('{proximity.HYDRO}', '{proximity.RESOLUTION_HINT}') property "
+                f"{number(hint)} its mesh would have some {vertices:.0e} vertices, more than {_MOST_VERTICES}: make "
+                "the hint larger"
+            )
 
 
 def _margin(properties: ProximityProperties, kind: HydroelasticType) -> float:

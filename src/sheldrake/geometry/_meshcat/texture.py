@@ -29,13 +29,13 @@ def picture_file(path: str | os.PathLike) -> str:
     Raises:
         RuntimeError: when it is none that can be read.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     file = os.fspath(path)
     try:
         with Image.open(file) as picture:
             picture.verify()
-    except (OSError, UnidentifiedImageError, SyntaxError) as error:
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise RuntimeError(f"Meshcat.SetObject(): diffuse_map '{file}' cannot be read: {error}") from None
     return file
 

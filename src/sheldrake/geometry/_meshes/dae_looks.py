@@ -85,7 +85,7 @@ def _material(material: Any, known: dict, read_file: Callable[[str], bytes]) -> 
             return PBRMaterial(**look)
         try:
             look["baseColorTexture"] = Image.open(io.BytesIO(picture))
-        except OSError:
+        except (OSError, ValueError, Image.DecompressionBombError):
             raise RuntimeError(f"the texture '{file}' is no picture that can be read.") from None
     elif diffuse.find("color") is not None:
         color = np.array(diffuse.findtext("color").split(), dtype=float)

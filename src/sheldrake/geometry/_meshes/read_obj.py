@@ -105,14 +105,16 @@ def first_fault(text: str) -> str:
 
 def _logical_lines(text: str):
     """Line number and text of each line, comments removed and continued lines joined."""
-    held, start = "", 0
+    held: list[str] = []
+    start = 0
     for number, raw in enumerate(text.splitlines(), 1):
         start = start if held else number
-        line = held + raw.split("#", 1)[0].replace("\t", " ").strip()
+        line = raw.split("#", 1)[0].replace("\t", " ").strip()
         if line.endswith("\\"):
-            held = line[:-1] + " "
+            held.append(line[:-1])
             continue
-        held = ""
+        line = " ".join([*held, line]).strip()
+        held.clear()
         if line:
             yield start, line
 

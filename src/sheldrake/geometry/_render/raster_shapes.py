@@ -128,8 +128,13 @@ def _texture_file(path: Path) -> Texture | None:
 def _read_texture(path: Path, _time: int) -> Texture:
     import PIL.Image
 
-    with PIL.Image.open(path) as image:
-        return _texture(image)
+    try:
+        with PIL.Image.open(path) as image:
+            return _texture(image)
+    except (OSError, SyntaxError, ValueError, PIL.Image.DecompressionBombError) as error:
+        raise RuntimeError(
+            f"Render engine: the texture ('phong', 'diffuse_map') '{path}' is no picture that can be read: {error}"
+        ) from None
 
 
 def _texture(image: Any) -> Texture:

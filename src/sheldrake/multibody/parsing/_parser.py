@@ -220,7 +220,8 @@ class Parser:
 
     def _add_file(self, path: str, model_name: str = "") -> list:
         if not os.path.isfile(path):
-            problem = "is a folder" if os.path.isdir(path) else "does not exist"
+            odd = "is a folder" if os.path.isdir(path) else "is no regular file"
+            problem = odd if os.path.exists(path) else "does not exist"
             self._policy.Error(Location(path), f"The file {problem} (working folder: '{os.getcwd()}').")
         return self._add(self._kind_of(path), self._reading_of(path), None, model_name)
 

@@ -187,7 +187,7 @@ def _opened(source: str | os.PathLike | bytes, format_: ImageFileFormat | None) 
         file: Any = io.BytesIO(source) if isinstance(source, (bytes, bytearray)) else source
         picture = PIL.Image.open(file, formats=formats)
         picture.load()
-    except (OSError, SyntaxError, ValueError) as error:
+    except (OSError, SyntaxError, ValueError, PIL.Image.DecompressionBombError) as error:
         return None, str(error)
     if picture.mode not in _MODES:
         return None, f"pixels of Pillow's mode {picture.mode} are not supported."
