@@ -18,6 +18,7 @@ from sheldrake.solvers._engines.interface import Engine, SolverInterface
 from sheldrake.solvers._engines.ipopt import IpoptSolver
 from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
 from sheldrake.solvers._engines.nlopt import NloptSolver
+from sheldrake.solvers._engines.small_quadratic import SmallQuadraticSolver
 from sheldrake.solvers._engines.snopt import InteriorPointSolver, SnoptSolver
 from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
 from sheldrake.solvers._engines.unavailable import GurobiSolver, MosekSolver
@@ -187,7 +188,10 @@ def Solve(
     if not isinstance(prog, MathematicalProgram):
         accepted = ["(prog: MathematicalProgram, initial_guess = None, solver_options: SolverOptions = None)"]
         raise incompatible("Solve", accepted, (prog, initial_guess, solver_options), {})
-    return _best(prog)()._solve(prog, initial_guess, solver_options)
+    solver = _best(prog)
+    if solver is ClarabelSolver:
+        solver = SmallQuadraticSolver
+    return solver()._solve(prog, initial_guess, solver_options)
 
 
 def SolveInParallel(

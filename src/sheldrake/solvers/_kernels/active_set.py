@@ -131,11 +131,12 @@ def is_among(active, count, j):
 
 
 @kernel
-def active_rows(H, f, A, b, equal, G, M, d, u, r, sizes, x0, multipliers, active):
-    """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1."""
-    rows, n = A.shape
-    if factor(H, n) != 0:
-        return INFEASIBLE
+def active_rows(H, f, A, b, rows, equal, G, M, d, u, r, sizes, x0, multipliers, active):
+    """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1.
+
+    H holds the factor of the cost, A and b as many rows.
+    """
+    n = A.shape[1]
     # In u = L'x + L^-1 f the cost is a distance from 0.
     for k in range(n):
         u[k] = f[k]
@@ -360,8 +361,10 @@ def solve_quadratic(program, equal):
                 H[i, k] = Q[i, k]
             H[i, i] += weight
             f[i] = q[i] - weight * center[i]
+        if factor(H, n) != 0:
+            return INFEASIBLE
         count = active_rows(
-            H, f, A, b, equal, program.G, program.M, program.d, program.u, program.r, program.sizes, center,
+            H, f, A, b, len(b), equal, program.G, program.M, program.d, program.u, program.r, program.sizes, center,
             multipliers, active,
         )  # fmt: skip
         if count < 0:
