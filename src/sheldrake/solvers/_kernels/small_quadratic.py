@@ -11,8 +11,11 @@ from sheldrake.solvers._kernels.active_set import (
     INFEASIBLE,
     Quadratic,
     active_rows,
+    along,
+    backward,
     combination,
     factor,
+    forward,
     is_among,
     product,
     solve_with_rows,
@@ -180,7 +183,7 @@ def _are_apart(program, rows, count):
     A, G, M, x, active = program.A, program.G, program.M, program.x, program.active
     n = len(x)
     for a in range(count):
-        if not G[a, a] ** 2 > _APART * product(M, active[a], active[a], n):
+        if not G[a, a] ** 2 > _APART * product(M, active[a], M, active[a], n):
             return False
     held = count
     for j in range(rows):
@@ -189,7 +192,7 @@ def _are_apart(program, rows, count):
             beyond += A[j, k] * x[k]
             size += abs(A[j, k] * x[k])
         if beyond >= -_TIGHT * size and is_among(active, held, j) == 0:
-            if held == n or combination(M, active, held, G, j, n, program.r) <= _APART * product(M, j, j, n):
+            if held == n or combination(M, active, held, G, j, n, program.r) <= _APART * product(M, j, M, j, n):
                 return False
             active[held] = j
             held += 1
@@ -230,12 +233,43 @@ def _is_proven(program, rows, equal, count):
     return True
 
 
+@kernel
+def _refine(program, count):
+    """Takes from x and multipliers what they miss the conditions of optimality by, with the factors of the last step.
+
+    In y = L'x these are dy + M'd = L^-1 r and M dy = s.
+    """
+    Q, q, A, b, x = program.Q, program.q, program.A, program.b, program.x
+    H, G, M, active, multipliers = program.H, program.G, program.M, program.active, program.multipliers
+    y, change = program.u, program.r
+    n = len(x)
+    for i in range(n):
+        y[i] = -q[i] - along(Q, i, x, n)
+    for a in range(count):
+        for k in range(n):
+            y[k] -= A[active[a], k] * multipliers[a]
+    forward(H, n, y)
+    for a in range(count):
+        change[a] = along(A, active[a], x, n) - b[active[a]] + along(M, active[a], y, n)
+    forward(G, count, change)
+    backward(G, count, change)
+    for a in range(count):
+        multipliers[a] += change[a]
+        for k in range(n):
+            y[k] -= M[active[a], k] * change[a]
+    backward(H, n, y)
+    for k in range(n):
+        x[k] += y[k]
+    return 0
+
+
 @kernel(outline=True)
 def _solve(program, rows, equal):
     """Finds x, and the rows that hold with equality there; how many, or -1 where an answer is not proven."""
-    Q, q, A, b, x, center = program.Q, program.q, program.A, program.b, program.x, program.center
+    Q, q, A, b, x, multipliers = program.Q, program.q, program.A, program.b, program.x, program.multipliers
     n = len(x)
-    if not _is_definite(program, equal, 0.0):
+    has_own = _is_definite(program, equal, 0.0)
+    if not has_own:
         of_equations = _largest(A, equal, n)
         if of_equations == 0.0:
             return INFEASIBLE
@@ -244,11 +278,17 @@ def _solve(program, rows, equal):
             return INFEASIBLE
     count = active_rows(
         program.H, program.f, A, b, rows, equal, program.G, program.M, program.d, program.u, program.r, program.sizes,
-        center, program.multipliers, program.active,
+        x, multipliers, program.active,
     )  # fmt: skip
-    if count < 0 or solve_with_rows(program.K, Q, q, A, b, program.active, count, x, program.multipliers) != 0:
+    if count < 0 or not _are_apart(program, rows, count):
         return INFEASIBLE
-    return count if _is_proven(program, rows, equal, count) and _are_apart(program, rows, count) else INFEASIBLE
+    if has_own:
+        _refine(program, count)
+        if _is_proven(program, rows, equal, count):
+            return count
+    if solve_with_rows(program.K, Q, q, A, b, program.active, count, x, multipliers) != 0:
+        return INFEASIBLE
+    return count if _is_proven(program, rows, equal, count) else INFEASIBLE
 
 
 @kernel(top=True)
