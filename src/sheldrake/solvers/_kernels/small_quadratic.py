@@ -20,6 +20,7 @@ from sheldrake.solvers._kernels.active_set import (
     product,
     solve_with_rows,
 )
+from sheldrake.solvers._kernels.definite import has_factor
 from sheldrake.solvers._kernels.rows import ABOVE, BELOW, EQUATION, NEVER, bits
 
 _DEFINITE = 1e-9  # what elimination leaves of a diagonal entry at least
@@ -33,6 +34,7 @@ class Given(NamedTuple):
 
     Attributes:
         orders: Sizes of the matrices of the quadratic costs.
+        doubts: Which of them may not be convex.
         heights: Rows of the matrices of the constraints.
         widths: Their columns; -1 for identities, which have no numbers.
         numbers: Entries of the matrices of costs, then of constraints, row by row.
@@ -49,6 +51,7 @@ class Given(NamedTuple):
     """
 
     orders: IntVector
+    doubts: IntVector
     heights: IntVector
     widths: IntVector
     numbers: Vector
@@ -66,12 +69,12 @@ class Given(NamedTuple):
 
 def make_given(rows: int, numbers: int, places: int) -> Given:
     """Memory for so many rows, so many entries of matrices and so many places of variables, or fewer."""
-    orders, at = np.zeros((2, places), dtype=np.int64)
+    orders, doubts, at = np.zeros((3, places), dtype=np.int64)
     heights, widths = np.zeros((2, rows), dtype=np.int64)
     first, numbered, counts = np.zeros((3, rows), dtype=np.int64)
     lower, upper, dual = np.zeros((3, rows))
     return Given(
-        orders=orders, heights=heights, widths=widths, numbers=np.zeros(numbers), slopes=np.zeros(places), at=at,
+        orders=orders, doubts=doubts, heights=heights, widths=widths, numbers=np.zeros(numbers), slopes=np.zeros(places), at=at,
         lower=lower, upper=upper, chosen=np.zeros(2 * rows, dtype=np.int64), dual=dual, first=first,
         numbered=numbered, counts=counts, cost=np.zeros(1),
     )  # fmt: skip
@@ -79,7 +82,7 @@ def make_given(rows: int, numbers: int, places: int) -> Given:
 
 @kernel
 def _take_costs(given, costs, slopes, Q, q):
-    """Adds up matrices and linear terms; gives how many numbers these were."""
+    """Adds up matrices and linear terms; gives how many numbers these were, or -1 where one may not be convex."""
     n = q.shape[0]
     for i in range(n):
         q[i] = 0.0
@@ -94,6 +97,8 @@ def _take_costs(given, costs, slopes, Q, q):
                 Q[row, given.at[first + k]] += given.numbers[number]
                 number += 1
         first += order
+        if given.doubts[c] and not has_factor(given.numbers, number - order * order, order):
+            return INFEASIBLE
     for k in range(slopes):
         q[given.at[k]] += given.slopes[k]
     return number
@@ -292,9 +297,7 @@ def _solve(program, rows, equal):
 
 
 @kernel(top=True)
-def solve_small_quadratic(
-    given: Given, program: Quadratic, costs: int, slopes: int, blocks: int, rows: int, place: int
-) -> int:
+def solve_small_quadratic(given: Given, program: Quadratic, costs: int, slopes: int, blocks: int, rows: int) -> int:
     """Finds where a strictly convex program is least: how many rows hold with equality there, or -1 if not proven.
 
     The multipliers are unique then.
@@ -303,17 +306,18 @@ def solve_small_quadratic(
         given: The program, and what is found.
         program: x, and scratch for all of n variables and twice as many rows as given.
         costs: How many quadratic costs there are.
-        slopes: How many coefficients of linear terms.
+        slopes: How many coefficients of linear terms; places of the variables of constraints come after as many.
         blocks: How many matrices of constraints.
         rows: How many rows these have.
-        place: Where the places of their variables begin.
     """
     x, q = program.x, program.q
     number = _take_costs(given, costs, slopes, program.Q, q)
+    if number < 0:
+        return INFEASIBLE
     equal, all_rows = _choose_rows(given, rows, program.b)
     if equal < 0:
         return INFEASIBLE
-    _take_rows(given, blocks, number, place, rows, all_rows, program.A)
+    _take_rows(given, blocks, number, slopes, rows, all_rows, program.A)
     count = _solve(program, all_rows, equal)
     if count < 0:
         return INFEASIBLE
