@@ -2,9 +2,9 @@
 
 import pydrake.solvers as drake
 import pytest
+from tests.unit.solvers.test_small_quadratic_programs import KINDS, OURS, compare, some_program
 
 from sheldrake.solvers import Solve
-from tests.unit.solvers.test_small_quadratic_programs import KINDS, OURS, compare, some_program
 
 
 @pytest.mark.parametrize("kind", KINDS)

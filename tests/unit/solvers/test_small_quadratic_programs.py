@@ -120,7 +120,7 @@ def test_small_programs_have_the_solutions_and_duals_of_clarabel(kind):
 
 
 def test_a_wrong_solution_is_found_out():
-    prog, rows = some_program("any", 1)
+    prog, _ = some_program("any", 1)
     found = Solve(prog)
     assert found.get_solver_id().name() == "Active set" and residuals(prog, found) < 1e-12
     found.set_x_val(found.get_x_val() + 1e-6)

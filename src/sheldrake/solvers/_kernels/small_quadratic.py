@@ -21,7 +21,7 @@ from sheldrake.solvers._kernels.active_set import (
     solve_with_rows,
 )
 from sheldrake.solvers._kernels.definite import has_factor
-from sheldrake.solvers._kernels.rows import ABOVE, BELOW, EQUATION, NEVER, bits
+from sheldrake.solvers._kernels.rows import ABOVE, EQUATION, NEVER, bits
 
 _DEFINITE = 1e-9  # what elimination leaves of a diagonal entry at least
 _APART = 1e-8  # what is left of an active row's square without the others at least
@@ -74,8 +74,8 @@ def make_given(rows: int, numbers: int, places: int) -> Given:
     first, numbered, counts = np.zeros((3, rows), dtype=np.int64)
     lower, upper, dual = np.zeros((3, rows))
     return Given(
-        orders=orders, doubts=doubts, heights=heights, widths=widths, numbers=np.zeros(numbers), slopes=np.zeros(places), at=at,
-        lower=lower, upper=upper, chosen=np.zeros(2 * rows, dtype=np.int64), dual=dual, first=first,
+        orders=orders, doubts=doubts, heights=heights, widths=widths, numbers=np.zeros(numbers),
+        slopes=np.zeros(places), at=at, lower=lower, upper=upper, chosen=np.zeros(2 * rows, dtype=np.int64), dual=dual, first=first,
         numbered=numbered, counts=counts, cost=np.zeros(1),
     )  # fmt: skip
 
@@ -184,7 +184,7 @@ def _is_definite(program, equal, weight):
 
 @kernel
 def _are_apart(program, rows, count):
-    """Whether the gradients of all rows that hold with equality are independent beyond doubt: multipliers are unique."""
+    """Whether gradients of all rows that hold with equality are independent beyond doubt: multipliers are unique."""
     A, G, M, x, active = program.A, program.G, program.M, program.x, program.active
     n = len(x)
     for a in range(count):
