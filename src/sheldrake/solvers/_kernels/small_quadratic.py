@@ -75,8 +75,8 @@ def make_given(rows: int, numbers: int, places: int) -> Given:
     lower, upper, dual = np.zeros((3, rows))
     return Given(
         orders=orders, doubts=doubts, heights=heights, widths=widths, numbers=np.zeros(numbers),
-        slopes=np.zeros(places), at=at, lower=lower, upper=upper, chosen=np.zeros(2 * rows, dtype=np.int64), dual=dual, first=first,
-        numbered=numbered, counts=counts, cost=np.zeros(1),
+        slopes=np.zeros(places), at=at, lower=lower, upper=upper, chosen=np.zeros(2 * rows, dtype=np.int64), dual=dual,
+        first=first, numbered=numbered, counts=counts, cost=np.zeros(1),
     )  # fmt: skip
 
 
