@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from sheldrake.solvers._program.program import MathematicalProgram
 
 
+_ONLY_VARIABLES = {Variable}
+
+
 class MathematicalProgramResult:
     """Values of decision variables, the cost, duals, and how the solver ended."""
 
@@ -188,8 +191,13 @@ class MathematicalProgramResult:
             array = np.asarray(what, dtype=object)
         except ValueError:
             array = np.empty(0)
-        if array.ndim and all(isinstance(v, Variable) for v in array.flat):
-            return np.array([x[self._place(v)] for v in array.flat], dtype=float).reshape(array.shape)
+        items = array.ravel().tolist()
+        if array.ndim and _ONLY_VARIABLES.issuperset(map(type, items)):
+            try:
+                places = [self._places[v._id] for v in items]
+            except KeyError:
+                places = [self._place(v) for v in items]  # says which is none
+            return x[np.array(places, dtype=int)].reshape(array.shape)
         try:
             es = _arrays.expression_array(array)
         except Mismatch:

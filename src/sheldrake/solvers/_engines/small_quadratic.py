@@ -66,22 +66,23 @@ def solve_small(prog: MathematicalProgram) -> Solution | None:
         return None
     costs, linear, rows, at = parts.bindings.flat()
     of_costs, of_linear = [b._evaluator for b in costs], [b._evaluator for b in linear]
-    numbers, orders = QuadraticCost.matrices(of_costs)
-    doubts = [e._is_convex is None for e in of_costs]
-    slopes = QuadraticCost.slopes(of_costs)
-    slopes += [e._a for e in of_linear]
-    terms, (blocks, heights, widths, lower, upper) = _arrays.joined_numbers(slopes), _rows(rows)
-    entries, m = _arrays.joined_numbers(numbers + blocks), sum(heights)
-    if m > _ROWS or max(len(entries), len(at)) > _NUMBERS or -2 in widths:
+    numbers, sizes = QuadraticCost.matrices(of_costs)
+    sizes += [e._is_convex is None for e in of_costs]
+    slopes = QuadraticCost.slopes(of_costs) + [e._a for e in of_linear]
+    m, bounds = _add_rows(rows, numbers, sizes)
+    if m > _ROWS or len(at) > _NUMBERS:
         return None
-    call, given, program = _calls.of(n, room(m), room(len(entries)), room(len(at)))
-    given.numbers[: len(entries)], given.at[: len(at)], given.slopes[: len(terms)] = entries, at, terms
-    given.orders[: len(orders)], given.doubts[: len(orders)] = orders, doubts
-    if rows:
-        given.heights[: len(rows)], given.widths[: len(rows)] = heights, widths
-        given.lower[:m], given.upper[:m] = lower, upper
-    for name, size in ("costs", len(costs)), ("slopes", len(terms)), ("blocks", len(rows)), ("rows", m):
-        call.set(name, size)
+    terms = sum(map(len, slopes))
+    entries = _arrays.joined_numbers(numbers + slopes + bounds)
+    if len(entries) > _NUMBERS:
+        return None
+    call, given, program = _calls.of(n, room(m), room(len(entries)), room(max(len(at), len(sizes))))
+    given.sizes[: len(sizes)], given.at[: len(at)], given.numbers[: len(entries)] = sizes, at, entries
+    call.set("costs", len(costs))
+    call.set("blocks", len(rows))
+    call.set("slopes", terms)
+    call.set("slope", len(entries) - terms - 2 * m)
+    call.set("rows", m)
     held = call()
     if held < 0:
         return None
@@ -91,43 +92,44 @@ def solve_small(prog: MathematicalProgram) -> Solution | None:
     return Solution(program.x.copy(), given.cost.item() + constant, held, given.dual[:m].copy(), rows)
 
 
-def _rows(
-    rows: list[BindingBase[LinearConstraint]],
-) -> tuple[list[np.ndarray | list[float]], list[int], list[int], list[float], list[float]]:
-    """Matrices that are no identities; how many rows and columns all have, -1 for identities and -2 for sparse ones.
+def _add_rows(
+    rows: list[BindingBase[LinearConstraint]], numbers: list[np.ndarray | list[float]], sizes: list[int]
+) -> tuple[int, list[np.ndarray | list[float]]]:
+    """Adds matrices that are no identities to numbers, rows and columns of all to sizes; how many rows, and bounds.
 
-    Then lower and upper bounds.
+    Of a sparse matrix there are more rows than are solved here.
     """
-    blocks: list[np.ndarray | list[float]] = []
     heights: list[int] = []
     widths: list[int] = []
-    lower: list[float] = []
-    upper: list[float] = []
+    lower: list[np.ndarray | list[float]] = []
+    upper: list[np.ndarray | list[float]] = []
     for b in rows:
         e = b._evaluator
         heights.append(e._num_outputs)
         if e._row is not None:
             a, low, high = e._row
-            blocks.append(a)
+            numbers.append(a)
             widths.append(len(a))
-            lower.append(low)
-            upper.append(high)
+            lower.append([low])
+            upper.append([high])
             continue
         if isinstance(e, BoundingBoxConstraint):
             widths.append(-1)
         elif e._A.__class__ is np.ndarray:
-            blocks.append(e._A)
+            numbers.append(e._A)
             widths.append(e._num_vars)
         else:
-            widths.append(-2)
-        lower += e._lower.tolist()
-        upper += e._upper.tolist()
-    return blocks, heights, widths, lower, upper
+            return _ROWS + 1, []
+        lower.append(e._lower)
+        upper.append(e._upper)
+    sizes += heights
+    sizes += widths
+    return sum(heights), lower + upper
 
 
 def _bound(n: int, rows: int, numbers: int, places: int) -> tuple[Bound, Given, Quadratic]:
     given, program = make_given(rows, numbers, places), make_quadratic(2 * rows, n)
-    return solve_small_quadratic.bind(given, program, 0, 0, 0, 0), given, program
+    return solve_small_quadratic.bind(given, program, 0, 0, 0, 0, 0), given, program
 
 
 _calls = BoundCalls(_bound)

@@ -33,15 +33,11 @@ class Given(NamedTuple):
     """Costs and constraints as a program has them.
 
     Attributes:
-        orders: Sizes of the matrices of the quadratic costs.
-        doubts: Which of them may not be convex.
-        heights: Rows of the matrices of the constraints.
-        widths: Their columns; -1 for identities, which have no numbers.
-        numbers: Entries of the matrices of costs, then of constraints, row by row.
-        slopes: Coefficients of linear terms: of the quadratic costs, then of the linear ones.
+        sizes: Of the quadratic costs: sizes of their matrices, then which of them may not be convex. Of the
+            constraints: rows of their matrices, then columns; -1 for identities, which have no numbers.
         at: Places of the variables: of the quadratic costs, the linear costs, the constraints.
-        lower: Bounds of the rows.
-        upper: Likewise.
+        numbers: Entries of the matrices of costs, then of constraints, row by row; coefficients of linear terms, of the
+            quadratic costs, then of the linear ones; lower bounds, then upper ones.
         chosen: Filled with the given row that each new one is made of; that less `rows` for a lower bound.
         dual: Filled with what the cost gains for each row whose bound grows by one.
         first: Scratch: where the variables of each row begin.
@@ -50,15 +46,9 @@ class Given(NamedTuple):
         cost: Filled with the cost without its constant, shape (1,).
     """
 
-    orders: IntVector
-    doubts: IntVector
-    heights: IntVector
-    widths: IntVector
-    numbers: Vector
-    slopes: Vector
+    sizes: IntVector
     at: IntVector
-    lower: Vector
-    upper: Vector
+    numbers: Vector
     chosen: IntVector
     dual: Vector
     first: IntVector
@@ -68,55 +58,59 @@ class Given(NamedTuple):
 
 
 def make_given(rows: int, numbers: int, places: int) -> Given:
-    """Memory for so many rows, so many entries of matrices and so many places of variables, or fewer."""
-    orders, doubts, at = np.zeros((3, places), dtype=np.int64)
-    heights, widths = np.zeros((2, rows), dtype=np.int64)
+    """Memory for so many rows, so many numbers, and so many sizes and places of variables, or fewer."""
     first, numbered, counts = np.zeros((3, rows), dtype=np.int64)
-    lower, upper, dual = np.zeros((3, rows))
     return Given(
-        orders=orders, doubts=doubts, heights=heights, widths=widths, numbers=np.zeros(numbers),
-        slopes=np.zeros(places), at=at, lower=lower, upper=upper, chosen=np.zeros(2 * rows, dtype=np.int64), dual=dual,
-        first=first, numbered=numbered, counts=counts, cost=np.zeros(1),
+        sizes=np.zeros(places, dtype=np.int64), at=np.zeros(places, dtype=np.int64), numbers=np.zeros(numbers),
+        chosen=np.zeros(2 * rows, dtype=np.int64), dual=np.zeros(rows), first=first, numbered=numbered, counts=counts,
+        cost=np.zeros(1),
     )  # fmt: skip
 
 
 @kernel
-def _take_costs(given, costs, slopes, Q, q):
-    """Adds up matrices and linear terms; gives how many numbers these were, or -1 where one may not be convex."""
+def _take_costs(given, costs, slopes, slope, Q, q):
+    """Adds up matrices and linear terms, which begin at `slope`; gives how many numbers the matrices have.
+
+    That is -1 where one may not be convex.
+    """
     n = q.shape[0]
     for i in range(n):
         q[i] = 0.0
         for k in range(n):
             Q[i, k] = 0.0
+    for k in range(slopes):
+        q[given.at[k]] += given.numbers[slope + k]
     first, number = 0, 0
     for c in range(costs):
-        order = given.orders[c]
+        order = given.sizes[c]
         for i in range(order):
             row = given.at[first + i]
             for k in range(order):
                 Q[row, given.at[first + k]] += given.numbers[number]
                 number += 1
         first += order
-        if given.doubts[c] and not has_factor(given.numbers, number - order * order, order):
+        if given.sizes[costs + c] and not has_factor(given.numbers, number - order * order, order):
             return INFEASIBLE
-    for k in range(slopes):
-        q[given.at[k]] += given.slopes[k]
     return number
 
 
 @kernel
-def _choose_rows(given, rows, b):
-    """Finds which rows there are: equations, upper bounds, then lower ones; how many equations, and all."""
+def _choose_rows(given, rows, bound, b):
+    """Finds which rows there are: equations, upper bounds, then lower ones; how many equations, and all.
+
+    Lower bounds begin at `bound`.
+    """
     filled, equal = 0, 0
     for part in range(3):
         bit = 1 << part
         for i in range(rows):
-            says = bits(given.lower[i], given.upper[i])
+            low, high = given.numbers[bound + i], given.numbers[bound + rows + i]
+            says = bits(low, high)
             if says & NEVER:
                 return INFEASIBLE, 0
             if says & bit:
                 given.chosen[filled] = i - rows if bit == ABOVE else i
-                b[filled] = -given.lower[i] if bit == ABOVE else given.upper[i]
+                b[filled] = -low if bit == ABOVE else high
                 filled += 1
         if bit == EQUATION:
             equal = filled
@@ -124,18 +118,18 @@ def _choose_rows(given, rows, b):
 
 
 @kernel
-def _take_rows(given, blocks, number, place, rows, count, A):
-    """Fills the rows that were chosen."""
+def _take_rows(given, size, blocks, number, place, rows, count, A):
+    """Fills the rows that were chosen; sizes of their matrices begin at `size`."""
     row = 0
     for k in range(blocks):
-        width = given.widths[k]
-        for i in range(given.heights[k]):
+        height, width = given.sizes[size + k], given.sizes[size + blocks + k]
+        for i in range(height):
             given.first[row] = place + i if width < 0 else place
             given.numbered[row] = -1 if width < 0 else number
             given.counts[row] = 1 if width < 0 else width
             number += max(width, 0)
             row += 1
-        place += given.heights[k] if width < 0 else width
+        place += height if width < 0 else width
     for j in range(count):
         sign, i = (1.0, given.chosen[j]) if given.chosen[j] >= 0 else (-1.0, given.chosen[j] + rows)
         for k in range(A.shape[1]):
@@ -297,7 +291,9 @@ def _solve(program, rows, equal):
 
 
 @kernel(top=True)
-def solve_small_quadratic(given: Given, program: Quadratic, costs: int, slopes: int, blocks: int, rows: int) -> int:
+def solve_small_quadratic(
+    given: Given, program: Quadratic, costs: int, blocks: int, slopes: int, slope: int, rows: int
+) -> int:
     """Finds where a strictly convex program is least: how many rows hold with equality there, or -1 if not proven.
 
     The multipliers are unique then.
@@ -306,27 +302,25 @@ def solve_small_quadratic(given: Given, program: Quadratic, costs: int, slopes: 
         given: The program, and what is found.
         program: x, and scratch for all of n variables and twice as many rows as given.
         costs: How many quadratic costs there are.
-        slopes: How many coefficients of linear terms; places of the variables of constraints come after as many.
         blocks: How many matrices of constraints.
-        rows: How many rows these have.
+        slopes: How many coefficients of linear terms.
+        slope: The place of the first one among the numbers, behind all matrices.
+        rows: How many rows the constraints have.
     """
     x, q = program.x, program.q
-    number = _take_costs(given, costs, slopes, program.Q, q)
+    number = _take_costs(given, costs, slopes, slope, program.Q, q)
     if number < 0:
         return INFEASIBLE
-    equal, all_rows = _choose_rows(given, rows, program.b)
+    equal, all_rows = _choose_rows(given, rows, slope + slopes, program.b)
     if equal < 0:
         return INFEASIBLE
-    _take_rows(given, blocks, number, slopes, rows, all_rows, program.A)
+    _take_rows(given, 2 * costs, blocks, number, slopes, rows, all_rows, program.A)
     count = _solve(program, all_rows, equal)
     if count < 0:
         return INFEASIBLE
     cost = 0.0
     for i in range(len(x)):
-        slope = q[i]
-        for k in range(len(x)):
-            slope += 0.5 * program.Q[i, k] * x[k]
-        cost += x[i] * slope
+        cost += x[i] * (q[i] + 0.5 * along(program.Q, i, x, len(x)))
     given.cost[0] = cost
     for i in range(rows):
         given.dual[i] = 0.0
