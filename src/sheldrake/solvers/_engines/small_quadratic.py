@@ -24,7 +24,7 @@ from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
-_VARIABLES, _ROWS, _NUMBERS = 48, 96, 4096  # up to which dense steps take less time
+_VARIABLES, _ROWS, _NUMBERS = 64, 128, 8192  # up to which dense steps take less time
 _EQUATIONS = frozenset({A.kQuadraticCost, A.kLinearCost, A.kLinearEqualityConstraint})
 
 
