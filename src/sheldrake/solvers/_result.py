@@ -104,7 +104,10 @@ class MathematicalProgramResult:
         self._result = arg0
 
     def get_solver_id(self) -> SolverId:
-        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "Simplex"."""
+        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "Simplex".
+
+        `Solve` itself does small quadratic programs, as "Active set".
+        """
         return SolverId(self._solver)
 
     def get_solver_details(self) -> Any:
