@@ -167,9 +167,10 @@ class Ways(list[Overload]):
 
     def first(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> _Found | None:
         """The function of the first way that takes the arguments, and its values; None if none does."""
-        if kwargs:
-            return _first(self, args, kwargs)
-        types = tuple(map(type, args))
+        return _first(self, args, kwargs) if kwargs else self._planned(args, tuple(map(type, args)))
+
+    def _planned(self, args: Sequence[Any], types: tuple[type, ...]) -> _Found | None:
+        """The same for positional arguments of these types."""
         plans = self._plans.get(types)
         if plans is None:
             if len(self._plans) >= _MOST_PLANS:
@@ -187,9 +188,14 @@ class Ways(list[Overload]):
 
     def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         """What the first way gives that takes the arguments, called with these alone (see `dispatch`)."""
-        if not kwargs and (direct := self.as_given.get(tuple(map(type, args)))) is not None:
-            return direct[0](*args, *direct[1])
-        found = self.first(args, kwargs)
+        if kwargs:
+            found = _first(self, args, kwargs)
+        else:
+            types = tuple(map(type, args))
+            direct = self.as_given.get(types)
+            if direct is not None:
+                return direct[0](*args, *direct[1])
+            found = self._planned(args, types)
         if found is None:
             raise incompatible(call, [str(way) for way in self], args, kwargs)
         function, values = found

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from sheldrake.solvers._program.program import MathematicalProgram
 
 
+_ONLY_VARIABLES = {Variable}
+
+
 class MathematicalProgramResult:
     """Values of decision variables, the cost, duals, and how the solver ended."""
 
@@ -101,7 +104,10 @@ class MathematicalProgramResult:
         self._result = arg0
 
     def get_solver_id(self) -> SolverId:
-        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "Simplex"."""
+        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "Simplex".
+
+        `Solve` itself does small quadratic programs, as "Active set".
+        """
         return SolverId(self._solver)
 
     def get_solver_details(self) -> Any:
@@ -188,8 +194,13 @@ class MathematicalProgramResult:
             array = np.asarray(what, dtype=object)
         except ValueError:
             array = np.empty(0)
-        if array.ndim and all(isinstance(v, Variable) for v in array.flat):
-            return np.array([x[self._place(v)] for v in array.flat], dtype=float).reshape(array.shape)
+        items = array.ravel().tolist()
+        if array.ndim and _ONLY_VARIABLES.issuperset(map(type, items)):
+            try:
+                places = [self._places[v._id] for v in items]
+            except KeyError:
+                places = [self._place(v) for v in items]  # says which is none
+            return x[np.array(places, dtype=int)].reshape(array.shape)
         try:
             es = _arrays.expression_array(array)
         except Mismatch:

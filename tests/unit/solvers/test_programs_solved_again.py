@@ -74,18 +74,29 @@ def change(numbers, found, step, rng):
         found["rows"].evaluator().UpdateCoefficients(numbers.A, numbers.low, numbers.high)
 
 
-@pytest.mark.parametrize("kind", ["linear", "quadratic", "equations"])
+def by_clarabel(prog):
+    return ClarabelSolver().Solve(prog)
+
+
+@pytest.mark.parametrize(
+    "kind, solve, solved",
+    [
+        ("linear", Solve, "Simplex"),
+        ("quadratic", Solve, "Active set"),
+        ("quadratic", by_clarabel, "Clarabel"),
+        ("equations", Solve, "EqConstrainedQP"),
+    ],
+)
 @pytest.mark.parametrize("seed", range(6))
-def test_changed_programs_have_the_bits_of_new_ones(kind, seed):
+def test_changed_programs_have_the_bits_of_new_ones(kind, solve, solved, seed):
     numbers, rng = Numbers(kind, seed), np.random.default_rng(seed)
     prog, found = numbers.program()
-    solved = {"linear": "Simplex", "quadratic": "Clarabel", "equations": "EqConstrainedQP"}[kind]
     names = set()
     for step in range(12):
-        again, same = Solve(prog), Solve(prog)
+        again, same = solve(prog), solve(prog)
         new, parts = numbers.program()
         conic._forms_of.cache_clear()  # else it may be lent what the other was solved by
-        anew = Solve(new)
+        anew = solve(new)
         names.add(again.get_solver_id().name())
         assert again.get_solution_result() is anew.get_solution_result()
         np.testing.assert_array_equal(again.get_x_val(), anew.get_x_val())
@@ -110,20 +121,22 @@ def _steps(count):
         yield numbers.program()
 
 
-def test_programs_written_anew_have_the_bits_of_the_first_of_their_kind():
-    warm = [(Solve(prog), prog, found) for prog, found in _steps(12)]
+@pytest.mark.parametrize("solve", [Solve, by_clarabel])
+def test_programs_written_anew_have_the_bits_of_the_first_of_their_kind(solve):
+    warm = [(solve(prog), prog, found) for prog, found in _steps(12)]
     for (again, _, found), (prog, parts) in zip(warm, _steps(12)):
         conic._forms_of.cache_clear()
-        first = Solve(prog)
+        first = solve(prog)
         assert again.is_success() and again.get_optimal_cost() == first.get_optimal_cost()
         np.testing.assert_array_equal(again.get_x_val(), first.get_x_val())
         for name in ("equal", "rows", "box"):
             np.testing.assert_array_equal(again.GetDualSolution(found[name]), first.GetDualSolution(parts[name]))
 
 
-def test_nothing_of_a_program_is_kept_for_the_next():
+@pytest.mark.parametrize("solve", [Solve, by_clarabel])
+def test_nothing_of_a_program_is_kept_for_the_next(solve):
     ((prog, found),) = _steps(1)
-    assert Solve(prog).is_success()
+    assert solve(prog).is_success()
     gone = [weakref.ref(binding.evaluator()) for binding in found.values()]
     del prog, found
     gc.collect()
@@ -134,16 +147,17 @@ def test_an_option_counts_in_a_program_written_anew():
     (one, _), (other, _) = list(_steps(3))[1:]
     options = SolverOptions()
     options.SetOption(ClarabelSolver.id(), "max_iter", 1)
-    assert Solve(one).is_success()
+    assert by_clarabel(one).is_success()
     assert not Solve(other, None, options).is_success()
-    assert Solve(other).is_success()
+    assert by_clarabel(other).is_success()
 
 
-def test_threads_lend_each_other_what_they_solved_with():
+@pytest.mark.parametrize("solve, asked", [(Solve, None), (by_clarabel, ClarabelSolver.id())])
+def test_threads_lend_each_other_what_they_solved_with(solve, asked):
     progs = [prog for prog, _ in _steps(40)]
-    several = SolveInParallel(progs, parallelism=4)
+    several = SolveInParallel(progs, parallelism=4, solver_id=asked)
     for found, (prog, _) in zip(several, _steps(40)):
-        np.testing.assert_array_equal(found.get_x_val(), Solve(prog).get_x_val())
+        np.testing.assert_array_equal(found.get_x_val(), solve(prog).get_x_val())
 
 
 _CHANGES = {

@@ -51,8 +51,15 @@ def quadratic_program():
 
 
 @needs_clarabel
-def test_quadratic_programs_go_to_clarabel():
+def test_quadratic_programs_with_options_or_cones_go_to_clarabel():
     prog, x = quadratic_program()
+    assert ChooseBestSolver(prog) == ClarabelSolver.id()
+    options = SolverOptions()
+    options.SetOption(ClarabelSolver.id(), "max_iter", 50)
+    result = Solve(prog, None, options)
+    assert result.is_success() and result.get_solver_id() == ClarabelSolver.id()
+    np.testing.assert_allclose(result.GetSolution(x), [0, 0, 1], atol=1e-6)
+    prog.AddLorentzConeConstraint(np.array([2.0 + 0.0 * x[0], x[1]]))
     result = Solve(prog)
     assert result.is_success() and result.get_solver_id() == ClarabelSolver.id()
     np.testing.assert_allclose(result.GetSolution(x), [0, 0, 1], atol=1e-6)
@@ -62,7 +69,9 @@ def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_w
     for cls in (_Clarabel, _Osqp, _Scs):
         monkeypatch.setattr(cls, "_is_available", classmethod(lambda cls: False))
     prog, x = quadratic_program()
-    result = Solve(prog)
+    options = SolverOptions()
+    options.SetOption(ClarabelSolver.id(), "max_iter", 50)  # for whom the program is left then
+    result = Solve(prog, None, options)
     assert result.is_success() and result.get_solver_id().name() == "InteriorPoint"
     np.testing.assert_allclose(result.GetSolution(x), [0, 0, 1], atol=1e-6)
     X = prog.NewSymmetricContinuousVariables(2, "X")
@@ -234,7 +243,7 @@ def test_several_programs_on_threads_are_solved_as_one_by_one(solver):
         prog.AddLinearConstraint(rng.normal(size=(2 * n, n)), np.full(2 * n, -np.inf), np.ones(2 * n), x)
         programs.append(prog)
     programs.append(programs[0])
-    alone = [solvers.MakeSolver(solver or ChooseBestSolver(prog)).Solve(prog) for prog in programs]
+    alone = [solvers.MakeSolver(solver).Solve(prog) if solver else Solve(prog) for prog in programs]
     for threads in (1, 3, None):
         found = SolveInParallel(programs, solver_id=solver, parallelism=threads)
         assert [r.get_x_val().tolist() for r in found] == [r.get_x_val().tolist() for r in alone]

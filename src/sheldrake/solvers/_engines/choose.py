@@ -18,6 +18,7 @@ from sheldrake.solvers._engines.interface import Engine, SolverInterface
 from sheldrake.solvers._engines.ipopt import IpoptSolver
 from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
 from sheldrake.solvers._engines.nlopt import NloptSolver
+from sheldrake.solvers._engines.small_quadratic import ActiveSetSolver
 from sheldrake.solvers._engines.snopt import InteriorPointSolver, SnoptSolver
 from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
 from sheldrake.solvers._engines.unavailable import GurobiSolver, MosekSolver
@@ -176,6 +177,8 @@ def Solve(
 ) -> MathematicalProgramResult:
     """Solves a program with the solver that suits it best.
 
+    Small quadratic programs with one solution are solved to rounding by rows that hold with equality ("Active set").
+
     Args:
         prog: The program.
         initial_guess: Values of all decision variables to start from; those of the program if absent.
@@ -187,6 +190,10 @@ def Solve(
     if not isinstance(prog, MathematicalProgram):
         accepted = ["(prog: MathematicalProgram, initial_guess = None, solver_options: SolverOptions = None)"]
         raise incompatible("Solve", accepted, (prog, initial_guess, solver_options), {})
+    if ActiveSetSolver.may_solve(prog):
+        result: MathematicalProgramResult = ActiveSetSolver()._solve(prog, initial_guess, solver_options)
+        if result.is_success():
+            return result
     return _best(prog)()._solve(prog, initial_guess, solver_options)
 
 
@@ -228,7 +235,7 @@ def SolveInParallel(
 
     def solve(k: int) -> MathematicalProgramResult:
         asked = ids[k]
-        return MakeSolver(ChooseBestSolver(progs[k]) if asked is None else asked).Solve(progs[k], guesses[k], each[k])
+        return (Solve if asked is None else MakeSolver(asked).Solve)(progs[k], guesses[k], each[k])
 
     first = {id(prog): k for k, prog in reversed(list(enumerate(progs)))}
     at_once = [k for k, prog in enumerate(progs) if first[id(prog)] == k and prog.IsThreadSafe()]

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.solvers._engines.conic import LinearObjective
 from sheldrake.solvers._engines.interface import Engine
 from sheldrake.solvers._engines.linear_rows import LinearRows, another, entries
+from sheldrake.solvers._engines.small_quadratic import solve_small
 from sheldrake.solvers._functions.costs import QuadraticCost
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
@@ -144,6 +145,11 @@ class EqualityConstrainedQPSolver(Engine):
     def _do_solve(
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
+        solved = None if options.options else solve_small(prog)
+        if solved is not None:
+            result._finish(SolutionResult.kSolutionFound, solved.x, solved.cost)
+            result._set_duals_late(solved.duals)
+            return
         n = prog.num_vars()
         tolerance = self._options(options, {"FeasibilityTol": 1e-12})["FeasibilityTol"]
         form = parts_of(prog).form(EquationsForm, prog)

@@ -32,7 +32,12 @@ if TYPE_CHECKING:
 
 def is_installed(package: str) -> bool:
     """Whether a package can be imported."""
-    return package in sys.modules or importlib.util.find_spec(package) is not None
+    if package not in sys.modules and package not in _found and importlib.util.find_spec(package) is not None:
+        _found.add(package)  # to look again takes longer than to solve a small program
+    return package in sys.modules or package in _found
+
+
+_found: set[str] = set()
 
 
 def attribute_name(attribute: ProgramAttribute) -> str:

@@ -56,7 +56,7 @@ class BindingBase(Generic[Evaluator_co]):
             raise RuntimeError(
                 f"Binding(): {type(evaluator).__name__} has {size} variables, but {len(vars)} are given."
             )
-        self._evaluator, self._variables = evaluator, vars
+        self._evaluator, self._variables, self._list = evaluator, vars, vars.tolist()
 
     def __getattr__(self, name: str) -> Any:
         """The array of the variables from their list, or their list from the array: whichever was not given."""

@@ -24,21 +24,44 @@ EXACT, CLOSE = 1e-11, 1e-9  # what conditions of optimality may miss, relative t
 
 
 @kernel
+def product(M, i, N, j, n):
+    """Product of the first n numbers of two rows, as four sums that need not wait for each other."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for k in range(0, n - 3, 4):
+        a += M[i, k] * N[j, k]
+        b += M[i, k + 1] * N[j, k + 1]
+        c += M[i, k + 2] * N[j, k + 2]
+        d += M[i, k + 3] * N[j, k + 3]
+    for k in range(n - n % 4, n):
+        a += M[i, k] * N[j, k]
+    return (a + b) + (c + d)
+
+
+@kernel
+def along(M, i, x, n):
+    """The same of a row and a vector."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for k in range(0, n - 3, 4):
+        a += M[i, k] * x[k]
+        b += M[i, k + 1] * x[k + 1]
+        c += M[i, k + 2] * x[k + 2]
+        d += M[i, k + 3] * x[k + 3]
+    for k in range(n - n % 4, n):
+        a += M[i, k] * x[k]
+    return (a + b) + (c + d)
+
+
+@kernel
 def factor(G, n):
     """Cholesky's factor of the first n rows and columns, in place below the diagonal; whether there is none."""
     for j in range(n):
-        square = G[j, j]
-        for k in range(j):
-            square -= G[j, k] ** 2
+        square = G[j, j] - product(G, j, G, j, j)
         if not square > 0.0:
             return 1
         pivot = square**0.5
         G[j, j] = pivot
         for i in range(j + 1, n):
-            x = G[i, j]
-            for k in range(j):
-                x -= G[i, k] * G[j, k]
-            G[i, j] = x / pivot
+            G[i, j] = (G[i, j] - product(G, i, G, j, j)) / pivot
     return 0
 
 
@@ -46,10 +69,7 @@ def factor(G, n):
 def forward(L, n, x):
     """x becomes L^-1 x."""
     for i in range(n):
-        y = x[i]
-        for k in range(i):
-            y -= L[i, k] * x[k]
-        x[i] = y / L[i, i]
+        x[i] = (x[i] - along(L, i, x, i)) / L[i, i]
     return 0
 
 
@@ -58,29 +78,31 @@ def backward(L, n, x):
     """x becomes L^-T x."""
     for a in range(n):
         i = n - 1 - a
-        y = x[i]
-        for k in range(i + 1, n):
-            y -= L[k, i] * x[k]
-        x[i] = y / L[i, i]
+        y = x[i] / L[i, i]
+        x[i] = y
+        for k in range(i):
+            x[k] -= L[i, k] * y
     return 0
 
 
 @kernel
-def product(M, i, j, n):
-    """Product of two rows."""
-    total = 0.0
-    for k in range(n):
-        total += M[i, k] * M[j, k]
-    return total
-
-
-@kernel
-def factor_active(M, active, count, G, n):
-    """Factors the products of the active rows, in G; whether they depend on each other."""
-    for a in range(count):
-        for b in range(a + 1):
-            G[a, b] = product(M, active[a], active[b], n)
-    return factor(G, count)
+def without_row(G, count, row):
+    """Takes a row and column off the matrix whose factor G is, by rotations of columns; whether it was singular."""
+    for i in range(row, count - 1):
+        for k in range(i + 2):
+            G[i, k] = G[i + 1, k]
+    for k in range(row, count - 1):
+        a, b = G[k, k], G[k, k + 1]
+        pivot = (a * a + b * b) ** 0.5
+        if not pivot > 0.0:
+            return 1
+        c, s = a / pivot, b / pivot
+        G[k, k] = pivot
+        for i in range(k + 1, count - 1):
+            left, right = G[i, k], G[i, k + 1]
+            G[i, k] = c * left + s * right
+            G[i, k + 1] = c * right - s * left
+    return 0
 
 
 @kernel
@@ -90,8 +112,8 @@ def combination(M, active, count, G, j, n, r):
     G holds the factor of the active rows, and gets the row that it has more if j becomes active.
     """
     for a in range(count):
-        r[a] = product(M, active[a], j, n)
-    square = product(M, j, j, n)
+        r[a] = product(M, active[a], M, j, n)
+    square = product(M, j, M, j, n)
     forward(G, count, r)
     left = square
     for a in range(count):
@@ -113,9 +135,7 @@ def most_violated(M, d, u, sizes, equal, rows, n, active, count, noise):
             if is_among(active, count, j) == 0:
                 return j
             continue
-        s = -d[j]
-        for k in range(n):
-            s += M[j, k] * u[k]
+        s = along(M, j, u, n) - d[j]
         s = (s - _NOISE * abs(d[j])) / sizes[j] - noise
         if s > most and is_among(active, count, j) == 0:
             found, most = j, s
@@ -131,11 +151,12 @@ def is_among(active, count, j):
 
 
 @kernel
-def active_rows(H, f, A, b, equal, G, M, d, u, r, sizes, x0, multipliers, active):
-    """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1."""
-    rows, n = A.shape
-    if factor(H, n) != 0:
-        return INFEASIBLE
+def active_rows(H, f, A, b, rows, equal, G, M, d, u, r, sizes, x0, multipliers, active):
+    """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1.
+
+    H holds the factor of the cost, A and b as many rows.
+    """
+    n = A.shape[1]
     # In u = L'x + L^-1 f the cost is a distance from 0.
     for k in range(n):
         u[k] = f[k]
@@ -147,16 +168,14 @@ def active_rows(H, f, A, b, equal, G, M, d, u, r, sizes, x0, multipliers, active
     noise = _NOISE * noise**0.5
     for j in range(rows):
         d[j] = b[j]
-        for i in range(n):
-            x = A[j, i]
-            for k in range(i):
-                x -= H[i, k] * M[j, k]
-            M[j, i] = x / H[i, i]
-            d[j] += M[j, i] * u[i]
-        square = 1e-300
-        for k in range(n):
-            square += M[j, k] ** 2
-        sizes[j] = square**0.5
+        begin = 0
+        while begin < n and A[j, begin] == 0.0:
+            M[j, begin] = 0.0
+            begin += 1
+        for i in range(begin, n):
+            M[j, i] = (A[j, i] - product(H, i, M, j, i)) / H[i, i]
+        d[j] += along(M, j, u, n)
+        sizes[j] = (1e-300 + product(M, j, M, j, n)) ** 0.5
     for k in range(n):
         u[k] = 0.0
     count, j, own = 0, most_violated(M, d, u, sizes, equal, rows, n, active, 0, noise), 0.0
@@ -167,9 +186,7 @@ def active_rows(H, f, A, b, equal, G, M, d, u, r, sizes, x0, multipliers, active
             backward(H, n, x0)
             return count
         left = combination(M, active, count, G, j, n, r)
-        s = -d[j]
-        for k in range(n):
-            s += M[j, k] * u[k]
+        s = along(M, j, u, n) - d[j]
         sign = 1.0 if s >= 0.0 else -1.0
         step, leaves = 1e150, -1
         for a in range(count):
@@ -200,9 +217,9 @@ def active_rows(H, f, A, b, equal, G, M, d, u, r, sizes, x0, multipliers, active
             for a in range(leaves, count - 1):
                 active[a] = active[a + 1]
                 multipliers[a] = multipliers[a + 1]
-            count -= 1
-            if factor_active(M, active, count, G, n) != 0:
+            if without_row(G, count, leaves) != 0:
                 return INFEASIBLE
+            count -= 1
     return INFEASIBLE
 
 
@@ -360,8 +377,10 @@ def solve_quadratic(program, equal):
                 H[i, k] = Q[i, k]
             H[i, i] += weight
             f[i] = q[i] - weight * center[i]
+        if factor(H, n) != 0:
+            return INFEASIBLE
         count = active_rows(
-            H, f, A, b, equal, program.G, program.M, program.d, program.u, program.r, program.sizes, center,
+            H, f, A, b, len(b), equal, program.G, program.M, program.d, program.u, program.r, program.sizes, center,
             multipliers, active,
         )  # fmt: skip
         if count < 0:

@@ -6,7 +6,7 @@ from sheldrake.common.kernel import IntVector, Vector, kernel
 
 
 @kernel
-def _has_factor(A, first, n):
+def has_factor(A, first, n):
     """Whether L D L' = A with D >= 0, found in place: pivots are positive, or zero with nothing beside them."""
     for k in range(n):
         pivot = A[first + k * n + k]
@@ -40,7 +40,7 @@ def have_factors(count: int, sizes: IntVector, numbers: Vector, found: IntVector
     at, total = 0, 0
     for k in range(count):
         n = sizes[k]
-        found[k] = 1 if _has_factor(numbers, at, n) else 0
+        found[k] = 1 if has_factor(numbers, at, n) else 0
         total += found[k]
         at += n * n
     return total

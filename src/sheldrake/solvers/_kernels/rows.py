@@ -58,7 +58,7 @@ def entries_of_blocks(
 
 
 @kernel
-def _bits(low, high):
+def bits(low, high):
     """What a row between these bounds says."""
     bits = NEVER if low == _INFINITY or high == -_INFINITY else 0
     if low == high:
@@ -190,7 +190,7 @@ def conic_rows(
     """
     sizes[3] = 0
     for i in range(count):
-        says[i] = _bits(lower[i], upper[i])
+        says[i] = bits(lower[i], upper[i])
         if says[i] & NEVER:
             sizes[3] += 1
     # fmt: off

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -85,6 +85,7 @@ class ProgramBindings:
         self._lists: dict[type[EvaluatorBase], list[BindingBase]] = {}  # of the kinds there are
         self._attributes: frozenset[ProgramAttribute] | None = None  # of the costs and constraints, once known
         self.version = object()  # another one when there are other bindings
+        self._flat: tuple[tuple[object, object], tuple[list[Any], list[Any], list[Any], np.ndarray]] | None = None
 
     def copy(self, variables: ProgramVariables) -> ProgramBindings:
         """The same evaluators in lists of their own, bound to a copy of the variables."""
@@ -135,6 +136,16 @@ class ProgramBindings:
     def are_at_most_quadratic(self) -> bool:
         """Whether there are linear and quadratic costs and linear constraints alone."""
         return not any([bindings for kind, bindings in self._lists.items() if bindings and kind not in _FLAT])
+
+    def flat(self) -> tuple[list[Any], list[Any], list[Any], np.ndarray]:
+        """Quadratic costs, linear ones and linear constraints; the places of their variables in this order."""
+        seen = self.version, self._variables.decisions()
+        if self._flat is None or self._flat[0][0] is not seen[0] or self._flat[0][1] is not seen[1]:
+            quadratic, linear, *rows = (self._lists.get(kind, []) for kind in _FLAT)
+            all_rows = [b for some in rows for b in some]
+            at = self.places(*quadratic, *linear, *all_rows)
+            self._flat = seen, (quadratic, linear, all_rows, at)
+        return self._flat[1]
 
     def contents(self) -> tuple[list[object], list[object]]:
         """What costs and constraints are made of, where `have_contents()`.

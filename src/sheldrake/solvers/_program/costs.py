@@ -155,8 +155,8 @@ def _error(Q: Matrix, x_desired: np.ndarray, vars: np.ndarray) -> BindingBase[Qu
 
 
 def _squared_norm(A: Matrix, b: np.ndarray, vars: np.ndarray) -> BindingBase[QuadraticCost]:
-    twice = 2.0 * A.T
-    new = QuadraticCost._of(symmetric_part(twice @ A), twice @ -b, float(b @ b), True)
+    across = A.T  # by `dot`, which takes a fifth of the time of @ for a few numbers
+    new = QuadraticCost._of(symmetric_part(2.0 * across.dot(A)), -2.0 * across.dot(b), float(b.dot(b)), True)
     return bind(QuadraticCost, new, vars)
 
 
