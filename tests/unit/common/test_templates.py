@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sheldrake.common._native import builtin
+from sheldrake.common._native import templates as templates_module
 from sheldrake.common._native.templates import Packed, Templates
 from sheldrake.common.calls import Calls
 from sheldrake.common.kernel import IntVector, Matrix, Vector, jit_enabled, kernel
@@ -17,6 +18,11 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import RevoluteJoint, SpatialInertia
 
 pytestmark = pytest.mark.skipif(not jit_enabled() or not builtin.available(), reason="no builtin functions here")
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_known(monkeypatch):
+    monkeypatch.setattr(templates_module, "_kinds", {})
 
 
 class Gains(NamedTuple):
@@ -122,11 +128,28 @@ def test_wrong_arrays_are_refused_though_a_template_is_known():
 
 def test_copies_of_templates_know_their_own_models_only():
     templates = Templates(MODEL)
-    Setup(templates)
     for other in (copy.deepcopy(templates), copy.copy(templates)):
-        assert not other._known
-        (model,) = other._fixed.values()
+        ((_, model, _),) = other._fixed.values()
         assert list(other._fixed) == [id(model)]
+
+
+def test_systems_with_models_of_the_same_shapes_share_templates_and_keep_their_numbers():
+    models = [Gains(MODEL.K + k, MODEL.d - 3.0 * k) for k in range(4)]
+    setups = [Setup(Templates(model), model=model) for model in models]
+    for s, model in zip(setups, models):
+        assert np.array_equal(s.ask(B), expected(s.x, model=model))
+        assert len(s.calls._templates._known) == 2
+    strange = Gains(np.asfortranarray(MODEL.K), MODEL.d)
+    with pytest.raises(TypeError, match="C-contiguous"):
+        Setup(Templates(strange), model=strange)
+
+
+def test_templates_of_few_kinds_of_systems_are_kept():
+    for k in range(80):
+        model = Gains(np.ones((2, 2 + k)), MODEL.d)
+        s = Setup(Templates(model), model=model, size=2 + k)
+        assert np.array_equal(s.ask(B), expected(s.x, model=model))
+    assert len(templates_module._kinds) == 64
 
 
 def test_templates_do_not_grow_without_end():
