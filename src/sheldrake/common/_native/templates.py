@@ -32,6 +32,11 @@ class Packed:
         ends = np.cumsum([array.size for array in blank]).tolist()
         self._parts = [(end - array.size, end, array.shape) for end, array in zip(ends, blank)]
 
+    @property
+    def size(self) -> int:
+        """Numbers in a copy."""
+        return self._memory.size
+
     def new(self) -> tuple[Any, np.ndarray]:
         """A copy, and its memory."""
         memory = self._memory.copy()

@@ -217,7 +217,7 @@ class Layout(Memory):
         return (*others, *(s.free for d, s in inputs if s.free >= 0 and s.vector and not d.optional))
 
     def _needed_models(self, row: Row) -> dict:
-        names = [x for x in row.calc.names if x == "model" or x.endswith("_model")]
+        names = row.calc.model_names
         if not names:
             return {}
         models = self._models_of(row) | row.models if row.models else self._models_of(row)
@@ -417,9 +417,8 @@ class Layout(Memory):
             if not row.native:
                 calls.append(None)
                 continue
-            reads = tuple((name, slot.span) for name, slot in row.reads.items())
-            models = tuple((name, id(model)) for name, model in row.models.items())
-            key = row.node, row.calc, row.out, reads, models
+            reads = tuple((name, slot.span) for name, slot in row.reads.items()) if row.reads else ()
+            key = row.node, row.calc, row.out, reads, *row.models, *map(id, row.models.values())
             call = made.get(key)
             if call is None:
                 call = made[key] = row.calc, self._arguments_of(row)
