@@ -230,3 +230,25 @@ def test_lists_that_are_no_positions_are_refused(values):
     with pytest.raises((RuntimeError, TypeError, ValueError)):
         plant.SetPositions(context, values)
     assert plant.GetPositions(context).tolist() == [1.0] * 3
+
+
+def loose(*masses: float) -> MultibodyPlant:
+    """Bodies that move freely."""
+    plant = MultibodyPlant(0.0)
+    for k, mass in enumerate(masses):
+        plant.AddRigidBody(f"b{k}", SpatialInertia.SolidBoxWithMass(mass, 0.1, 0.2, 0.3))
+    plant.Finalize()
+    return plant
+
+
+def test_plants_built_alike_share_what_was_bound_and_have_their_own_masses():
+    plants = [loose(1.0, 2.0), loose(3.0, 5.0), loose(4.0)]
+    contexts = [plant.CreateDefaultContext() for plant in plants]
+    diagonals = [np.diag(plant.CalcMassMatrix(c)) for plant, c in zip(plants, contexts)]
+    assert [d[3::6].tolist() for d in diagonals] == [[1.0, 2.0], [3.0, 5.0], [4.0]]
+    models = [plant._parts.elements.model("test") for plant in plants]
+    assert models[0].templates._known is models[1].templates._known is not models[2].templates._known
+    assert models[0].blank_work is models[1].blank_work is not models[2].blank_work
+    plants[1].SetFreeBodyPose(contexts[1], plants[1].GetBodyByName("b0"), RigidTransform([1.0, 2.0, 3.0]))
+    for plant, context, x in zip(plants, contexts, (0.0, 1.0, 0.0)):
+        assert plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("b0")).translation()[0] == x
