@@ -114,6 +114,11 @@ class Kernel:
         return code.co_varnames[: code.co_argcount]
 
     @functools.cached_property
+    def model_names(self) -> tuple[str, ...]:
+        """Names of the parameters that are constant arrays."""
+        return tuple(name for name in self.names if name == "model" or name.endswith("_model"))
+
+    @functools.cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """What the annotations of an entry kernel declare.
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sheldrake.common._native import builtin
+from sheldrake.common._native import templates as templates_module
 from sheldrake.common._native.templates import Packed, Templates
 from sheldrake.common.calls import Calls
 from sheldrake.common.kernel import IntVector, Matrix, Vector, jit_enabled, kernel
@@ -17,6 +18,11 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import RevoluteJoint, SpatialInertia
 
 pytestmark = pytest.mark.skipif(not jit_enabled() or not builtin.available(), reason="no builtin functions here")
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_known(monkeypatch):
+    monkeypatch.setattr(templates_module, "_kinds", {})
 
 
 class Gains(NamedTuple):
@@ -122,11 +128,28 @@ def test_wrong_arrays_are_refused_though_a_template_is_known():
 
 def test_copies_of_templates_know_their_own_models_only():
     templates = Templates(MODEL)
-    Setup(templates)
     for other in (copy.deepcopy(templates), copy.copy(templates)):
-        assert not other._known
-        (model,) = other._fixed.values()
+        ((_, model, _),) = other._fixed.values()
         assert list(other._fixed) == [id(model)]
+
+
+def test_systems_with_models_of_the_same_shapes_share_templates_and_keep_their_numbers():
+    models = [Gains(MODEL.K + k, MODEL.d - 3.0 * k) for k in range(4)]
+    setups = [Setup(Templates(model), model=model) for model in models]
+    for s, model in zip(setups, models):
+        assert np.array_equal(s.ask(B), expected(s.x, model=model))
+        assert len(s.calls._templates._known) == 2
+    strange = Gains(np.asfortranarray(MODEL.K), MODEL.d)
+    with pytest.raises(TypeError, match="C-contiguous"):
+        Setup(Templates(strange), model=strange)
+
+
+def test_templates_of_few_kinds_of_systems_are_kept():
+    for k in range(80):
+        model = Gains(np.ones((2, 2 + k)), MODEL.d)
+        s = Setup(Templates(model), model=model, size=2 + k)
+        assert np.array_equal(s.ask(B), expected(s.x, model=model))
+    assert len(templates_module._kinds) == 64
 
 
 def test_templates_do_not_grow_without_end():
@@ -207,3 +230,25 @@ def test_lists_that_are_no_positions_are_refused(values):
     with pytest.raises((RuntimeError, TypeError, ValueError)):
         plant.SetPositions(context, values)
     assert plant.GetPositions(context).tolist() == [1.0] * 3
+
+
+def loose(*masses: float) -> MultibodyPlant:
+    """Bodies that move freely."""
+    plant = MultibodyPlant(0.0)
+    for k, mass in enumerate(masses):
+        plant.AddRigidBody(f"b{k}", SpatialInertia.SolidBoxWithMass(mass, 0.1, 0.2, 0.3))
+    plant.Finalize()
+    return plant
+
+
+def test_plants_built_alike_share_what_was_bound_and_have_their_own_masses():
+    plants = [loose(1.0, 2.0), loose(3.0, 5.0), loose(4.0)]
+    contexts = [plant.CreateDefaultContext() for plant in plants]
+    diagonals = [np.diag(plant.CalcMassMatrix(c)) for plant, c in zip(plants, contexts)]
+    assert [d[3::6].tolist() for d in diagonals] == [[1.0, 2.0], [3.0, 5.0], [4.0]]
+    models = [plant._parts.elements.model("test") for plant in plants]
+    assert models[0].templates._known is models[1].templates._known is not models[2].templates._known
+    assert models[0].blank_work is models[1].blank_work is not models[2].blank_work
+    plants[1].SetFreeBodyPose(contexts[1], plants[1].GetBodyByName("b0"), RigidTransform([1.0, 2.0, 3.0]))
+    for plant, context, x in zip(plants, contexts, (0.0, 1.0, 0.0)):
+        assert plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("b0")).translation()[0] == x

@@ -1,7 +1,8 @@
 """Blocks of queries that were bound before, for other arrays of the same shapes: only addresses are written anew.
 
-Contexts of one system ask the same kernels of memory that is laid out alike. Their blocks (`builtin`) differ in where
-that memory is: a template has all else, and what stands at each address relative to the array it belongs to.
+Contexts of systems that are built alike ask the same kernels of memory that is laid out alike. Their blocks
+(`builtin`) differ in where that memory is: a template has all else, and what stands at each address relative to the
+array it belongs to.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import numpy as np
 from sheldrake.common._native.binding import HERE, Words
 
 _MOST = 512
-"""How many templates are kept of one system; what is bound beyond them is bound the long way."""
+"""How many templates are kept of systems that are built alike; what is bound beyond them is bound the long way."""
+_MOST_KINDS = 64
+"""Of how many kinds of systems they are kept."""
 
 
 class Packed:
@@ -29,6 +32,11 @@ class Packed:
         ends = np.cumsum([array.size for array in blank]).tolist()
         self._parts = [(end - array.size, end, array.shape) for end, array in zip(ends, blank)]
 
+    @property
+    def size(self) -> int:
+        """Numbers in a copy."""
+        return self._memory.size
+
     def new(self) -> tuple[Any, np.ndarray]:
         """A copy, and its memory."""
         memory = self._memory.copy()
@@ -42,28 +50,47 @@ class Sites(NamedTuple):
     begins: list[int]
     """Addresses of those arrays [doubles]."""
     owners: list[int]
-    """Of all arrays, in order: which of `begins` they are relative to; -1 for one that is the same for all."""
+    """Of all arrays, in order: which of `begins` they are relative to."""
 
 
 class _Template(NamedTuple):
     words: np.ndarray
     at: np.ndarray
     of: np.ndarray
+    scale: np.ndarray
+    """8 where an address is in bytes, 1 where in doubles."""
+
+
+_kinds: dict[tuple, dict[tuple, _Template]] = {}
+"""What is known, by the shapes of models; the oldest go first."""
+
+
+def _templates_of(kind: tuple) -> dict[tuple, _Template]:
+    known = _kinds.get(kind)
+    if known is None:
+        if len(_kinds) >= _MOST_KINDS:
+            _kinds.pop(next(iter(_kinds)), None)  # another thread may have taken it out
+        known = _kinds[kind] = {}
+    return known
+
+
+def _form(a: np.ndarray) -> tuple:
+    return a.dtype, a.shape, a.flags.c_contiguous and a.flags.aligned
 
 
 class Templates:
-    """What was bound for one context of a system, for all others.
+    """What was bound for one context of a system, for all others, and for those of systems with models of its shapes.
 
     Args:
-        fixed: NamedTuples that are the same for all of them: models. They are kept.
+        fixed: NamedTuples that are the same for all contexts of a system: models. They are kept.
     """
 
     def __init__(self, *fixed: Any) -> None:
-        self._fixed = {id(model): model for model in fixed}
-        self._known: dict[tuple, _Template] = {}
+        self._fixed = {id(model): (k, model, [HERE.place(a) >> 3 for a in model]) for k, model in enumerate(fixed)}
+        self._known = _templates_of(tuple((type(model), *map(_form, model)) for model in fixed))
 
     def __reduce__(self) -> tuple:
-        return Templates, tuple(self._fixed.values())  # a copy has its own addresses
+        return Templates, tuple(model for _, model, _ in self._fixed.values())  # a copy has its own addresses
 
     def sites(self, args: tuple, packed: tuple[Any, np.ndarray]) -> Sites | None:
         """Where the arguments of a call are; None if an array cannot be written or is not in order.
@@ -78,17 +105,22 @@ class Templates:
         for arg in args:
             if type(arg) is np.ndarray:
                 parts: tuple = (arg,)
-            elif id(arg) in self._fixed:
-                common.append(id(arg))
-                owners += [-1] * len(arg)
+            elif (fixed := self._fixed.get(id(arg))) is not None:
+                number, _, places = fixed
+                common.append(number)
+                owners += range(len(begins), len(begins) + len(places))
+                begins += places
                 continue
             elif arg is packed[0]:
                 owners += [len(begins)] * len(arg)
                 common.append(type(arg))
                 begins.append(HERE.place(packed[1]) >> 3)
                 continue
+            elif isinstance(arg, tuple):
+                parts = arg
+                common.append(type(arg))
             else:
-                parts = arg if isinstance(arg, tuple) else (arg,)
+                parts = (arg,)
             for part in parts:
                 if not isinstance(part, np.ndarray):
                     common.append(part.hex() if isinstance(part, float) else part)  # -0.0 is not 0.0
@@ -106,7 +138,7 @@ class Templates:
         if found is None:
             return None
         words = found.words.copy()
-        words[found.at] += np.array(begins)[found.of]
+        words[found.at] += np.array(begins)[found.of] * found.scale
         return words
 
     def keep(self, key: tuple, words: np.ndarray, described: Words, sites: Sites) -> None:
@@ -120,12 +152,10 @@ class Templates:
         """
         if len(self._known) >= _MOST:
             return
-        own = [(r, i) for r, i in zip(described.relocations, sites.owners, strict=True) if i >= 0]
-        if any(r.absolute for r, _ in own):
-            return  # a model that this context has for itself
         first = len(words) - len(described.words)
-        at = np.array([first + r.at for r, _ in own], np.int64)
-        of = np.array([i for _, i in own], np.int64)
+        at = np.array([first + r.at for r in described.relocations], np.int64)
+        scale = np.array([8 if r.absolute else 1 for r in described.relocations], np.int64)
+        of = np.array(sites.owners, np.int64)
         relative = words.copy()
-        relative[at] -= np.array(sites.begins, np.int64)[of]
-        self._known[key] = _Template(relative, at, of)
+        relative[at] -= np.array(sites.begins, np.int64)[of] * scale
+        self._known[key] = _Template(relative, at, of, scale)

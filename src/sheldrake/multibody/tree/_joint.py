@@ -250,7 +250,7 @@ class Joint(NamedElement):
 
     def _set_limits(self, kind: str, lower: Scalars, upper: Scalars) -> None:
         call, size = f"set_{kind}_limits", len(self._limits[kind][0])
-        lower, upper = np.array(lower, float).reshape(-1), np.array(upper, float).reshape(-1)
+        lower, upper = np.array(np.ravel(lower), float), np.array(np.ravel(upper), float)
         if lower.shape != (size,) or upper.shape != (size,):
             raise RuntimeError(
                 f"{type(self).__name__}.{call}(): joint {self._name!r} takes limits of size {size}, "
@@ -261,6 +261,7 @@ class Joint(NamedElement):
                 f"{type(self).__name__}.{call}(): joint {self._name!r}: a lower limit exceeds its upper limit "
                 f"(lower {lower}, upper {upper})."
             )
+        lower.flags.writeable = upper.flags.writeable = False  # copies of the plant share them
         self._limits[kind] = (lower, upper)
         Joint.limits_changed += 1
 

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
+from sheldrake.systems.framework._declarations import CacheDeclaration, InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._event import Event, WitnessFunction
 from sheldrake.systems.framework._system_base import SystemBase
 from sheldrake.systems.framework._vector import BasicVector
@@ -116,7 +117,8 @@ class ScalarConversion(SystemBase):
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
         for name, value in self.__dict__.items():
-            new.__dict__[name] = _rebound(value, self, new)
+            if type(value) not in _SHARED:
+                new.__dict__[name] = _rebound(value, self, new)
         new._system_id, new._parent_ref = next(system_ids), None
         new._ports, new._layouts, new._state_of = {}, {}, None
         new._entries_in_use = weakref.WeakValueDictionary()
@@ -183,7 +185,8 @@ class ScalarConversion(SystemBase):
         return self._to(expression_class(), False)
 
 
-_SHARED = {type(None), bool, int, float, str, tuple, types.FunctionType}
+_SHARED: set[type] = {type(None), bool, int, float, str, tuple, types.FunctionType, weakref.ref}
+_SHARED |= {InputDeclaration, OutputDeclaration, CacheDeclaration}
 """Types of which copies are asked for most, and whose objects they share."""
 
 
@@ -192,9 +195,9 @@ def _rebound(value: Any, old: object, new: object) -> Any:
     if type(value) in _SHARED:
         return value
     if isinstance(value, list):
-        return [_rebound(v, old, new) for v in value]
+        return [v if type(v) in _SHARED else _rebound(v, old, new) for v in value]
     if isinstance(value, dict):
-        return {k: _rebound(v, old, new) for k, v in value.items()}
+        return {k: v if type(v) in _SHARED else _rebound(v, old, new) for k, v in value.items()}
     if isinstance(value, types.MethodType) and value.__self__ is old:
         return types.MethodType(value.__func__, new)
     if isinstance(value, BasicVector):

@@ -68,6 +68,10 @@ def _names(elements: Iterable[Any]) -> list[str]:
     return [e.name() if count[e.name()] == 1 else e.scoped_name().get_full() for e in every]
 
 
+_BLANK: dict[tuple, Packed] = {}
+_MOST_BLANK, _LARGE = 32, 1 << 16  # works, numbers
+
+
 @dataclasses.dataclass(eq=False)
 class FrozenModel:
     """The model of a finalized plant.
@@ -241,8 +245,17 @@ class FrozenModel:
 
     @cached_property
     def blank_work(self) -> Packed:
-        """What the stages of queries work in."""
-        return Packed(make_work(self.tree))
+        """What the stages of queries work in; plants whose joints connect as many bodies alike share it."""
+        tree = self.tree
+        key = tree.body.tobytes(), tree.dof.tobytes(), len(tree.turn)
+        blank = _BLANK.get(key)
+        if blank is None:
+            blank = Packed(make_work(tree))
+            if blank.size <= _LARGE:
+                if len(_BLANK) >= _MOST_BLANK:
+                    _BLANK.clear()
+                _BLANK[key] = blank
+        return blank
 
     @cached_property
     def templates(self) -> Templates:

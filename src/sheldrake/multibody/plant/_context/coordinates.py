@@ -283,6 +283,7 @@ class Coordinates:
         limits = self._limits_of_joints.get((kind, side))
         if limits is None:
             limits = np.concatenate([np.zeros(0), *(j._limits[kind][side] for j in model.joints_by_coordinate)])
+            limits.flags.writeable = False  # copies of the plant share them
             self._limits_of_joints[kind, side] = limits
         return limits.copy()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import operator
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -47,6 +48,12 @@ class CompiledGeometry(NamedTuple):
     hydro: HydroModel
 
 
+@functools.cache
+def _no_geometry() -> CompiledGeometry:
+    """Of plants without geometry: all share it, so nobody may change it."""
+    return CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
+
+
 class KernelModels:
     """The arrays that kernels of a plant are given.
 
@@ -75,7 +82,6 @@ class KernelModels:
         self.compiled: dict[int, CompiledGeometry] = {}
         """For the last few states of the SceneGraph, by serial."""
         self._plant_model: PlantModel | None = None
-        self._without = CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
         self._solver_model: tuple[tuple[Any, ...], SolverModel] | None = None
         self._known: dict[bool, tuple[tuple[Any, ...], dict[str, Any]]] = {}  # of a continuous plant, what `of` gave
 
@@ -101,7 +107,7 @@ class KernelModels:
             "force_model": model.forces,
             "plant_model": self.plant_model,
         }
-        seen = geometry if has_geometry else self._without
+        seen = geometry if has_geometry else _no_geometry()
         models["geometry_model"], models["hydro_model"] = seen.model, seen.hydro
         if self._settings.is_discrete():
             models["solver_model"] = self.solver_model(seen)
@@ -131,7 +137,7 @@ class KernelModels:
         """What kernels know of geometry: that of new contexts, or the given; kept for the last few states."""
         scene_graph = self._geometry.scene_graph
         if scene_graph is None:
-            return self._without
+            return _no_geometry()
         state = scene_graph._default_state() if state is None else state
         found = self.compiled.get(state.serial)
         if found is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -91,7 +92,9 @@ class Layout(Memory):
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
         self._calls = self._make_calls()
-        self._tables = self._make_tables()
+        self._make_groups()  # adds the rows of witness functions
+        self._stamps = self._levels()
+        self._take_side()
         self.version = sum(s._version for s in self.systems)
         leaves = [(n, self.systems[n]) for n in self.leaves]
         self.with_abstract = [n for n, s in leaves if s._xa_models or s._pa_models]
@@ -100,9 +103,6 @@ class Layout(Memory):
         self.defaults: tuple[int, np.ndarray] | None = None
         self.known_words: dict[str, list[int]] = {}  # of the program, as kernels of event loops are told where it is
         self.prepared = False  # whether the kernels of the event loop are there
-        self._stamps = self._tables["level"].tolist()
-        self.called = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
-        """Rows that the event loop calls; what else there is is computed when somebody asks."""
         self._pulls: dict[int, list[int]] = {}
         self._derivatives: dict[int, tuple[list[int], Span]] = {}
         self._read_by_kernel: dict[int, list[int]] = {}
@@ -217,7 +217,7 @@ class Layout(Memory):
         return (*others, *(s.free for d, s in inputs if s.free >= 0 and s.vector and not d.optional))
 
     def _needed_models(self, row: Row) -> dict:
-        names = [x for x in row.calc.names if x == "model" or x.endswith("_model")]
+        names = row.calc.model_names
         if not names:
             return {}
         models = self._models_of(row) | row.models if row.models else self._models_of(row)
@@ -250,6 +250,11 @@ class Layout(Memory):
         joined, begins = join_in_slab(self._calls, HERE)
         at = _ints(begins + begins[-1:] * (len(self.rows) - len(begins) + _program.NUM_SPECIAL + 1))
         return _program.Program(words=joined.words, at=at, **self._tables)
+
+    @cached_property
+    def called(self) -> set[int]:
+        """Rows that the event loop calls; what else there is is computed when somebody asks."""
+        return {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
 
     @cached_property
     def derivative_calls(self) -> tuple[list[int], list[int]]:
@@ -286,33 +291,34 @@ class Layout(Memory):
         address = HERE.place(self.program.words)
         return [address + 8 * at for at in self.program.at.tolist()]
 
-    def _make_tables(self) -> dict[str, np.ndarray]:
-        self._make_groups()  # adds the rows of witness functions
-        prerequisites = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
-        segments = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
-        n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)
-        stamp0 = _program.SideWords.SIZE
-        k0 = stamp0 + n_rows
-        trig0 = k0 + n_clocks
-        self.log0 = trig0 + n_groups
+    def _take_side(self) -> None:
+        """Where the side has what the event loop keeps."""
+        self.stamp0 = _program.SideWords.SIZE
+        self.k0 = self.stamp0 + len(self.rows)
+        self.trig0 = self.k0 + len(self.clocks)
+        self.log0 = self.trig0 + len(self.group_list)
         self.fixed0 = self.log0 + 3 * len(self.logs)
-        self.stamp0, self.k0, self.trig0 = stamp0, k0, trig0
         self.side_size = self.fixed0 + len(self.free_slots)
-        levels = self._levels()
-        steady = all(levels[r] < 2 for r in self.group_list[-1][2])
+
+    @cached_property
+    def _tables(self) -> dict[str, np.ndarray]:
+        """The program's tables; contexts in which nothing advances need none."""
+        levels, calls = self._stamps, [rows for _, _, rows, _ in self.group_list]
+        prerequisites = [self.prerequisites(rows) for rows in calls]
+        segments = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         S = _program.Sizes
         size = np.zeros(S.SIZE, np.int64)
-        size[S.num_rows], size[S.num_groups], size[S.num_clocks] = n_rows, n_groups - 1, n_clocks
-        size[S.stamps], size[S.ticks], size[S.triggers], size[S.samples] = stamp0, k0, trig0, self.log0
+        size[S.num_rows], size[S.num_groups], size[S.num_clocks] = len(self.rows), len(calls) - 1, len(self.clocks)
+        size[S.stamps], size[S.ticks], size[S.triggers], size[S.samples] = self.stamp0, self.k0, self.trig0, self.log0
         size[S.xc], size[S.num_xc] = self.xc[0], self.xc[1] - self.xc[0]
         size[S.plus], size[S.xdot], size[S.x0] = self.plus, self.xdot[0], self.rk[0]
-        size[S.derivatives], size[S.steady] = n_groups - 1, steady
+        size[S.derivatives], size[S.steady] = len(calls) - 1, all(levels[r] < 2 for r in calls[-1])
         return dict(
             level=_ints(levels),
             prerequisites=_ints(_flat(prerequisites)),
             prerequisites_begin=_pointers(prerequisites),
-            calls=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
-            calls_begin=_pointers([rows for _, _, rows, _ in self.group_list]),
+            calls=_ints(_flat(calls)),
+            calls_begin=_pointers(calls),
             turn=_ints(_flat(self.turns)).reshape(-1, 3),
             turns_begin=_pointers(self.turns),
             segment=_ints(_flat(segments)).reshape(-1, 2),
@@ -411,9 +417,8 @@ class Layout(Memory):
             if not row.native:
                 calls.append(None)
                 continue
-            reads = tuple((name, slot.span) for name, slot in row.reads.items())
-            models = tuple((name, id(model)) for name, model in row.models.items())
-            key = row.node, row.calc, row.out, reads, models
+            reads = tuple((name, slot.span) for name, slot in row.reads.items()) if row.reads else ()
+            key = row.node, row.calc, row.out, reads, *row.models, *map(id, row.models.values())
             call = made.get(key)
             if call is None:
                 call = made[key] = row.calc, self._arguments_of(row)
@@ -600,4 +605,4 @@ def _flat(lists: Iterable) -> list:
 
 
 def _pointers(lists: Iterable) -> np.ndarray:
-    return np.cumsum([0] + [len(v) for v in lists], dtype=np.int64)
+    return _ints([*itertools.accumulate(map(len, lists), initial=0)])
