@@ -71,6 +71,13 @@ def test_inertial_wins_unless_the_compiler_says_otherwise(plant):
     np.testing.assert_allclose(inertia_of(plant, "a")[0], 1000 * 4 / 3 * np.pi * 0.001, rtol=1e-14)
 
 
+def test_a_connect_of_sites_is_ignored_with_a_warning(plant, caplog):
+    """As in Drake; it has no anchor to ask for."""
+    sites = f'<body name="a"><freejoint/>{BALL}<site name="s"/></body><site name="t"/>'
+    add(plant, document(sites).replace("</mujoco>", '<equality><connect site1="s" site2="t"/></equality></mujoco>'))
+    assert plant.num_constraints() == 0 and "<connect> of sites is not supported" in caplog.text
+
+
 def test_default_classes_cascade(plant):
     defaults = (
         '<default><joint damping="3"/><geom density="1"/><default class="c"><joint axis="1 0 0"/>'

@@ -317,6 +317,10 @@ class _MjcfReader:
         self._reading.warn_unknown(element, ("connect",))
         for child in element.find_all("connect"):
             full = self._defaults.apply(child, MAIN_CLASS, self._reading)
+            if "site1" in full.attributes or "site2" in full.attributes:
+                self._reading.pass_over(full)
+                self._reading.warn(full, "<connect> of sites is not supported and is ignored; name bodies and an anchor.")
+                continue
             known = ("name", "class", "body1", "body2", "anchor")
             self._reading.warn_unknown(full, attributes=known, silent=("solref", "solimp"))
             anchor = self._reading.vector(full, "anchor", 3)
