@@ -319,7 +319,9 @@ class _MjcfReader:
             full = self._defaults.apply(child, MAIN_CLASS, self._reading)
             if "site1" in full.attributes or "site2" in full.attributes:
                 self._reading.pass_over(full)
-                self._reading.warn(full, "<connect> of sites is not supported and is ignored; name bodies and an anchor.")
+                self._reading.warn(
+                    full, "<connect> of sites is not supported and is ignored; name bodies, and an anchor."
+                )
                 continue
             known = ("name", "class", "body1", "body2", "anchor")
             self._reading.warn_unknown(full, attributes=known, silent=("solref", "solimp"))
