@@ -60,6 +60,9 @@ class JointPart:
         return JOINT_TYPES[self.kind]
 
 
+STANDARD_GRAVITY = np.array([0.0, 0.0, -9.81])  # what a model has that does not say it, in every format
+
+
 @dataclass
 class ModelParts:
     """A model taken apart.
@@ -69,6 +72,7 @@ class ModelParts:
         bodies: Without the world; the world's geometry is in `world`.
         frames: Name, name of the body, pose in it.
         filtered: Pairs of names of bodies that do not collide, beyond what every plant filters.
+        gravity: In the world [m/s²].
         losses: What no format says, for people.
     """
 
@@ -82,6 +86,7 @@ class ModelParts:
     balls: list[tuple[str, np.ndarray, str, np.ndarray]] = field(default_factory=list)
     filtered: list[tuple[str, str]] = field(default_factory=list)
     free_poses: dict[str, Any] = field(default_factory=dict)
+    gravity: np.ndarray = field(default_factory=lambda: STANDARD_GRAVITY)
     losses: list[str] = field(default_factory=list)
     names: dict[Any, str] = field(default_factory=dict)
 
@@ -239,7 +244,7 @@ class _Taker:
             force: Any = plant.get_force_element(ForceElementIndex(index))
             kind = type(force).__name__
             if kind == "UniformGravityFieldElement":
-                self._check_gravity(force)
+                self._take_gravity(force)
             elif kind in ("RevoluteSpring", "PrismaticSpring"):
                 is_revolute = kind == "RevoluteSpring"
                 rest = force.default_nominal_angle() if is_revolute else force.nominal_position()
@@ -250,9 +255,8 @@ class _Taker:
             else:
                 self._lose(f"force element {kind}")
 
-    def _check_gravity(self, gravity: Any) -> None:
-        if not np.allclose(gravity.gravity_vector(), [0.0, 0.0, -9.81], rtol=0.0, atol=1e-12):
-            self._lose(f"gravity {gravity.gravity_vector().tolist()} m/s^2: models do not say it")
+    def _take_gravity(self, gravity: Any) -> None:
+        self._parts.gravity = gravity.gravity_vector()
         for body in self._bodies:
             if not gravity.is_enabled(body.model_instance()):
                 self._lose(f"gravity is off for '{self._plant.GetModelInstanceName(body.model_instance())}'")

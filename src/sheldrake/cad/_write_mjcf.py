@@ -14,7 +14,7 @@ from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
 from ._model_parts import BodyPart, JointPart, ModelParts
-from ._write_parts import axis_of, central_inertia, check_looks, colours, texture
+from ._write_parts import axis_of, central_inertia, check_looks, colours, has_standard_gravity, texture
 from ._xml_tree import Node
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ class _Mjcf:
         check_looks(parts)
         # What a geom weighs is in the inertia of its body; `mass` 0 says so to those who sum up geoms all the same.
         mujoco.add("compiler", angle="radian", autolimits="true", inertiafromgeom="false")
+        if not has_standard_gravity(parts):
+            mujoco.add("option", gravity=parts.gravity)
         mujoco.add("default").add("geom", mass=0.0)
         mujoco.children.append(self._assets)
         world = self._nodes["world"] = mujoco.add("worldbody")

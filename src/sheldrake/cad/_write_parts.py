@@ -13,7 +13,7 @@ from sheldrake.geometry import Shape
 from sheldrake.geometry._shape_types import Tag
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
-from ._model_parts import JointPart, ModelParts
+from ._model_parts import STANDARD_GRAVITY, JointPart, ModelParts
 from ._xml_tree import Node
 
 if TYPE_CHECKING:
@@ -172,6 +172,17 @@ def check_looks(parts: ModelParts) -> None:
                         text = f"property ({group}, {key}) of visual geometries"
                         if (group, key) not in known and text not in parts.losses:
                             parts.losses.append(text)
+
+
+def check_gravity(parts: ModelParts) -> None:
+    """Notes gravity of its own, which is the world's business in URDF and SDFormat."""
+    if not has_standard_gravity(parts):
+        parts.losses.append(f"gravity {parts.gravity.tolist()} m/s^2: models do not say it")
+
+
+def has_standard_gravity(parts: ModelParts) -> bool:
+    """Whether gravity is what every reader takes for granted."""
+    return np.allclose(parts.gravity, STANDARD_GRAVITY, rtol=0.0, atol=1e-12)
 
 
 def accepting(geometry: GeometryDescription) -> list[str]:

@@ -21,6 +21,7 @@ from ._write_parts import (
     add_viewers,
     axis_of,
     central_inertia,
+    check_gravity,
     check_looks,
     colours,
     image_name,
@@ -60,6 +61,7 @@ class _Sdf:
     def text(self) -> str:
         parts = self._parts
         check_looks(parts)
+        check_gravity(parts)
         if not parts.bodies:
             raise ValueError("A model without links can not be written as SDFormat.")
         for geometry in [*parts.world.visuals, *parts.world.collisions]:

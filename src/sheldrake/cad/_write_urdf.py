@@ -21,6 +21,7 @@ from ._write_parts import (
     add_viewers,
     axis_of,
     central_inertia,
+    check_gravity,
     check_looks,
     colours,
     image_name,
@@ -55,6 +56,7 @@ class _Urdf:
     def text(self) -> str:
         parts = self._parts
         check_looks(parts)
+        check_gravity(parts)
         if parts.world.visuals or parts.world.collisions:
             self._link(parts.world)
         for body in parts.bodies:

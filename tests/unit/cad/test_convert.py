@@ -445,6 +445,20 @@ def test_what_can_not_be_said_is_named(tmp_path):
         WriteModel(robot.done(), tmp_path / "r.urdf")
 
 
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_mjcf_says_gravity(tmp_path, library):
+    """On the moon, and nowhere; what is as everywhere else is not said."""
+    pytest.importorskip(library)
+    for gravity in ([0.1, 0.0, -1.6], [0.0, 0.0, 0.0], [0.0, 0.0, -9.81]):
+        option = f'<option gravity="{" ".join(map(str, gravity))}"/>'
+        (tmp_path / "m.xml").write_text(MJCF.replace("<worldbody>", option + "<worldbody>", 1))
+        written = ConvertModel(tmp_path / "m.xml", tmp_path / "n.xml")
+        plant, _, _ = load(names(library), written.path)
+        assert list(plant.gravity_field().gravity_vector()) == gravity
+        assert not any("gravity" in loss for loss in written.losses)
+        assert ("<option" in written.path.read_text()) == (gravity[2] != -9.81)
+
+
 def test_a_planted_fault_is_seen(tmp_path):
     plant = Robot(False).with_all_joints().done()
     path = WriteModel(plant, tmp_path / "r.urdf").path

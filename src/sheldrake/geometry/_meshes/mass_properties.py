@@ -32,12 +32,17 @@ def of_polygons(mesh: PolygonSurfaceMesh) -> MassProperties:
 def of_triangles(vertices: np.ndarray, triangles: np.ndarray) -> MassProperties:
     """Mass properties of the inside of a closed triangle mesh, as a sum over tetrahedra from one point.
 
-    Open or badly wound meshes give meaningless numbers; the caller judges the volume.
+    Of an open mesh they depend on that point, which then is the origin of its frame, as in Drake: what is open towards
+    the origin counts as if it were closed there. Badly wound meshes give meaningless numbers; the caller judges the
+    volume.
     """
     if not len(triangles):
         return MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))
-    origin = vertices.mean(axis=0)  # near the body: less cancellation
-    a, b, c = (vertices[triangles[:, k]] - origin for k in range(3))
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    origin = np.zeros(3)
+    if _is_closed(np.cross(b - a, c - a)):
+        origin = vertices.mean(axis=0)  # near the body: less cancellation
+        a, b, c = a - origin, b - origin, c - origin
     volumes = np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0
     volume = float(volumes.sum())
     if volume == 0.0:
@@ -49,3 +54,8 @@ def of_triangles(vertices: np.ndarray, triangles: np.ndarray) -> MassProperties:
     centre = first / volume
     central = second - volume * np.outer(centre, centre)
     return MassProperties(volume, centre + origin, np.trace(central) * np.eye(3) - central)
+
+
+def _is_closed(normals: np.ndarray) -> bool:
+    """Whether normals as long as their triangles are large cancel, so that the volume is the same from any point."""
+    return float(np.abs(normals.sum(axis=0)).max()) <= 1e-9 * float(np.abs(normals).sum())

@@ -71,6 +71,28 @@ def test_inertial_wins_unless_the_compiler_says_otherwise(plant):
     np.testing.assert_allclose(inertia_of(plant, "a")[0], 1000 * 4 / 3 * np.pi * 0.001, rtol=1e-14)
 
 
+def test_a_connect_of_sites_is_ignored_with_a_warning(plant, caplog):
+    """As in Drake; it has no anchor to ask for."""
+    sites = f'<body name="a"><freejoint/>{BALL}<site name="s"/></body><site name="t"/>'
+    add(plant, document(sites).replace("</mujoco>", '<equality><connect site1="s" site2="t"/></equality></mujoco>'))
+    assert plant.num_constraints() == 0 and "<connect> of sites is not supported" in caplog.text
+
+
+def test_a_mesh_is_not_weighed_where_the_inertia_is_given(plant, tmp_path, monkeypatch):
+    """Large meshes take long to weigh, and open ones would warn of a mass that nobody needs."""
+    from sheldrake.multibody.parsing._mjcf import geoms
+
+    def weigh(*_arguments):
+        raise AssertionError("weighed")
+
+    monkeypatch.setattr(geoms, "solid_properties", weigh)
+    (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
+    inertial = '<inertial mass="7" pos="0 0 0" diaginertia="1 1 1"/>'
+    asset = f'<asset><mesh name="m" file="{tmp_path}/m.obj"/></asset>'
+    add(plant, document(f'<body name="a">{inertial}<geom type="mesh" mesh="m"/></body>', asset))
+    assert inertia_of(plant, "a")[0] == 7.0
+
+
 def test_default_classes_cascade(plant):
     defaults = (
         '<default><joint damping="3"/><geom density="1"/><default class="c"><joint axis="1 0 0"/>'

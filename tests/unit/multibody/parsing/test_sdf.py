@@ -298,6 +298,7 @@ def test_frames_in_a_long_chain_are_resolved_once_each(monkeypatch):
 
 
 BALL = "<collision name='c'>{}<geometry><sphere><radius>0.1</radius></sphere></geometry></collision>"
+CONE = "<collision name='c'><geometry><cone>{}</cone></geometry></collision>"
 
 
 @pytest.mark.parametrize(
@@ -308,6 +309,7 @@ BALL = "<collision name='c'>{}<geometry><sphere><radius>0.1</radius></sphere></g
         ("<inertial auto='true'/>" + BALL.format("<density>-1</density>"), "the density is not positive"),
         ("<inertial auto='true'><mass>0</mass></inertial>" + BALL.format(""), "a mass of 0 kg"),
         ("<inertial auto='true'/><collision name='c'><geometry><empty/></geometry></collision>", "without mass"),
+        ("<inertial auto='true'/>" + CONE.format("<length>0</length>"), "cone of radius 0.5 m and length 0 m"),
     ],
 )
 def test_inertia_that_collisions_do_not_give(link, error):
@@ -326,6 +328,22 @@ def test_inertia_of_collisions_is_the_same_without_geometry():
     add(plant, text)
     M, other = (p.GetBodyByName("a").default_spatial_inertia().CopyToFullMatrix6() for p in (alone, plant))
     assert M[3, 3] == pytest.approx(1000.0 * 4.0 / 3.0 * np.pi * 1e-3, rel=1e-15) and np.array_equal(M, other)
+
+
+def test_inertia_of_a_cone_that_touches_nothing():
+    """The cone is no collision geometry of Drake's, but its mass counts. By parts: the integral over discs."""
+    plant = MultibodyPlant(0.0)
+    link = f"<inertial auto='true'><density>300</density></inertial>{CONE.format('<radius>0.3</radius>')}"
+    add(plant, document(f"<link name='a'>{link}</link>"))
+    z, weight = np.polynomial.legendre.leggauss(4)  # exact up to z^7
+    z, weight = 0.5 * z, 0.5 * weight  # length 1, about the middle
+    r = 0.3 * (0.5 - z)  # apex at z = 0.5
+    disc = 300.0 * np.pi * r**2 * weight
+    moments = [disc @ (r**2 / 4 + z**2), disc @ (r**2 / 4 + z**2), disc @ (r**2 / 2)]
+    M = plant.GetBodyByName("a").default_spatial_inertia()
+    assert M.get_mass() == pytest.approx(disc.sum(), rel=1e-14)
+    np.testing.assert_allclose(M.get_com(), [0.0, 0.0, disc @ z / disc.sum()], rtol=1e-14)
+    np.testing.assert_allclose(M.CalcRotationalInertia().get_moments(), moments, rtol=1e-14)
 
 
 @pytest.mark.parametrize("body", ["<link name='a::b'/>", "<link name='a'/><frame name='f::g' attached_to='a'/>"])

@@ -20,6 +20,16 @@ def test_a_tetrahedron_has_a_sixth_of_its_cube_and_its_centroid():
     assert M.get_com() == pytest.approx(CORNERS.mean(axis=0), rel=1e-14)
 
 
+def test_an_open_mesh_is_closed_towards_the_origin_of_its_frame():
+    """As in Drake. Without its lowest face, of 0.5 m² and 0.3 m up, a pyramid down to the origin comes along."""
+    M = CalcSpatialInertia(mesh=surface(FACES[1:]), density=100.0)
+    solid, pyramid = 1.0 / 6.0, 0.5 * 0.3 / 3.0
+    assert M.get_mass() == pytest.approx(100.0 * (solid + pyramid), rel=1e-13)
+    apex = (CORNERS[0] + CORNERS[1] + CORNERS[2]) / 4.0
+    centre = (solid * CORNERS.mean(axis=0) + pyramid * apex) / (solid + pyramid)
+    assert M.get_com() == pytest.approx(centre, rel=1e-13)
+
+
 @pytest.mark.parametrize(
     ("solid", "density", "error", "text"),
     [

@@ -167,16 +167,16 @@ class _MjcfReader:
         body = BodyDescription(element.where, name)
         self._add_body(body)
         X_PB = read_pose(element, self._compiler, reading)
-        parts = []
-        for index, geom in enumerate(element.find_all("geom")):
-            full = self._defaults.apply(geom, child_class, reading)
-            part = read_geom(full, index, body, self._assets, self._compiler, reading)
-            if part is not None:
-                parts.append(part)
         inertial = element.find("inertial")
         if inertial is not None and self._compiler.inertia_from_geom is True:
             reading.pass_over(inertial)
             inertial = None
+        parts = []
+        for index, geom in enumerate(element.find_all("geom")):
+            full = self._defaults.apply(geom, child_class, reading)
+            part = read_geom(full, index, body, self._assets, self._compiler, reading, weighs=inertial is None)
+            if part is not None:
+                parts.append(part)
         if inertial is not None:
             body.M_BBo_B = self._read_inertial(inertial, name)
         else:
@@ -317,6 +317,12 @@ class _MjcfReader:
         self._reading.warn_unknown(element, ("connect",))
         for child in element.find_all("connect"):
             full = self._defaults.apply(child, MAIN_CLASS, self._reading)
+            if "site1" in full.attributes or "site2" in full.attributes:
+                self._reading.pass_over(full)
+                self._reading.warn(
+                    full, "<connect> of sites is not supported and is ignored; name bodies, and an anchor."
+                )
+                continue
             known = ("name", "class", "body1", "body2", "anchor")
             self._reading.warn_unknown(full, attributes=known, silent=("solref", "solimp"))
             anchor = self._reading.vector(full, "anchor", 3)

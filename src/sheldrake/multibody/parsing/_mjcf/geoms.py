@@ -97,9 +97,9 @@ def read_material_asset(element: Element, assets: Assets, reading: Reading) -> N
 
 
 def read_geom(
-    element: Element, index: int, body, assets: Assets, compiler: Compiler, reading: Reading
+    element: Element, index: int, body, assets: Assets, compiler: Compiler, reading: Reading, weighs: bool = True
 ) -> "MassElement | None":
-    """Adds a geom (defaults filled in) to a body; returns its mass, None when it has none or is ignored."""
+    """Adds a geom (defaults filled in) to a body; returns its mass; None without one, or when nobody asks."""
     reading.warn_unknown(element, attributes=_KNOWN, silent=_SILENT)
     name = element.get("name") or f"geom{index}"
     placed = _read_shape(element, name, assets, compiler, reading)
@@ -109,7 +109,7 @@ def read_geom(
     _add_roles(GeometryDescription(element.where, name, X_BG, shape), element, body, assets, reading)
     if body.is_world:
         return None
-    return _read_mass(element, shape, X_BG, name, reading)
+    return _read_mass(element, shape, X_BG, name, reading, weighs)
 
 
 def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler, reading: Reading):
@@ -225,11 +225,11 @@ def _read_colour(element: Element, name: str, assets: Assets, reading: Reading):
     return GREY if rgba is None else np.clip(rgba, 0.0, 1.0)
 
 
-def _read_mass(element: Element, shape, X_BG, name: str, reading: Reading) -> "MassElement | None":
+def _read_mass(element: Element, shape, X_BG, name: str, reading: Reading, weighs: bool) -> "MassElement | None":
     mass, density = reading.number(element, "mass"), reading.number(element, "density", DENSITY)
     if (mass is not None and mass < 0.0) or density < 0.0:
         reading.fail(element, f"Geom '{name}': mass and density must not be negative.")
-    if type(shape).__name__ == "HalfSpace":
+    if not weighs or type(shape).__name__ == "HalfSpace":  # a large mesh takes a tenth of a second to weigh
         return None
     if element.get("type", "sphere") == "sphere" and shape.radius() == 0.0:
         return MassElement(mass or 0.0, np.asarray(X_BG.translation()), np.zeros((3, 3)))

@@ -1,5 +1,7 @@
 """SDFormat: the `<inertial>` of a link to M_BBo_B."""
 
+import numpy as np
+
 from sheldrake.geometry import HalfSpace
 
 from .._files.xml import Element
@@ -66,14 +68,30 @@ def _of_collision(collision: Element, density: float, link: str, scope: SdfScope
     from sheldrake.multibody.tree import CalcSpatialInertia
 
     geometry = collision.find("geometry")
+    density = child_number(collision, "density", reading, density)
     shape, _ = (None, None) if geometry is None else read_shape(geometry, reading)
-    if shape is None:
+    cone = None if geometry is None else geometry.find("cone")
+    if shape is None and cone is None:
         return None
     if isinstance(shape, HalfSpace):
         reading.fail(collision, f"Link '{link}': a <plane> has no mass for <inertial auto='true'>.")
     try:
-        M_SSo_S = CalcSpatialInertia(shape, child_number(collision, "density", reading, density))
+        M_SSo_S = CalcSpatialInertia(shape, density) if cone is None else _of_cone(cone, density, reading)
     except (RuntimeError, ValueError) as error:
         reading.fail(collision, f"Link '{link}': {error}")
     X_LS = read_link_pose(collision, link, scope, reading)
     return M_SSo_S.ReExpress(X_LS.rotation()).Shift(-X_LS.translation())
+
+
+def _of_cone(cone: Element, density: float, reading: Reading):
+    """M_SSo_S of a cone, which touches nothing but weighs something: its apex is up, So half way up its axis."""
+    from sheldrake.multibody.tree import SpatialInertia, UnitInertia
+
+    r = child_number(cone, "radius", reading, 0.5)
+    h = child_number(cone, "length", reading, 1.0)
+    if not (r > 0.0 and h > 0.0 and density > 0.0):
+        reading.fail(cone, f"A cone of radius {r:g} m and length {h:g} m with {density:g} kg/m³ has no mass.")
+    across = 3.0 / 80.0 * (4.0 * r * r + h * h)
+    G_SScm = UnitInertia(Ixx=across, Iyy=across, Izz=0.3 * r * r)
+    mass = density * np.pi * r * r * h / 3.0
+    return SpatialInertia.MakeFromCentralInertia(mass, np.array([0.0, 0.0, -0.25 * h]), mass * G_SScm)
