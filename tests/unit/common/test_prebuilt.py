@@ -362,7 +362,7 @@ plant.SetPositionsAndVelocities(context, lib.InitializeAutoDiff(x).ravel())
 W, V = plant.world_frame(), lib.JacobianWrtVariable.kV
 ask = {
     "calc_kinetic_energy": lambda: [plant.CalcKineticEnergy(context)],
-    "calc_gravity_energy": lambda: [plant.CalcPotentialEnergy(context)],
+    "calc_potential_energy": lambda: [plant.CalcPotentialEnergy(context)],
     "calc_momentum": lambda: plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3)).get_coeffs(),
     "calc_velocity_of_centre": lambda: plant.CalcCenterOfMassTranslationalVelocityInWorld(context),
     "calc_jacobian_of_centre": lambda: plant.CalcJacobianCenterOfMassTranslationalVelocity(context, V, W, W).ravel(),
