@@ -246,6 +246,13 @@ def test_the_hash_covers_every_kernel_file():
     assert kernels <= files, f"kernels outside of _kernels folders: {sorted(kernels - files)}"
 
 
+def test_wheels_have_what_derivatives_of_continuous_plants_are_made_of():
+    """On numbers, and on complex ones for plants of AutoDiffXd: as Python they take fifty times as long."""
+    names = {"smooth_forces", "contact_forces", "surface_forces", "run_surfaces", "plant_derivatives"}
+    found = build.entries().keys()
+    assert {f"k_{name}{kind}" for name in names for kind in ("", "_on_complex")} <= found
+
+
 def test_queries_are_builtin_functions_without_a_compiler(tree):
     code = """
 import json, sys
@@ -355,7 +362,7 @@ plant.SetPositionsAndVelocities(context, lib.InitializeAutoDiff(x).ravel())
 W, V = plant.world_frame(), lib.JacobianWrtVariable.kV
 ask = {
     "calc_kinetic_energy": lambda: [plant.CalcKineticEnergy(context)],
-    "calc_gravity_energy": lambda: [plant.CalcPotentialEnergy(context)],
+    "calc_potential_energy": lambda: [plant.CalcPotentialEnergy(context)],
     "calc_momentum": lambda: plant.CalcSpatialMomentumInWorldAboutPoint(context, np.zeros(3)).get_coeffs(),
     "calc_velocity_of_centre": lambda: plant.CalcCenterOfMassTranslationalVelocityInWorld(context),
     "calc_jacobian_of_centre": lambda: plant.CalcJacobianCenterOfMassTranslationalVelocity(context, V, W, W).ravel(),

@@ -295,9 +295,9 @@ def test_compiled_model_numbers_bodies_and_pairs(world):
     assert model.material[0].tolist() == [1e6, 50, 0.1, 0.5, 0.5]
     bodies[world.child] = 3  # the same body: never in contact with itself
     assert world.scene_graph._compile_proximity(bodies)[0].pair.tolist() == [[0, 2], [1, 2]]
-    del bodies[world.child]
-    with pytest.raises(RuntimeError, match="frame 'child', which is none of the bodies"):
-        world.scene_graph._compile_proximity(bodies)
+    del bodies[world.child]  # what moves with none of them is left out
+    model, ids = world.scene_graph._compile_proximity(bodies)
+    assert ids == [world.a, world.ground] and model.pair.tolist() == [[0, 1]]
 
 
 def test_point_contact_algorithm_of_what_does_not_say(world):

@@ -62,6 +62,7 @@ Objects = dict[str, "Future[bytes]"]
 
 ON_COMPLEX = (
     "sheldrake.multibody.tree._kernels.",
+    "sheldrake.multibody.plant._kernels.derivatives",
     "sheldrake.common._kernels.only_stages",
 )
 """Modules, by how their names begin, whose entries are there on complex numbers too: plants of AutoDiffXd ask them."""

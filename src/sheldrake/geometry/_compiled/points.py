@@ -37,25 +37,19 @@ def compile_proximity(
 
     Args:
         state: with default proximity properties filled in.
-        body_of_frame: body index of every frame that has proximity geometry.
+        body_of_frame: body index of every frame whose geometry is wanted; that of others is left out.
         cells: whether pairs may be left to be found in cells, see `GeometryModel.cell`.
 
     Raises:
-        RuntimeError: a frame without body, a geometry without friction, a property with a bad value.
+        RuntimeError: a geometry without friction, a property with a bad value.
         NotImplementedError: a shape that can not touch others.
     """
-    ids = state.ids_with_role(Role.kProximity)
+    ids = [i for i in state.ids_with_role(Role.kProximity) if state.geometries[i].frame in body_of_frame]
     rows = {geometry_id: row for row, geometry_id in enumerate(ids)}
     records = [state.geometries[geometry_id] for geometry_id in ids]
     hulls = Hulls()
     geometry = np.zeros((len(ids), Geometry.SIZE), np.int64)
     size = np.zeros((len(ids), Size.SIZE))
-    for record in records:
-        if record.frame not in body_of_frame:
-            frame = state.frames[record.frame].name
-            raise RuntimeError(
-                f"Geometry '{record.name}' belongs to frame '{frame}', which is none of the bodies of the plant."
-            )
     geometry[:, Geometry.body] = [body_of_frame[record.frame] for record in records]
     algorithms = [_algorithm(record, state.point_contact_algorithm) for record in records]
     geometry[:, Geometry.multi_point] = [algorithm == "multi_point" for algorithm in algorithms]

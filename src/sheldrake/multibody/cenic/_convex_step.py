@@ -51,7 +51,13 @@ class ConvexStep:
         connected = sees_geometry(context)
         if parts.kernel_models.misses_geometry(connected):
             raise parts.failures.explain(GEOMETRY_NOT_CONNECTED, context)
-        models = parts.kernel_models.of(connected, parts.kernel_models.geometry_of(context))
+        found = parts.kernel_models.geometry_of(context)
+        if connected and found.strange:
+            raise RuntimeError(
+                f"{plant._describe()}: its geometry may touch that of another plant, of which CENIC knows no motion. "
+                "Exclude such pairs with a collision filter."
+            )
+        models = parts.kernel_models.of(connected, found)
         geometry, hydro = models["geometry_model"], models["hydro_model"]
         models["geometry_model"] = geometry = geometry._replace(margin=np.array([CONTACT_MARGIN, 0.0]))
         models["plant_model"] = plant_model = self._with_limits(models["plant_model"])

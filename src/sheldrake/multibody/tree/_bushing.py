@@ -6,13 +6,11 @@ Force elements with several terms: parameters here, forces in `_kernels/forces.p
 from __future__ import annotations
 
 import copy
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._kernels.generic import tanh
 from sheldrake.common._options import Options
 from sheldrake.multibody.math import SpatialForce_
 from sheldrake.multibody.tree._element import nonnegative, vector
@@ -22,8 +20,6 @@ from sheldrake.multibody.tree._joints_axis import RevoluteJoint
 from sheldrake.multibody.tree._kernels import forces
 
 if TYPE_CHECKING:
-    from typing import NoReturn
-
     from sheldrake.common._types import Scalars
     from sheldrake.multibody.math import SpatialForce
     from sheldrake.multibody.tree._rigid_body import RigidBody
@@ -93,19 +89,6 @@ class DoorHinge(JointElement):
         numbers = self._defaults()
         numbers[0] = numbers[2] = 0.0
         return forces.hinge_torque(numbers, 0, 0.0, angular_rate)
-
-    def _potential_energy(self, context: Context) -> float:
-        c, angle = self._config, self._joint.get_angle(context)
-        energy = c.spring_constant * (0.5 * angle - c.spring_zero_angle_rad) * angle  # zero at zero, as Drake's
-        if c.catch_width > 0.0:
-            half = 0.5 * c.catch_width
-            s = tanh((angle - half) / half)
-            energy = energy + c.catch_torque * half * (math.tanh(1.0) ** 2 - s * s)
-        return energy
-
-    def _powers(self, context: Context) -> tuple[float, float]:
-        angle, rate = self._joint.get_angle(context), self._joint.get_angular_rate(context)
-        return self.CalcHingeSpringTorque(angle) * rate, self.CalcHingeFrictionalTorque(rate) * rate
 
 
 class LinearBushingRollPitchYaw(ForceElement):
@@ -246,8 +229,3 @@ class LinearBushingRollPitchYaw(ForceElement):
     def CalcBushingSpatialForceOnFrameC(self, context: Context) -> SpatialForce:
         """The bushing's spatial force on C at Co, expressed in C."""
         return self._force_on(context, "CalcBushingSpatialForceOnFrameC", self._C)
-
-    def _potential_energy(self, context: Context) -> NoReturn:
-        raise NotImplementedError("LinearBushingRollPitchYaw: its force is not the gradient of a potential energy.")
-
-    _powers = _potential_energy

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree._element import Element, finite, nonnegative, vector
 from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
@@ -35,14 +34,6 @@ class ForceElement(Element):
     def _parts(self) -> tuple[Any, ...]:
         """Joints and bodies it acts on."""
         return ()
-
-    def _potential_energy(self, context: Context) -> float:
-        """Energy it stores [J]; gravity's is counted with the bodies."""
-        return 0.0
-
-    def _powers(self, context: Context) -> tuple[float, float]:
-        """Powers of its conservative and of its dissipative force [W]; gravity's is counted with the bodies."""
-        return 0.0, 0.0
 
 
 class UniformGravityFieldElement(ForceElement):
@@ -120,20 +111,6 @@ class _JointSpring(JointElement):
 
     def _defaults(self) -> list[float]:
         return [self._stiffness, self._nominal]
-
-    def _potential_energy(self, context: Context) -> float:
-        stiffness, stretch = self._stretched(context)
-        return 0.5 * stiffness * stretch * stretch
-
-    def _powers(self, context: Context) -> tuple[float, float]:
-        stiffness, stretch = self._stretched(context)
-        return -stiffness * stretch * self._joint.GetOneVelocity(context), 0.0
-
-    def _stretched(self, context: Context) -> tuple[float, float]:
-        """Stiffness [N m/rad or N/m], and how far the joint is from where the spring rests [rad or m]."""
-        owner = self._required_owner("CalcPotentialEnergy")
-        stiffness, nominal = owner.contexts.numbers(context, self._group)
-        return stiffness, self._joint.GetOnePosition(context) - nominal
 
 
 class RevoluteSpring(_JointSpring):
@@ -269,19 +246,3 @@ class LinearSpringDamper(ForceElement):
 
     def _parts(self) -> tuple[Any, ...]:
         return (self._A, self._B)
-
-    def _length(self, context: Context) -> tuple[np.ndarray, float]:
-        """p_PQ expressed in W, and how long it is [m]."""
-        p_PQ = self._B.EvalPoseInWorld(context) @ self._p_BQ - self._A.EvalPoseInWorld(context) @ self._p_AP
-        return p_PQ, sqrt(p_PQ @ p_PQ)
-
-    def _potential_energy(self, context: Context) -> float:
-        stretch = self._length(context)[1] - self._free_length
-        return 0.5 * self._stiffness * stretch * stretch
-
-    def _powers(self, context: Context) -> tuple[float, float]:
-        velocity = self._finalized("CalcConservativePower").kinematics.velocity_of_point
-        p_PQ, length = self._length(context)
-        v_PQ = velocity(context, self._B.body_frame(), self._p_BQ) - velocity(context, self._A.body_frame(), self._p_AP)
-        rate = p_PQ @ v_PQ / length
-        return -self._stiffness * (length - self._free_length) * rate, -self._damping * rate * rate

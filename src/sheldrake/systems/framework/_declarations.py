@@ -58,8 +58,8 @@ class PythonStage:
 
     function: Callable[[Any, Any], None]
     """Called with the system and its context."""
-    fills: tuple[str, str]
-    """Field of the scratch and its part."""
+    fills: tuple[str, str] | None
+    """Field of the scratch and its part; None for a stage that only looks whether others may run."""
     needs: frozenset[int] | None = None
     """Tickets of all that it reads: it is called before the others when that has changed; None: each time."""
 

@@ -372,9 +372,7 @@ class Kinematics:
 
     def CalcPotentialEnergy(self, context: Context) -> float:
         """Energy of gravity (zero at the world's origin) and springs [J]."""
-        energy = self._contexts.view(context).ask_gravity_energy()[0]
-        for element in self._elements.force_elements:
-            energy = energy + element._potential_energy(context)
+        energy = self._with_potential(context).ask_potential_energy()[0]
         return float(energy) if isinstance(energy, float) else energy
 
     def CalcKineticEnergy(self, context: Context) -> float:
@@ -384,17 +382,22 @@ class Kinematics:
 
     def CalcConservativePower(self, context: Context) -> float:
         """Power of gravity and of the elastic forces of springs [W]: what potential energy loses."""
-        view = self._contexts.view(context)
-        power = view.v @ view.ask_gravity()
-        power = sum((element._powers(context)[0] for element in self._elements.force_elements), power)
+        power = self._with_potential(context).ask_powers()[0]
         return float(power) if isinstance(power, float) else power
 
     @checked
     def CalcNonConservativePower(self, context: Context) -> float:
         """Power of the dampers and of the friction of force elements [W]; joints, actuators, contact do not count."""
         self._elements.require_finalized("CalcNonConservativePower")
-        power = sum((element._powers(context)[1] for element in self._elements.force_elements), 0.0)
+        power = self._with_potential(context).ask_powers()[1]
         return float(power) if isinstance(power, float) else power
+
+    def _with_potential(self, context: Context) -> View:
+        """The view of a context; refused where forces have no potential energy."""
+        view = self._contexts.view(context)
+        if len(view.frozen.forces.bushing):
+            raise NotImplementedError("LinearBushingRollPitchYaw: its force is not the gradient of a potential energy.")
+        return view
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -363,10 +363,18 @@ class View:
         return self.calls.query(queries.calc_kinetic_energy, *arguments, needs=needs, answer=E)
 
     @cached_property
-    def ask_gravity_energy(self) -> Query:
-        """Potential energy of gravity, shape (1,)."""
+    def ask_potential_energy(self) -> Query:
+        """Energy of gravity and force elements, shape (1,)."""
         E, needs = self.zeros(1), self.POSES | self.INERTIAS
-        return self.calls.query(queries.calc_gravity_energy, self.model, self.work, E, needs=needs, answer=E)
+        arguments = self.model, self.frozen.forces, self.p, self.work, self.q, E
+        return self.calls.query(queries.calc_potential_energy, *arguments, needs=needs, answer=E)
+
+    @cached_property
+    def ask_powers(self) -> Query:
+        """Powers of conservative and of dissipative forces of gravity and force elements, shape (2,)."""
+        P, needs = self.zeros(2), self.POSES | self.INERTIAS | self.VELOCITIES
+        arguments = self.model, self.frozen.forces, self.p, self.work, self.q, self.v, P
+        return self.calls.query(queries.calc_powers, *arguments, needs=needs, answer=P)
 
     @cached_property
     def ask_qdot(self) -> Query:

@@ -21,7 +21,7 @@ from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
 from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
 from sheldrake.multibody.plant._step.failures import Failures
-from sheldrake.multibody.plant._step.input_ports import sees_geometry, vector_inputs
+from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, sees_geometry, vector_inputs
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.stages import repeats
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
@@ -82,6 +82,8 @@ class Advance:
         kernels = self.equations.stages(self._models.in_root(root))
         if self._speeds.any():
             kernels = [PythonStage(_find_surface_speeds, (self.equations.vectors, "surface_speed")), *kernels]
+        if root.source(GEOMETRY_QUERY) is not None and self._models.geometry_in(root).strange:
+            kernels = [PythonStage(_refuse_strangers, None), *kernels]
         if not self._applied.are_used(plant):
             return kernels
         native = self._applied.native_stages(plant, root)
@@ -99,6 +101,15 @@ class Advance:
         """Puts the speeds of surfaces into the scratch of the step or the derivatives."""
         scratch = context._store.scratch(context._node)
         getattr(scratch, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
+
+    def refuse_strangers(self, context: Context) -> None:
+        """Looks whether geometry of others is in contact with the plant's own, on which it could exert no forces.
+
+        Raises:
+            RuntimeError: it is.
+        """
+        if pairs := self._models.geometry_of(context).strange:
+            self._failures.refuse_contact_of(pairs, context)
 
     # --- scratch
 
@@ -185,6 +196,8 @@ class Advance:
             raise self._failures.explain(GEOMETRY_NOT_CONNECTED, context)
         if self._elements.constraints and not self._settings.is_discrete():
             raise self._failures.explain(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
+        if connected:
+            self.refuse_strangers(context)
         return work, rehearsal.run()
 
     def _new_rehearsal(
@@ -287,6 +300,10 @@ def _stages_in(plant: MultibodyPlant, root: RootView) -> list[Kernel | PythonSta
 
 def _find_applied_force(plant: MultibodyPlant, context: Context) -> None:
     plant._parts.advance.find_applied_force(context)
+
+
+def _refuse_strangers(plant: MultibodyPlant, context: Context) -> None:
+    plant._parts.advance.refuse_strangers(context)
 
 
 def _find_surface_speeds(plant: Any, context: Context) -> None:

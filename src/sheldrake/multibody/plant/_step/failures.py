@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, face_capacity
+from sheldrake.geometry._state.collision_filter import Pair, ordered_pair
 from sheldrake.multibody.contact_solvers._kernels.problem import MASS_NOT_POSITIVE, MOTION_NOT_FINITE
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant._building.elements import Elements
@@ -16,6 +17,7 @@ from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import no_rotation
 from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
+from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.results import bodies_at_hand
 from sheldrake.systems.framework import Context
@@ -75,6 +77,27 @@ class Failures:
         if status == MOTION_NOT_FINITE:
             text += self._where_not_finite(context)
         return RuntimeError(text)
+
+    def refuse_contact_of(self, pairs: frozenset[Pair], context: Context) -> None:
+        """Checks that none of these pairs of geometries overlaps.
+
+        Args:
+            pairs: Of the plant's geometry with that of others.
+            context: Where; its geometry_query input port is connected.
+
+        Raises:
+            RuntimeError: one does.
+        """
+        query = context._system.get_input_port(GEOMETRY_QUERY).Eval(context)
+        for found in query.ComputePointPairPenetration():
+            if ordered_pair(found.id_A, found.id_B) in pairs:
+                name, owner = query.inspector().GetName, query.inspector().GetOwningSourceName
+                one, other = (f"'{name(i)}' of '{owner(i)}'" for i in (found.id_A, found.id_B))
+                raise RuntimeError(
+                    f"{context._system._describe()} at time {context.get_time()}: geometry {one} is in contact with "
+                    f"{other}, and only one of them is known to this plant, so no force could act. Exclude such pairs "
+                    "with a collision filter, or put all bodies that touch into one plant."
+                )
 
     def _without_place(self, context: Context) -> list[str]:
         """Joints whose positions are not finite."""

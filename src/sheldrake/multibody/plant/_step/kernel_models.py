@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry import FrameId
+from sheldrake.geometry import FrameId, GeometryId
 from sheldrake.geometry._compiled.hydroelastic import HydroPairs, compile_hydro, has_surfaces
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel, empty_geometry_model
+from sheldrake.geometry._roles import Role
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
@@ -35,6 +36,7 @@ from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
     from sheldrake.geometry._kernels.hydro_model import HydroModel
+    from sheldrake.geometry._state.collision_filter import Pair
     from sheldrake.geometry._state.state import GeometryState
     from sheldrake.systems.framework._engine.memory import RootView
 
@@ -44,8 +46,10 @@ class CompiledGeometry(NamedTuple):
 
     state: GeometryState | None
     model: GeometryModel
-    ids: list[Any]
+    ids: list[GeometryId]
     hydro: HydroModel
+    strange: frozenset[Pair] = frozenset()
+    """Pairs that may touch of the plant's geometry with what moves with none of its bodies."""
 
 
 @functools.cache
@@ -151,9 +155,16 @@ class KernelModels:
             pairs = self._split_pairs(state, model, ids)
             while len(self.compiled) > 3:
                 self.compiled.pop(next(iter(self.compiled)))
-            found = CompiledGeometry(state, pairs.points, ids, pairs.model)
+            found = CompiledGeometry(state, pairs.points, ids, pairs.model, self._strange_pairs(state, ids))
             self.compiled[state.serial] = found
         return found
+
+    def _strange_pairs(self, state: GeometryState, ids: list[GeometryId]) -> frozenset[Pair]:
+        if len(ids) == len(state.ids_with_role(Role.kProximity)):
+            return frozenset()
+        own = {i for i in ids if state.geometries[i].source == self._geometry.source_id}
+        pairs = [pair for pair in state.collision_candidates() if not own.isdisjoint(pair)]
+        return frozenset(pair for pair in pairs if not set(ids).issuperset(pair))
 
     def rows_of_frames(self) -> dict[FrameId, int]:
         """Rows of the bodies of the SceneGraph's frames."""

@@ -201,6 +201,62 @@ def add_struts(model: TreeModel, force_model: ForceModel, p: Vector, work: TreeW
 
 
 @kernel
+def hinge_energy(p, at, angle):
+    """Energy of a door hinge's spring and catch [J], zero at zero."""
+    energy = p[at] * (0.5 * angle - p[at + 1]) * angle
+    if p[at + 3] > 0.0:
+        half = 0.5 * p[at + 3]
+        at_zero, s = tanh(1.0), tanh((angle - half) / half)
+        energy += p[at + 2] * half * (at_zero * at_zero - s * s)
+    return energy
+
+
+@kernel
+def add_potential_energy(force_model: ForceModel, p: Vector, work: TreeWork, q: Vector, energy: Vector) -> None:
+    """Adds what springs, hinges and struts store to energy, shape (1,); needs poses."""
+    for i in range(len(force_model.springs)):
+        spring = force_model.springs[i]
+        stretch = q[spring.q] - p[spring.p + 1]
+        energy[0] += 0.5 * p[spring.p] * stretch * stretch
+    for i in range(len(force_model.hinges)):
+        hinge = force_model.hinges[i]
+        energy[0] += hinge_energy(p, hinge.p, q[hinge.q])
+    for i in range(len(force_model.struts)):
+        strut = force_model.struts[i]
+        at = strut.p
+        p_PQ = sub3(point_on(work, strut.B, read3(p, at + 3)), point_on(work, strut.A, read3(p, at)))
+        stretch = sqrt(dot3(p_PQ, p_PQ)) - p[at + 6]
+        energy[0] += 0.5 * p[at + 7] * stretch * stretch
+
+
+@kernel
+def add_powers(
+    model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, q: Vector, v: Vector, power: Vector
+) -> None:
+    """Adds those of the conservative and of the dissipative forces of springs, hinges, struts; needs velocities."""
+    for i in range(len(force_model.springs)):
+        spring = force_model.springs[i]
+        power[0] -= p[spring.p] * (q[spring.q] - p[spring.p + 1]) * v[spring.dof]
+    for i in range(len(force_model.hinges)):
+        hinge = force_model.hinges[i]
+        angle, rate = q[hinge.q], v[hinge.dof]
+        at_rest = hinge_torque(p, hinge.p, angle, 0.0 * rate)
+        power[0] += at_rest * rate
+        power[1] += (hinge_torque(p, hinge.p, angle, rate) - at_rest) * rate
+    for i in range(len(force_model.struts)):
+        strut = force_model.struts[i]
+        at = strut.p
+        p_WP, p_WQ = point_on(work, strut.A, read3(p, at)), point_on(work, strut.B, read3(p, at + 3))
+        p_PQ = sub3(p_WQ, p_WP)
+        length = sqrt(dot3(p_PQ, p_PQ))
+        _, v_P = velocity_at(model, work, strut.A, p_WP)
+        _, v_Q = velocity_at(model, work, strut.B, p_WQ)
+        rate = dot3(p_PQ, sub3(v_Q, v_P)) / length
+        power[0] -= p[at + 7] * (length - p[at + 6]) * rate
+        power[1] -= p[at + 8] * rate * rate
+
+
+@kernel
 def clear(F):
     """No force on any body."""
     for b in range(F.shape[0]):

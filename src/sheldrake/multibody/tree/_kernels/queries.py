@@ -284,8 +284,25 @@ def calc_kinetic_energy(model: TreeModel, p: Vector, work: TreeWork, v: Vector, 
 
 
 @kernel(top=True, short_loops=True)
-def calc_gravity_energy(model: TreeModel, work: TreeWork, energy: Vector) -> None:
-    """Potential energy of gravity [J], zero at the world's origin, shape (1,); needs `body_inertias`."""
+def calc_potential_energy(
+    model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, q: Vector, energy: Vector
+) -> None:
+    """Energy of gravity, zero at the world's origin, and of force elements [J], shape (1,); needs `body_inertias`."""
     energy[0] = 0.0
     for b in range(1, len(model.bodies)):
         energy[0] -= dot3(first_moment(model, work, b), dynamics.gravity_on(model, work, b))
+    forces.add_potential_energy(force_model, p, work, q, energy)
+
+
+@kernel(top=True, short_loops=True)
+def calc_powers(
+    model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, q: Vector, v: Vector, power: Vector
+) -> None:
+    """Powers of gravity and elastic forces, and of dissipative forces of force elements [W], shape (2,); all stages."""
+    power[0] = 0.0
+    power[1] = 0.0
+    for b in range(1, len(model.bodies)):
+        body = work[b]
+        g_W = dynamics.gravity_on(model, work, b)
+        power[0] += dot6((cross3(body.first_moment, g_W), scale3(g_W, body.mass)), body.V_WB)
+    forces.add_powers(model, force_model, p, work, q, v, power)

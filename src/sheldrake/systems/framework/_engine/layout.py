@@ -203,6 +203,8 @@ class Layout(Memory):
     def span_of_fill(self, row: int) -> Span:
         """What a Python stage fills, in the slab."""
         stage, n = self.rows[row], self.rows[row].node
+        if stage.calc.fills is None:
+            return 0, 0
         field, part = stage.calc.fills
         prototype = self.prototypes[n]
         table = prototype._fields.index(field)
