@@ -250,7 +250,7 @@ class Joint(NamedElement):
 
     def _set_limits(self, kind: str, lower: Scalars, upper: Scalars) -> None:
         call, size = f"set_{kind}_limits", len(self._limits[kind][0])
-        lower, upper = np.array(np.ravel(lower), float), np.array(np.ravel(upper), float)
+        lower, upper = np.array(lower, float).ravel(), np.array(upper, float).ravel()
         if lower.shape != (size,) or upper.shape != (size,):
             raise RuntimeError(
                 f"{type(self).__name__}.{call}(): joint {self._name!r} takes limits of size {size}, "
