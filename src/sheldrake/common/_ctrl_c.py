@@ -27,6 +27,7 @@ def deferred_ctrl_c() -> Iterator[Callable[[], None]]:
 
     def check() -> None:
         if pressed:
+            pressed.clear()  # it is told
             raise KeyboardInterrupt
 
     def note(_number: int, _frame: FrameType | None) -> None:

@@ -44,6 +44,14 @@ def test_the_second_counts_at_once_and_none_is_forgotten():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+def test_whoever_was_told_inside_is_not_told_again_outside():
+    with deferred_ctrl_c() as check:
+        press()
+        with pytest.raises(KeyboardInterrupt):
+            check()
+        check()
+
+
 def test_where_the_garbage_collector_would_lose_it():
     class Swallows:
         def __del__(self):
