@@ -17,14 +17,13 @@ import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from sheldrake.common._checked import checked
 from sheldrake.common._taken import STUMBLES, refusal
 
 _Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
 
 
 def checked_late(decorated: _Decorated) -> _Decorated:
-    """Decorates a function, or a class for its public methods; a constructor's arguments are `checked` first.
+    """Decorates a function, or a class for its constructor and public methods.
 
     Raises:
         TypeError: from a call that failed, for an argument that its annotation excludes.
@@ -33,7 +32,7 @@ def checked_late(decorated: _Decorated) -> _Decorated:
         return _late(decorated)
     for name, member in list(vars(decorated).items()):
         if name == "__init__":
-            setattr(decorated, name, _late(member) if _takes_any_number(member) else checked(member))
+            setattr(decorated, name, _late(member))
         elif name[0] != "_":
             if isinstance(member, (staticmethod, classmethod)):
                 setattr(decorated, name, type(member)(_late(member.__func__)))
@@ -62,8 +61,3 @@ def _late(function: Any) -> Any:
 def _looks_itself(function: Any) -> bool:
     """Whether it has been decorated with what looks at its arguments."""
     return hasattr(function, "_ways") or hasattr(function, "__wrapped__")
-
-
-def _takes_any_number(function: Any) -> bool:
-    """Whether there is little to check before the call."""
-    return _looks_itself(function) or bool(function.__code__.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS))

@@ -216,7 +216,7 @@ def strict_test_of(annotation: object, function: Callable[..., Any]) -> Test | N
             tests.append(callable)
         elif part == "int":
             tests.append(_is_whole_of_machine)
-        elif part == "Expression":  # numbers, variables and polynomials become one
+        elif part in ("Expression", "Scalar"):  # numbers, variables and polynomials become one
             tests.append(is_number)
         elif part in ("Formula", "Polynomial"):
             tests.append(lambda value: not isinstance(value, _NEVER))

@@ -38,6 +38,14 @@ def formulas(value: Any) -> list[Formula]:
     return [formula(f) for f in np.asarray(value, dtype=object).ravel(order="F")]
 
 
+@kind("array")
+def values(given: Any) -> Any:
+    """Kind: values of variables, of any scalar; the body of the call looks at them."""
+    if given is None:
+        raise Mismatch
+    return given
+
+
 binding = kind("Binding")(instance_of(BindingBase))
 variable = instance_of(Variable)
 variables = instance_of(Variables)

@@ -325,20 +325,20 @@ def test_whole_scenes_have_the_same_bits_in_every_tier(tmp_path):
         command = [sys.executable, "-c", SCENES]
         done = subprocess.run(command, env=environ, capture_output=True, text=True, check=True, cwd=tmp_path)
         bits, tiers = json.loads(done.stdout.splitlines()[-1])
-        return bits, set(tiers.values()), {name.rpartition(":")[2] for name in tiers}
+        return bits, tiers, {name.rpartition(":")[2] for name in tiers}
 
     assert not (tmp_path / "cache").exists()
     compiled, tiers, names = run()
-    assert tiers <= {"compiled", "cache"} and len(names) > 12  # other processes compile for the cache
+    assert set(tiers.values()) <= {"compiled", "cache"} and len(names) > 12  # other processes compile for the cache
     cached, tiers, _ = run()
-    assert tiers == {"cache"}
+    assert set(tiers.values()) == {"cache"}
     out = tmp_path / "built"
     command = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", ",".join(names)]
     subprocess.run(command, check=True, env=environment(tmp_path), cwd=tmp_path, stdout=subprocess.DEVNULL)
     (folder,) = out.iterdir()
     shutil.copytree(folder, package / "_prebuilt")
     prebuilt_, tiers, _ = run(SHELDRAKE_CACHE_DIR=str(tmp_path / "none"))
-    assert tiers == {"prebuilt"}
+    assert not [name for name, tier in tiers.items() if tier != "prebuilt"]
     assert compiled == cached == prebuilt_
     assert len(set(compiled.values())) == 3
 

@@ -132,7 +132,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
     p_j = combine3(x.b, y.b, z.b, w0, w1, w2)
     if is_curved(model, i) or is_curved(model, j):
         out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
-    p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
+    out, depth, p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
     return -depth, scale3(out, -1.0), p_i, p_j
 
 
@@ -166,18 +166,22 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
 
 @kernel(outline=True)
 def settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j):
-    """Deepest points that are `depth` apart along `out`.
+    """Deepest points that are a depth apart along a direction, these two, and the points.
 
-    The triangle that gave the direction may be only a part of a face, and the origin in front of another part: then the
-    shapes are moved apart along `out`, where GJK finds them.
+    Where they are not, what GJK took for an overlap may be none but for rounding: then a direction near `out` is right.
+    Or the triangle that gave it is only a part of a face, and the origin in front of another part: then the shapes are
+    moved apart along `out`, where GJK finds the points.
     """
     r = sub3(sub3(p_i, p_j), scale3(out, depth))
     if dot3(r, r) > _WITNESS_GAP * _WITNESS_GAP * size * size:
+        found, d, least, a, b = nearby(model, table, i, j, size, out, depth)
+        if found:
+            return d, least, a, b
         shift = scale3(out, depth + _CLEARANCE * size)
         _n, _v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)
         if not overlap:
-            return a, b
-    return p_i, p_j
+            return out, depth, a, b
+    return out, depth, p_i, p_j
 
 
 @kernel

@@ -362,8 +362,8 @@ class ProgramBindings:
         return self.EvalBinding(binding, self._variables.initial_guess())
 
     @overloaded(
-        overload(binding=kinds.binding, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
-        overload(bindings=anything, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
+        overload(binding=kinds.binding, prog_var_vals=kinds.values, tol=(kinds.number, 1e-6)),
+        overload(bindings=anything, prog_var_vals=kinds.values, tol=(kinds.number, 1e-6)),
     )
     def CheckSatisfied(
         self, bindings: BindingBase[Constraint] | Iterable[BindingBase[Constraint]], values: ArrayLike, tol: float

@@ -307,7 +307,7 @@ def test_numbers_that_are_none_are_refused_where_they_are_given(x):
         lambda: plant.AddCouplerConstraint(ja, jb, x),
         lambda: plant.AddCouplerConstraint(ja, jb, 1.0, x),
     ):
-        with pytest.raises((RuntimeError, TypeError), match=r"finite|must be float|NoneType"):
+        with pytest.raises((RuntimeError, TypeError), match=r"finite|must be (float|Scalars|ArrayLike)|NoneType"):
             give()
 
 
