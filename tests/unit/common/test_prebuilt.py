@@ -333,6 +333,7 @@ def test_whole_scenes_have_the_same_bits_in_every_tier(tmp_path):
     cached, tiers, _ = run()
     assert set(tiers.values()) == {"cache"}
     out = tmp_path / "built"
+    names.add("sweep")  # where derivatives on complex numbers are prebuilt, they are taken at once
     command = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", ",".join(names)]
     subprocess.run(command, check=True, env=environment(tmp_path), cwd=tmp_path, stdout=subprocess.DEVNULL)
     (folder,) = out.iterdir()

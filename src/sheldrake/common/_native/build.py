@@ -15,6 +15,7 @@ import hashlib
 import importlib
 import importlib.util
 import json
+import os
 import pathlib
 import platform
 import shutil
@@ -240,4 +241,5 @@ if __name__ == "__main__":
     parser.add_argument("platform", nargs="*", help=f"of {', '.join(PLATFORMS)}; default: this machine")
     parser.add_argument("--only", default="", help="the names of the entries to build, with commas")
     options = parser.parse_args()
+    os.environ.setdefault("SHELDRAKE_QUIET", "1")  # a line for each object of each platform tells nobody anything
     build(options.out, options.platform or [host_platform()], options.only)
