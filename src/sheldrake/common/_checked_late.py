@@ -23,7 +23,7 @@ _Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
 
 
 def checked_late(decorated: _Decorated) -> _Decorated:
-    """Decorates a function, or a class for its constructor and public methods.
+    """Decorates a function, or a class for its constructor and its public methods.
 
     Raises:
         TypeError: from a call that failed, for an argument that its annotation excludes.
@@ -31,9 +31,7 @@ def checked_late(decorated: _Decorated) -> _Decorated:
     if not isinstance(decorated, type):
         return _late(decorated)
     for name, member in list(vars(decorated).items()):
-        if name == "__init__":
-            setattr(decorated, name, _late(member))
-        elif name[0] != "_":
+        if name == "__init__" or name[0] != "_":
             if isinstance(member, (staticmethod, classmethod)):
                 setattr(decorated, name, type(member)(_late(member.__func__)))
             elif inspect.isfunction(member) and member.__code__.co_argcount + member.__code__.co_kwonlyargcount > 1:
@@ -42,7 +40,7 @@ def checked_late(decorated: _Decorated) -> _Decorated:
 
 
 def _late(function: Any) -> Any:
-    if _looks_itself(function):
+    if hasattr(function, "_ways") or hasattr(function, "__wrapped__"):  # these look at their arguments themselves
         return function
 
     @functools.wraps(function)
@@ -56,8 +54,3 @@ def _late(function: Any) -> Any:
             raise refused from error
 
     return call
-
-
-def _looks_itself(function: Any) -> bool:
-    """Whether it has been decorated with what looks at its arguments."""
-    return hasattr(function, "_ways") or hasattr(function, "__wrapped__")

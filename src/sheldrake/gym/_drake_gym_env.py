@@ -175,8 +175,7 @@ class DrakeGymEnv(gymnasium.Env):
             self._setup()
         context = self.simulator.get_mutable_context()
         context.SetTime(0)
-        self.simulator.get_mutable_integrator()._forget_step_size()  # episodes do not depend on those before
-        self.simulator.Initialize()
+        self.simulator._initialize_anew()
         if self.reset_handler is not None:
             self.simulator.get_system().SetDefaultContext(context)
             self.reset_handler(self.simulator, context, seed)

@@ -65,7 +65,7 @@ class SimulatedWorlds:
 
     def _begin(self, w: int, _: RolloutPlan) -> int:
         self._worlds.store(w).out_of_date()
-        _begin_anew(self.simulator(w))
+        self.simulator(w)._initialize_anew()
         return _program.DONE
 
     def _compute(self, w: int, plan: RolloutPlan) -> int:
@@ -86,7 +86,7 @@ class SimulatedWorlds:
             store.S[rollout.inputs_at] = rollout.inputs[j * samples + k] if len(rollout.inputs_at) else ()
             store.out_of_date()
             if k == 0 and len(rollout.state):
-                _begin_anew(simulator)
+                simulator._initialize_anew()
             status = simulator.AdvanceTo(a + b * (c + d * k))
             if status.reason() is _TERMINATED:
                 return _program.TERMINATED
@@ -96,9 +96,3 @@ class SimulatedWorlds:
                 rollout.outputs[j * samples + k] = store.S[rollout.outputs_at]
             self._worlds.progress[w, Progress.sample] = k + 1
         return _program.DONE
-
-
-def _begin_anew(simulator: Simulator) -> None:
-    """Initializes without knowledge of earlier runs, as worlds of machine code begin."""
-    simulator.get_mutable_integrator()._forget_step_size()
-    simulator.Initialize()

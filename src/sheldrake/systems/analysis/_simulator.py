@@ -181,6 +181,11 @@ class Simulator(SimulatorSettings, Generic[Simulated]):
         """
         return self._alone("Initialize", self._initialize, params or _ALL_EVENTS)
 
+    def _initialize_anew(self) -> None:
+        """`Initialize`, without what the integrator knows of earlier runs: what comes does not depend on them."""
+        self.get_mutable_integrator()._forget_step_size()
+        self.Initialize()
+
     def _alone(self, call: str, work: Any, *args: Any) -> Any:
         """Does the work of a call while the context is this simulator's, in this thread."""
         if self._context is None:

@@ -208,8 +208,7 @@ def _ends_one_by_one(simulator: Simulator, x: np.ndarray, h: float) -> Callable[
         for s, state in enumerate(x.T):
             context.SetTime(0.0)
             context.SetContinuousState(state)
-            simulator.get_mutable_integrator()._forget_step_size()  # no end depends on those before
-            simulator.Initialize()
+            simulator._initialize_anew()
             simulator.AdvanceTo(h)
             reached[:, s] = context.get_continuous_state_vector().CopyToVector()
         return reached
