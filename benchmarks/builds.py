@@ -3,10 +3,11 @@
     python benchmarks/builds.py [ROBOT ...] [--rounds 5] [--first]
 
 Robots: arm (seven joints), cart-pole (SDFormat), quadruped, chain (made by calls, no file), and, with
-example-robot-data or SHELDRAKE_ROBOTS, panda and romeo (59 bodies), whose meshes are replaced by their hulls. Both
-libraries take turns in one process; the mean of a turn counts, and the best turn. `--first` shows the first build of a
-process instead, with kernels and Python's bytecode made before: the import of `....all`, what comes after it, and both
-("process"); the best of some processes.
+example-robot-data or SHELDRAKE_ROBOTS, panda and romeo (59 bodies), whose meshes are replaced by their hulls; pendulums
+of 1, 7 and 30 joints made by calls, without geometry and without a diagram (bare1, ...); rows of 1, 10 and 100 gains
+and integrators (blocks1, ...). Both libraries take turns in one process; the mean of a turn counts, and the best turn.
+`--first` shows the first build of a process instead, with kernels and Python's bytecode made before: the import of
+`....all`, what comes after it, and both ("process"); the best of some processes.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import logging
 import os
 import pathlib
 import subprocess
@@ -21,7 +23,8 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,19 +36,6 @@ from benchmarks.turns import machine, take_turns  # noqa: E402
 
 SECONDS_A_TURN = 0.15
 LIBRARIES = ("sheldrake", "pydrake")
-STAGES = (
-    "new plant",
-    "parse",
-    "Finalize",
-    "Build",
-    "context",
-    "Clone",
-    "Simulator",
-    "first step",
-    "all",
-    "InverseKin.",
-)
-
 CART_POLE = """<sdf version="1.7"><model name="cart_pole">
   <link name="cart"><inertial><mass>10</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>
     <visual name="v"><geometry><box><size>0.24 0.12 0.12</size></box></geometry></visual>
@@ -62,18 +52,24 @@ CART_POLE = """<sdf version="1.7"><model name="cart_pole">
 </model></sdf>"""
 
 
-def files(folder: pathlib.Path) -> dict[str, pathlib.Path | None]:
-    """The description of each robot; None for one that is made by calls."""
+Build = Callable[[Any], Iterator[str]]
+"""What a program builds with a library, in stages: gives the name of each when it has ended."""
+
+
+def builds(folder: pathlib.Path) -> dict[str, Build]:
+    """The programs by name."""
     from _robots import arm
     from benchmarks.real_robots import robots_folder, with_hulls
 
     (folder / "arm.urdf").write_text(arm())
     (folder / "cart_pole.sdf").write_text(CART_POLE)
-    found: dict[str, pathlib.Path | None] = {
-        "arm": folder / "arm.urdf",
-        "cart-pole": folder / "cart_pole.sdf",
-        "quadruped": ROOT / "src/sheldrake/models/quadruped/quadruped.urdf",
-        "chain": None,
+    found: dict[str, Build] = {
+        "arm": partial(robot, folder / "arm.urdf"),
+        "cart-pole": partial(robot, folder / "cart_pole.sdf"),
+        "quadruped": partial(robot, ROOT / "src/sheldrake/models/quadruped/quadruped.urdf"),
+        "chain": partial(robot, None),
+        **{f"bare{joints}": partial(bare, joints) for joints in (1, 7, 30)},
+        **{f"blocks{count}": partial(blocks, count) for count in (1, 10, 100)},
     }
     robots = robots_folder()
     if robots is not None:
@@ -81,7 +77,7 @@ def files(folder: pathlib.Path) -> dict[str, pathlib.Path | None]:
             ("panda", "panda_description/urdf/panda.urdf"),
             ("romeo", "romeo_description/urdf/romeo_small.urdf"),
         ):
-            found[name] = with_hulls(robots / file, folder, visuals=True)
+            found[name] = partial(robot, with_hulls(robots / file, folder, visuals=True))
     return found
 
 
@@ -108,54 +104,119 @@ def add_chain(lib: Any, plant: Any) -> None:
         parent = body
 
 
-def build(lib: Any, path: pathlib.Path | None) -> list[float]:
-    """CPU time of each stage of one build [s]."""
-    times = [time.process_time()]
-
-    def done() -> None:
-        times.append(time.process_time())
-
+def robot(path: pathlib.Path | None, lib: Any) -> Iterator[str]:
+    """A robot of a file, or the chain, on a table of shapes; and inverse kinematics of it."""
     builder = lib.DiagramBuilder()
     plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.001)
-    done()
+    yield "new plant"
     if path is None:
         add_chain(lib, plant)
     else:
         lib.Parser(plant).AddModels(str(path))
-    done()
+    yield "parse"
     plant.Finalize()
-    done()
+    yield "Finalize"
     diagram = builder.Build()
-    done()
+    yield "Build"
     context = diagram.CreateDefaultContext()
-    done()
-    context.Clone()
-    done()
-    simulator = lib.Simulator(diagram, context)
-    simulator.Initialize()
-    done()
-    simulator.AdvanceTo(0.001)
-    done()
-    total = times[-1] - times[0]
+    yield "context"
+    yield from run(lib, diagram, context)
     posture = plant.GetMyContextFromRoot(context)
-    start = time.process_time()
     lib.InverseKinematics(plant, posture)
-    return [*np.diff(times), total, time.process_time() - start]
+    yield "InverseKin."
 
 
-def measured(path: pathlib.Path | None, rounds: int) -> dict[str, np.ndarray]:
-    """The stages' times in later builds, by library [s]."""
+def run(lib: Any, system: Any, context: Any) -> Iterator[str]:
+    """What follows a context: a copy, and a simulator's first step."""
+    context.Clone()
+    yield "Clone"
+    simulator = lib.Simulator(system, context)
+    simulator.Initialize()
+    yield "Simulator"
+    simulator.AdvanceTo(0.001)
+    yield "first step"
+
+
+def bare(joints: int, lib: Any) -> Iterator[str]:
+    """A pendulum of so many links, of which other scalars and their contexts are wanted too."""
+    plant = lib.MultibodyPlant(0.001)
+    yield "new plant"
+    parent = plant.world_body()
+    for k in range(joints):
+        body = plant.AddRigidBody(f"link{k}", lib.SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 0.5 + 0.01 * k))
+        plant.AddJoint(
+            lib.RevoluteJoint(f"joint{k}", parent.body_frame(), body.body_frame(), np.array([0.0, 1.0, 0.0]))
+        )
+        parent = body
+    yield "elements"
+    plant.Finalize()
+    yield "Finalize"
+    context = plant.CreateDefaultContext()
+    yield "context"
+    plant.CalcMassMatrix(context)
+    yield "mass matrix"
+    yield from run(lib, plant, context)
+    with_duals = plant.ToAutoDiffXd()
+    yield "ToAutoDiff"
+    with_duals.CreateDefaultContext()
+    yield "its context"
+
+
+def blocks(count: int, lib: Any) -> Iterator[str]:
+    """Gains and integrators by turns in a row, driven by a sine."""
+    builder = lib.DiagramBuilder()
+    before = builder.AddSystem(lib.Sine(1.0, 1.0, 0.0, 2))
+    for k in range(count):
+        block = builder.AddSystem(lib.Integrator(2) if k % 2 else lib.Gain(0.5, 2))
+        builder.Connect(before.get_output_port(0), block.get_input_port(0))
+        before = block
+    yield "systems"
+    builder.ExportOutput(before.get_output_port(0))
+    diagram = builder.Build()
+    yield "Build"
+    context = diagram.CreateDefaultContext()
+    yield "context"
+    yield from run(lib, diagram, context)
+    with_duals = diagram.ToAutoDiffXd()
+    yield "ToAutoDiff"
+    with_duals.CreateDefaultContext()
+    yield "its context"
+
+
+Times = dict[str, float]
+"""CPU time by stage [s]."""
+
+
+def timed(build: Build, lib: Any) -> Times:
+    """The stages of one build, and all up to the first step."""
+    times, before = {}, time.process_time()
+    for stage in build(lib):
+        times[stage] = time.process_time() - before
+        if stage == "first step":
+            times["all"] = sum(times.values())
+        before = time.process_time()
+    return times
+
+
+def at_best(best: Times | None, other: Times) -> Times:
+    """The smaller time of each stage."""
+    return other if best is None else {stage: min(seconds, other[stage]) for stage, seconds in best.items()}
+
+
+def measured(build: Build, rounds: int) -> dict[str, Times]:
+    """The stages' times in later builds, by library."""
     libraries = {name: importlib.import_module(f"{name}.all") for name in LIBRARIES}
-    best: dict[str, np.ndarray] = {}
+    best: dict[str, Times] = {}
 
     def contender(name: str) -> Callable[[], float]:
-        build(libraries[name], path)
-        once = build(libraries[name], path)[STAGES.index("all")]
+        timed(build, libraries[name])
+        once = sum(timed(build, libraries[name]).values())
         count = max(3, round(SECONDS_A_TURN / once))
 
         def turn() -> float:
-            mean = np.mean([build(libraries[name], path) for _ in range(count)], axis=0)
-            best[name] = np.minimum(best.get(name, mean), mean)
+            found = [timed(build, libraries[name]) for _ in range(count)]
+            mean = {stage: float(np.mean([times[stage] for times in found])) for stage in found[0]}
+            best[name] = at_best(best.get(name), mean)
             return 0.0
 
         return turn
@@ -164,52 +225,53 @@ def measured(path: pathlib.Path | None, rounds: int) -> dict[str, np.ndarray]:
     return best
 
 
-def measured_first(path: pathlib.Path | None, rounds: int) -> dict[str, np.ndarray]:
-    """The stages' times in the first build of a process, by library [s]."""
-    best: dict[str, np.ndarray] = {}
+def measured_first(program: str, rounds: int) -> dict[str, Times]:
+    """The stages' times in the first build of a process, by library."""
+    best: dict[str, Times] = {}
     with tempfile.TemporaryDirectory() as bytecode:  # as where people run programs again, whatever is set here
         environment = {**os.environ, "PYTHONPYCACHEPREFIX": bytecode, "PYTHONDONTWRITEBYTECODE": ""}
         for name in (*LIBRARIES, *LIBRARIES * rounds):
-            command = [sys.executable, __file__, "--one", name, str(path or "")]
+            command = [sys.executable, __file__, "--one", name, program]
             done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-            found = np.array(json.loads(done.stdout.splitlines()[-1]))
-            best[name] = np.minimum(best.get(name, found), found)
+            best[name] = at_best(best.get(name), json.loads(done.stdout.splitlines()[-1]))
     return best
 
 
-def report(robot: str, best: dict[str, np.ndarray], stages: tuple[str, ...]) -> None:
-    """Prints a table of a robot's stages."""
-    print(f"\n{robot:16s}" + "".join(f"{stage:>12s}" for stage in stages))
+def report(program: str, best: dict[str, Times]) -> None:
+    """Prints a table of the stages of a program."""
+    stages = list(best[LIBRARIES[0]])
+    print(f"\n{program:16s}" + "".join(f"{stage:>12s}" for stage in stages))
     for name in LIBRARIES:
-        print(f"{name:16s}" + "".join(f"{1e3 * seconds:12.3f}" for seconds in best[name]))
-    ratios = best["sheldrake"] / best["pydrake"]
-    print(f"{'ours/Drake':16s}" + "".join(f"{ratio:12.2f}" for ratio in ratios), flush=True)
+        print(f"{name:16s}" + "".join(f"{1e3 * best[name][stage]:12.3f}" for stage in stages))
+    ours, theirs = (best[name] for name in LIBRARIES)
+    print(f"{'ours/Drake':16s}" + "".join(f"{ours[stage] / theirs[stage]:12.2f}" for stage in stages), flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("robots", nargs="*")
+    parser.add_argument("programs", nargs="*")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--first", action="store_true", help="the first build of a process")
-    parser.add_argument("--one", nargs=2, metavar=("PACKAGE", "FILE"), help=argparse.SUPPRESS)
+    parser.add_argument("--one", nargs=2, metavar=("PACKAGE", "PROGRAM"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    if options.one:
-        package, path = options.one
-        start = time.process_time()
-        lib = importlib.import_module(f"{package}.all")
-        imported = time.process_time() - start
-        times = build(lib, pathlib.Path(path) if path else None)
-        print(json.dumps([*times, imported, imported + times[STAGES.index("all")]]))
-        return
-    print(machine())
+    logging.disable()
     with tempfile.TemporaryDirectory() as folder:
-        for robot, path in files(pathlib.Path(folder)).items():
-            if not options.robots or robot in options.robots:
-                if options.first:
-                    report(robot, measured_first(path, options.rounds), (*STAGES, "import", "process"))
-                else:
-                    report(robot, measured(path, options.rounds), STAGES)
+        programs = builds(pathlib.Path(folder))
+        if options.one:
+            package, program = options.one
+            start = time.process_time()
+            lib = importlib.import_module(f"{package}.all")
+            imported = time.process_time() - start
+            times = timed(programs[program], lib)
+            print(json.dumps({**times, "import": imported, "process": imported + times["all"]}))
+            return
+        print(machine())
+        for program in options.programs or programs:
+            if options.first:
+                report(program, measured_first(program, options.rounds))
+            else:
+                report(program, measured(programs[program], options.rounds))
 
 
 if __name__ == "__main__":
