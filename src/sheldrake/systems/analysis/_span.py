@@ -187,9 +187,9 @@ class Span:
         return _guard(function, self.outcome, self.store, None, "")
 
     def _bind(self) -> None:
-        if not self.layout.prepared:
+        if "kernels" not in self.layout.made:
             prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance, _loop.begin])
-            self.layout.prepared = True
+            self.layout.made["kernels"] = True
         table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks: list[Any] = []
         for r, function in enumerate(self.python):

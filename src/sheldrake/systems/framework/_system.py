@@ -17,7 +17,8 @@ from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._context import defaults
 from sheldrake.systems.framework._declarations import DISCRETE
 from sheldrake.systems.framework._engine.layout import Layout
-from sheldrake.systems.framework._engine.store import Store, tree_of
+from sheldrake.systems.framework._engine.store import Store
+from sheldrake.systems.framework._engine.topology import tree_of
 from sheldrake.systems.framework._event import PeriodicEventData
 from sheldrake.systems.framework._index import PortDataType
 from sheldrake.systems.framework._port_values import SystemOutput

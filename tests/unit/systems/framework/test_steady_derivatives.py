@@ -43,11 +43,11 @@ def run(system, source, scheme, steady=None):
     simulator.get_mutable_context().SetContinuousState(np.array([0.3, -1.7]))
     ResetIntegratorFromFlags(simulator, scheme, 0.01)
     simulator.Initialize()
-    program = simulator._span.program
-    found = bool(program.steady)
-    if steady is not None:
-        program.size.setflags(write=True)
-        program.steady = steady
+    span = simulator._span
+    found = bool(span.program.steady)
+    if steady is not None:  # in a copy: the table is that of all diagrams like this
+        span.program, span._logs = span.program._replace(size=span.program.size.copy()), None
+        span.program.steady = steady
     simulator.AdvanceTo(0.1234)
     x = simulator.get_context().get_continuous_state_vector().CopyToVector()
     return x.tobytes(), simulator.get_integrator().get_num_derivative_evaluations(), found

@@ -14,7 +14,8 @@ import numpy as np
 from sheldrake.common._files import whole_file
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine.scratch import views_of
-from sheldrake.systems.framework._engine.store import CONTINUOUS, Store, tree_of
+from sheldrake.systems.framework._engine.store import CONTINUOUS, Store
+from sheldrake.systems.framework._engine.topology import tree_of
 from sheldrake.systems.framework._kernels.program import Log
 
 if TYPE_CHECKING:

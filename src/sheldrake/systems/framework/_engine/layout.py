@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable, Sequence
+import weakref
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,10 +25,11 @@ from sheldrake.systems.framework._declarations import (
     PythonStage,
     Stages,
 )
+from sheldrake.systems.framework._engine.alike import Family, Templates, family_of
 from sheldrake.systems.framework._engine.freshness import Sources, freshness, level_of_needs
 from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, Slot, Span
 from sheldrake.systems.framework._engine.scratch import places_of
-from sheldrake.systems.framework._engine.topology import inputs_as, kernel_needs
+from sheldrake.systems.framework._engine.topology import inputs_as, kernel_needs, tree_of
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._kernels import program as _program
 
@@ -72,18 +74,94 @@ class Row:
         self.native = isinstance(self.calc, Kernel)
 
 
+class Act(NamedTuple):
+    """What a leaf does: derivatives, or at an event."""
+
+    node: int
+    event: EventDeclaration | None
+    stages: Sequence[Any]
+    """What computes it, one after the other; nothing where an event is without a handler, or a log."""
+    repeats: bool
+    """Whether it does the same again while nothing changes."""
+
+
+_OWN = frozenset({"systems", "structures", "stores", "prototypes", "_chosen", "rows", "_models", "_calls"})
+"""Attributes of a layout that belong to its systems."""
+
+
 class Layout(Memory):
     """The `rows` and the `program` of a root system, whose first rows are the output ports in order."""
 
     def __init__(
         self, root: System, overrides: frozenset[tuple[int, int]] = frozenset(), structures: dict | None = None
     ):
-        super().__init__(root, overrides, structures)
+        self.systems = tree_of(root)
+        self.structures = structures or {}
+        self.stores = weakref.WeakSet()
+        family = Family() if structures else family_of(self.systems, overrides)
+        if not (family.members and self._is_like(family)):
+            self._build(root, overrides)
+            family.keep(family.chosen_by(self._chosen, self.prototypes), self._in_common())
+        self.node_of = {s._system_id: n for n, s in enumerate(self.systems)}
+        self.version = sum(s._version for s in self.systems)
+        self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
+        self.defaults: tuple[int, np.ndarray] | None = None
+        self.known_words: dict[str, list[int]] = {}  # of the program, as kernels of event loops are told where it is
+        del self._chosen, self._models
+        del self.systems  # a layout is owned by the root system: it must not own it in turn
+
+    def _is_like(self, family: Family) -> bool:
+        """Takes what it has in common with a layout of its family, if there is one for what its systems choose."""
+        vars(self).update(next(iter(family.members.values())))  # where inputs are, all agree
+        self._ask_systems()
+        known = family.members.get(family.chosen_by(self._chosen, self.prototypes))
+        if known is not None:
+            vars(self).update(known)
+            self.rows = [*self._output_rows(), *(row for act in self._chosen for row in self._rows_of(act))]
+            self.rows += self._rows_of_witnesses()
+            for row, free in zip(self.rows, self._free):
+                if row.native:
+                    row.free, row.models = free, self._needed_models(row)
+        return known is not None
+
+    def _in_common(self) -> dict[str, Any]:
+        """Attributes that layouts of what is declared alike share."""
+        return {name: value for name, value in vars(self).items() if name not in _OWN}
+
+    def _ask_systems(self) -> None:
+        """What leaves want in contexts of this root: their scratch, and what computes derivatives and events."""
+        self._models: dict[int, dict] = {}
+        self.prototypes = {n: self.systems[n]._scratch_in(RootView(self, n)) for n in self.leaves}
+        self._chosen = [act for n in self.leaves for act in self._acts_of_leaf(n)]
+
+    def _acts_of_leaf(self, n: int) -> Iterator[Act]:
+        system, root = self.systems[n], RootView(self, n)
+        if sum(system._xc_counts):
+            calc = system._derivatives_calc()
+            yield Act(n, None, calc.choose(system, root) if isinstance(calc, Stages) else [calc], False)
+        chosen: dict[int, Act] = {}  # of the update that a clock asks for and the one that people do
+        for event in system._all_events():
+            handler = event.handler
+            if not isinstance(handler, Stages):
+                rows = [] if handler is None or handler == LOG else [handler]
+                yield Act(n, event, rows, bool(rows) and system._scalar is float and _is_of_the_present(handler))
+            elif id(handler) in chosen:
+                yield chosen[id(handler)]._replace(event=event)
+            else:
+                stages = handler.choose(system, root)
+                repeats = system._scalar is float and handler.repeat(stages)  # others have no bits to compare
+                act = chosen[id(handler)] = Act(n, event, stages, repeats)
+                yield act
+
+    def _build(self, root: System, overrides: frozenset[tuple[int, int]]) -> None:
+        """Finds places for everything, and what is computed when."""
+        super().__init__(root, overrides)
+        self._ask_systems()
+        self._take_work()
         self.structured = [n for n in self.leaves if self.systems[n]._structured]
         self.rows: list[Row] = []
         self.logs: list[tuple[int, Span]] = []
         self.log_of: dict[int, int] = {}
-        self._models: dict[int, dict] = {}
         self._stages: dict[int, list[int]] = {}
         self._repeating: set[int] = set()  # rows of updates that do the same while nothing changes
         self._declared: dict[int, list[EventDeclaration]] = {}  # of each leaf that has events
@@ -91,18 +169,18 @@ class Layout(Memory):
         self._events_under: dict[tuple[int, int, str], list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
+        self._make_groups()
+        self.rows += self._rows_of_witnesses()
+        self._free = [row.free for row in self.rows]
         self._calls = self._make_calls()
-        self._make_groups()  # adds the rows of witness functions
         self._stamps = self._levels()
         self._take_side()
-        self.version = sum(s._version for s in self.systems)
         leaves = [(n, self.systems[n]) for n in self.leaves]
         self.with_abstract = [n for n, s in leaves if s._xa_models or s._pa_models]
         self.with_own_defaults = [n for n, s in leaves if s._sets_own_defaults()]
-        self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
-        self.defaults: tuple[int, np.ndarray] | None = None
-        self.known_words: dict[str, list[int]] = {}  # of the program, as kernels of event loops are told where it is
-        self.prepared = False  # whether the kernels of the event loop are there
+        self.made: dict[str, Any] = {}
+        """What is made of all this when something asks for it first, by name."""
+        self._templates = Templates()
         self._pulls: dict[int, list[int]] = {}
         self._derivatives: dict[int, tuple[list[int], Span]] = {}
         self._read_by_kernel: dict[int, list[int]] = {}
@@ -112,63 +190,56 @@ class Layout(Memory):
             for n, j in self.ports
         ]
         del self._declared
-        del self.systems  # a layout is owned by the root system: it must not own it in turn
 
     def _shift(self, span: Span, by: int) -> Span:
         return span[0] + by, span[1] + by
 
-    def _add(self, row: Row) -> int:
-        self.rows.append(row)
-        return len(self.rows) - 1
+    def _output_rows(self) -> list[Row]:
+        return [
+            Row(n, OUTPUT, self.systems[n]._outputs[j].calc, self.places[n].outputs[j].span, output=j)
+            for n, j in self.ports
+        ]
+
+    def _rows_of(self, act: Act) -> list[Row]:
+        """The rows that compute derivatives, or do what an event asks for."""
+        n, event, stages, _ = act
+        place = self.places[n]
+        if event is None:
+            kind, out = DERIVATIVES, self._shift(place.xc, self.xdot[0] - self.xc[0])
+        else:
+            kind = event.kind
+            out = self._shift(place.xd, self.plus) if kind != PUBLISH else (0, 0)
+        return [_stage_row(stage, n, kind, out, event) for stage in stages]
+
+    def _rows_of_witnesses(self) -> list[Row]:
+        return [Row(-1, kind, None, (0, 0)) for _, kind in self.witness_rows]
 
     def _add_rows(self) -> None:
-        chosen: dict[tuple[int, int], Any] = {}
-        for n, j in self.ports:
-            self._add(Row(n, OUTPUT, self.systems[n]._outputs[j].calc, self.places[n].outputs[j].span, output=j))
-        for n in self.leaves:
-            system, place = self.systems[n], self.places[n]
-            if place.xc[1] > place.xc[0]:
-                calc = system._derivatives_calc()
-                out = self._shift(place.xc, self.xdot[0] - self.xc[0])
-                stages = calc.choose(system, RootView(self, n)) if isinstance(calc, Stages) else [calc]
-                place.derivatives = self._add_stages([_stage_row(stage, n, DERIVATIVES, out) for stage in stages])
-            declared = system._all_events()
-            if declared:
-                self._declared[n] = declared
-            for event in declared:
-                place.events.append(self._event_row(n, place, event, chosen))
+        self.rows += self._output_rows()
+        for act in self._chosen:
+            n, event, _, repeats = act
+            place, first, rows = self.places[n], len(self.rows), self._rows_of(act)
+            self.rows += rows
+            if event is None or isinstance(event.handler, Stages):
+                self._stages[first] = [*range(first, len(self.rows))]
+            if repeats:
+                self._repeating.update(self.stages(first))
+            if event is None:
+                place.derivatives = first
+            else:
+                place.events.append(first if rows else self._log(n, place) if event.handler == LOG else NO_ROW)
+                self._declared.setdefault(n, []).append(event)
                 self._events.setdefault((event.kind, event.trigger), []).append((n, place.events[-1]))
         for row in self.rows:
             if row.native:
                 row.free = self._required(row)
                 row.models = self._needed_models(row)
 
-    def _event_row(self, n: int, place: Place, event: EventDeclaration, chosen: dict[tuple[int, int], Any]) -> int:
-        if event.handler is None:
-            return NO_ROW
-        if event.handler == LOG:
-            if n not in self.log_of:
-                self.log_of[n] = len(self.logs)
-                self.logs.append((n, place.inputs[0].span))
-            return -1 - self.log_of[n]
-        out = self._shift(place.xd, self.plus) if event.kind != PUBLISH else (0, 0)
-        if isinstance(event.handler, Stages):
-            key = n, id(event.handler)  # of the update that a clock asks for and the one that people do
-            if key not in chosen:
-                chosen[key] = event.handler.choose(self.systems[n], RootView(self, n))
-            first = self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in chosen[key]])
-            if self.systems[n]._scalar is float and event.handler.repeat(chosen[key]):  # others have no bits to compare
-                self._repeating.update(self._stages[first])
-            return first
-        r = self._add(Row(n, event.kind, event.handler, out, event=event))
-        if self.systems[n]._scalar is float and _is_of_the_present(event.handler):
-            self._repeating.add(r)
-        return r
-
-    def _add_stages(self, rows: list[Row]) -> int:
-        numbers = [self._add(row) for row in rows]
-        self._stages[numbers[0]] = numbers
-        return numbers[0]
+    def _log(self, n: int, place: Place) -> int:
+        if n not in self.log_of:
+            self.log_of[n] = len(self.logs)
+            self.logs.append((n, place.inputs[0].span))
+        return -1 - self.log_of[n]
 
     def stages(self, row: int) -> list[int]:
         """The rows that make up an event's handler, of which `row` is the first."""
@@ -242,6 +313,10 @@ class Layout(Memory):
     # The program.
 
     @cached_property
+    def _calls(self) -> list[Call | None]:
+        return self._make_calls()
+
+    @cached_property
     def arguments(self) -> Words:
         """The words of all rows, for another process."""
         return join_in_slab(self._calls)[0]
@@ -249,14 +324,16 @@ class Layout(Memory):
     @cached_property
     def program(self) -> _program.Program:
         """What the event loop works on; contexts that are only asked for what plants compute need none."""
-        joined, begins = join_in_slab(self._calls, HERE)
+        words, begins = self._templates.placed(self.rows, lambda: join_in_slab(self._calls))
         at = _ints(begins + begins[-1:] * (len(self.rows) - len(begins) + _program.NUM_SPECIAL + 1))
-        return _program.Program(words=joined.words, at=at, **self._tables)
+        return _program.Program(words=words, at=at, **self._tables)
 
-    @cached_property
+    @property
     def called(self) -> set[int]:
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
-        return {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
+        if "called" not in self.made:
+            self.made["called"] = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
+        return self.made["called"]
 
     @cached_property
     def derivative_calls(self) -> tuple[list[int], list[int]]:
@@ -268,7 +345,7 @@ class Layout(Memory):
     @cached_property
     def first_logs(self) -> tuple[int, np.ndarray]:
         """Of logs that are empty: the size of their array, and start, room and number of samples of each."""
-        widths = self.program.log[:, _program.Log.length] + 1
+        widths = self._tables["log"][:, _program.Log.length] + 1
         ends = np.cumsum(_FIRST_ROOM * widths)
         table = np.stack((ends - _FIRST_ROOM * widths, np.full_like(ends, _FIRST_ROOM), np.zeros_like(ends)), axis=1)
         return int(_FIRST_ROOM * widths.sum()), table
@@ -278,6 +355,8 @@ class Layout(Memory):
         """Rows that the event loop calls, and those of them that its publishes call, that need free inputs."""
         tables: Any = self._tables
         found: tuple[list[Row], list[Row]] = [], []
+        if not any(self._free):
+            return found
         for g, (kind, *_) in enumerate(self.group_list):
             for name in ("calls", "prerequisites"):
                 begin = tables[f"{name}_begin"]
@@ -302,9 +381,14 @@ class Layout(Memory):
         self.fixed0 = self.log0 + 3 * len(self.logs)
         self.side_size = self.fixed0 + len(self.free_slots)
 
-    @cached_property
+    @property
     def _tables(self) -> dict[str, np.ndarray]:
         """The program's tables; contexts in which nothing advances need none."""
+        if "tables" not in self.made:
+            self.made["tables"] = self._make_tables()
+        return self.made["tables"]
+
+    def _make_tables(self) -> dict[str, np.ndarray]:
         levels, calls = self._stamps, [rows for _, _, rows, _ in self.group_list]
         prerequisites = [self.prerequisites(rows) for rows in calls]
         segments = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
@@ -342,7 +426,7 @@ class Layout(Memory):
         for clock in (_program.AT_START, _program.PER_STEP):
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 groups[kind, clock] = ([], set())
-        self.witness_rows: dict[tuple[int, int], int] = {}
+        self.witness_rows: dict[tuple[int, int], int] = {}  # behind all others
         for n in self.leaves:
             for kind, clock, rows in self._acts_of(n, clocks):
                 own, nodes = groups.setdefault((kind, clock), ([], set()))
@@ -381,7 +465,7 @@ class Layout(Memory):
             found.sort(key=lambda act: _RANK_OF.get(act[1], len(_RANK_OF)))
         if self.systems[n]._has_witnesses():
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
-                row = self.witness_rows[n, kind] = self._add(Row(-1, kind, None, (0, 0)))
+                row = self.witness_rows[n, kind] = len(self.rows) + len(self.witness_rows)
                 found.append((kind, _program.AT_WITNESS, [row]))
         return found
 
@@ -447,7 +531,7 @@ class Layout(Memory):
                 found[name] = _place(parameter, row.out)
             elif name == "u":
                 inputs = [(slot.span[0], slot.span[1] - slot.span[0]) for slot in place.inputs]
-                found[name] = inputs_as(parameter, self.systems[row.node], inputs)
+                found[name] = inputs_as(parameter, row.calc, place.inputs, inputs)
             elif name in ("xc", "xd", "p", "work"):
                 found[name] = _place(parameter, getattr(place, name))
             elif parameter.kind != "t":
@@ -565,7 +649,7 @@ def _stage_row(
     """The row of a stage: a kernel, a PythonStage, a FedStage, or the callback that stands for all stages."""
     if isinstance(stage, FedStage):
         return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
-    if isinstance(stage, Callback) and event is not None:
+    if isinstance(stage, Callback) and event is not None and event.handler is not stage:
         event = dataclasses.replace(event, handler=stage)
     return Row(n, kind, stage, out, event=event)
 

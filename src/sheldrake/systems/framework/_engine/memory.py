@@ -58,11 +58,14 @@ class Place:
 class Memory(Topology):
     """A topology whose values have places in a slab of `size` numbers; time is the first."""
 
-    def __init__(self, root: System, overrides: frozenset[tuple[int, int]], structures: dict | None):
+    structures: dict
+    """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
+    stores: weakref.WeakSet[Any]
+    prototypes: dict[int, Any]
+    """Of the scratch of leaves, by node."""
+
+    def __init__(self, root: System, overrides: frozenset[tuple[int, int]]):
         super().__init__(root, overrides)
-        self.structures = structures or {}
-        """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
-        self.stores: weakref.WeakSet[Any] = weakref.WeakSet()
         self.size = 1
         self.places = [Place() for _ in self.nodes]
         self.groups: list[Span] = []
@@ -73,7 +76,6 @@ class Memory(Topology):
         self._outputs: dict[tuple[int, int], tuple[int, int]] = {}
         self._take_state()
         self._take_ports()
-        self._take_work()
 
     def _take(self, n: int) -> Span:
         self.size += n
@@ -185,9 +187,7 @@ class Memory(Topology):
         return self.free_slots[self.free[n, k]]
 
     def _take_work(self) -> None:
-        self.prototypes: dict[int, Any] = {}
         for n in self.leaves:
-            self.prototypes[n] = self.systems[n]._scratch_in(RootView(self, n))
             self.places[n].work = self._take(size_of(self.prototypes[n]))
         self.plus = self._take(self.xd[1] - self.xc[0])[0] - self.xc[0]
         self.xdot = self._take(self.xc[1] - self.xc[0])

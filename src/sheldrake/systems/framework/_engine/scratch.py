@@ -5,6 +5,7 @@ Integer arrays take the slab's 8-byte words as int64. In a slab of objects they 
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -23,6 +24,17 @@ def arrays_of(prototype: tuple[Any, ...]) -> Iterator[np.ndarray]:
 def size_of(prototype: int | tuple[Any, ...]) -> int:
     """Words a prototype takes; a prototype may also be just that number."""
     return prototype if isinstance(prototype, int) else sum(a.size for a in arrays_of(prototype))
+
+
+LARGE = 1 << 16
+"""Words up to which scratch is kept for contexts of others."""
+
+
+def are_same(one: int | tuple[Any, ...], other: int | tuple[Any, ...]) -> bool:
+    """Whether two prototypes are the same number, or hold the same arrays."""
+    if isinstance(one, int) or isinstance(other, int):
+        return one == other
+    return type(one) is type(other) and all(map(operator.is_, one, other))
 
 
 def places_of(at: int, prototype: int | NamedTuple) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from sheldrake.common.kernel import Parameter, jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._engine.layout import Layout, Row
-from sheldrake.systems.framework._engine.scratch import copy_of, views_of, write_prototype
+from sheldrake.systems.framework._engine.scratch import LARGE, are_same, copy_of, views_of, write_prototype
 from sheldrake.systems.framework._engine.topology import inputs_as
 from sheldrake.systems.framework._engine.waiting import Waiting
 from sheldrake.systems.framework._event import EventStatus
@@ -38,19 +38,6 @@ FAILED = -1000
 """Status of a Python row that raised, or reported failure."""
 _KEPT = ("uncached", "frozen", "stopped", "goes_on")
 """What a context is told stays so when its memory moves."""
-
-
-def tree_of(root: System) -> list[Any]:
-    """The systems under `root`, depth first, `root` included."""
-    below = root._tree_below
-    if below is None:
-        below, stack = [], list(reversed(root._subsystems() or ()))
-        while stack:
-            system = stack.pop()
-            below.append(system)
-            stack.extend(reversed(system._subsystems() or ()))
-        root._tree_below = below
-    return [root, *below]
 
 
 class Store:
@@ -87,8 +74,7 @@ class Store:
     def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
         self.layout, self.systems, self.scalar = layout, systems, scalar
         dtype = float if scalar is float else object
-        blank = layout.blank
-        self.S = lifted(np.zeros(layout.size), scalar) if blank is None else copy_of(blank)
+        self.S = self._first_slab() if layout.blank is None else copy_of(layout.blank)
         self.I = np.zeros(layout.side_size, np.int64)
         self.I[: CONTINUOUS + 1] = 1
         self.L = np.empty(0, dtype)
@@ -103,21 +89,34 @@ class Store:
         self._use_locks()
         self._begin()
         self._cold.update(r for r, (n, j) in enumerate(layout.ports) if not systems[n]._outputs[j].cached)
-        if blank is None:
-            self._fill()
 
-    def _fill(self) -> None:
+    def _first_slab(self) -> np.ndarray:
         """Outputs and optional inputs as they were declared, and scratch; a layout keeps them for its next stores."""
+        S, places = self._slab_of_scratch(), self.layout.places
         for n, j in self.layout.ports:
-            output, (a, b) = self.systems[n]._outputs[j], self.layout.places[n].outputs[j].span
+            output, (a, b) = self.systems[n]._outputs[j], places[n].outputs[j].span
             if b > a and isinstance(output.model, BasicVector):
-                self.S[a:b] = lifted(output.model._v, self.scalar)
+                S[a:b] = lifted(output.model._v, self.scalar)
         for n in self.layout.leaves:
-            for declared, slot in zip(self.systems[n]._inputs, self.layout.places[n].inputs):
+            for declared, slot in zip(self.systems[n]._inputs, places[n].inputs):
                 if declared.optional and slot.free >= 0 and slot.vector:
-                    self.S[slice(*slot.span)] = lifted(declared.model._v, self.scalar)
-            self._reset_work(n)
-        self.layout.blank = copy_of(self.S)  # of objects too: numbers are never changed in place
+                    S[slice(*slot.span)] = lifted(declared.model._v, self.scalar)
+        self.layout.blank = copy_of(S)  # of objects too: numbers are never changed in place
+        return S
+
+    def _slab_of_scratch(self) -> np.ndarray:
+        """Scratch as its prototypes are, zeros elsewhere; layouts that are alike keep it for each other."""
+        layout, made = self.layout, self.layout.made
+        prototypes = list(layout.prototypes.values())
+        known = made.get("scratch")
+        if known is not None and all(map(are_same, known[0], prototypes)):
+            return known[1].copy()
+        S = lifted(np.zeros(layout.size), self.scalar)
+        for n, prototype in layout.prototypes.items():
+            write_prototype(prototype, S[slice(*layout.places[n].work)])
+        if layout.size < LARGE:
+            made["scratch"] = prototypes, S.copy()
+        return S
 
     def _use_locks(self) -> None:
         self.waiting = Waiting()
@@ -518,7 +517,7 @@ class Store:
                 found.append(_argument(parameter, S[slice(*row.reads[name].span)]))
             elif name == "u":
                 inputs = [S[slice(*s.span)] for s in place.inputs]
-                found.append(inputs_as(parameter, self.systems[row.node], inputs))
+                found.append(inputs_as(parameter, row.calc, place.inputs, inputs))
             elif name == "work" and parameter.kind == "tuple":
                 found.append(scratch)
             elif name in getattr(scratch, "_fields", ()):
@@ -543,10 +542,6 @@ class Store:
         chain = self.left.pop(n, None)
         if chain is not None:
             chain.leave_scratch()
-
-    def _reset_work(self, n: int) -> None:
-        layout = self.layout
-        write_prototype(layout.prototypes[n], self.S[slice(*layout.places[n].work)])
 
     def on_complex_numbers(self, first: int, rows: list[int]) -> bool:
         """Runs kernel rows of a leaf after each other, if the scalar is AutoDiffXd and machine code is at hand."""
@@ -643,4 +638,4 @@ def not_connected(system: System, i: int, exported: tuple[Any, int] | None = Non
     )
 
 
-__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "not_connected", "tree_of"]
+__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "not_connected"]

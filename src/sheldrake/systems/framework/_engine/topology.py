@@ -12,6 +12,7 @@ from sheldrake.systems.framework._index import Ticket
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from sheldrake.systems.framework._engine.memory import Slot
     from sheldrake.systems.framework._index import DependencyTicket
     from sheldrake.systems.framework._system import System
 
@@ -33,6 +34,19 @@ class Node:
     last_leaf: int = 0
 
 
+def tree_of(root: System) -> list[Any]:
+    """The systems under `root`, depth first, `root` included."""
+    below = root._tree_below
+    if below is None:
+        below, stack = [], list(reversed(root._subsystems() or ()))
+        while stack:
+            system = stack.pop()
+            below.append(system)
+            stack.extend(reversed(system._subsystems() or ()))
+        root._tree_below = below
+    return [root, *below]
+
+
 class Topology:
     """What is connected to what under one root system.
 
@@ -43,13 +57,12 @@ class Topology:
 
     def __init__(self, root: System, overrides: frozenset[tuple[int, int]] = frozenset()):
         self.overrides = overrides
-        self.systems: list[Any] = []
+        self.systems = tree_of(root)
         self.nodes: list[Node] = []
         self._shown: dict[tuple[int, int], tuple[int, int]] = {}  # what was found once: nesting may be deep
         self._resolved: dict[tuple[int, int], Source] = {}
         self._walk(root)
         self.leaves = [n.number for n in self.nodes if n.leaf]
-        self.node_of = {s._system_id: n for n, s in enumerate(self.systems)}
         self.sources: dict[tuple[int, int], Source] = {
             (n, i): self.resolve(n, i) for n in self.leaves for i in range(len(self.systems[n]._inputs))
         }
@@ -59,9 +72,8 @@ class Topology:
         stack = [(root, -1, 0)]
         while stack:
             system, parent, place = stack.pop()
-            number = len(self.systems)
+            number = len(self.nodes)
             children = system._subsystems()
-            self.systems.append(system)
             self.nodes.append(Node(number, parent, place, [], children is None))
             if parent >= 0:
                 self.nodes[parent].children.append(number)
@@ -199,7 +211,7 @@ def kernel_needs(system: System, calc: Kernel) -> set:
     return found
 
 
-def inputs_as(parameter: Parameter, system: System, inputs: list) -> Any:
+def inputs_as(parameter: Parameter, kernel: Kernel, slots: list[Slot], inputs: list) -> Any:
     """What a kernel's parameter `u` is given: all inputs, or, if it is a record, the only one that is a vector.
 
     Raises:
@@ -207,10 +219,10 @@ def inputs_as(parameter: Parameter, system: System, inputs: list) -> Any:
     """
     if parameter.kind != "record":
         return inputs
-    vectors = [i for i, port in enumerate(system._inputs) if int(port.data_type) == 0]
+    vectors = [i for i, slot in enumerate(slots) if slot.vector]
     if len(vectors) != 1:
         raise TypeError(
-            f"{system._describe()}: `u` is a {parameter.cls.RECORD.__name__} in a kernel, which takes one vector input "
+            f"{kernel!r}: `u` is a {parameter.cls.RECORD.__name__} in a kernel, which takes one vector input "
             f"port; there are {len(vectors)}. Annotate it Vectors, which has u[0], u[1], ..."
         )
     return inputs[vectors[0]]
