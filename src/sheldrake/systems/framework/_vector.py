@@ -106,11 +106,18 @@ def lifted(values: np.ndarray, scalar: type) -> np.ndarray:
     if scalar is float:
         return values
     new = np.empty(len(values), object)
-    if values.dtype == float and not values.any() and not np.signbit(values).any():
-        new[:] = scalar(0.0)  # numbers are never changed in place: one serves all
+    if values.dtype != float:
+        for i, x in enumerate(values.tolist()):
+            new[i] = x if isinstance(x, scalar) else scalar(x)
         return new
-    for i, x in enumerate(values.tolist()):
-        new[i] = x if isinstance(x, scalar) else scalar(x)
+    bits = values.view(np.int64)  # -0.0 is not 0.0
+    new[:] = scalar(0.0)  # numbers are never changed in place: one serves all
+    made: dict[int, Any] = {}
+    for i in np.flatnonzero(bits).tolist():
+        bit = bits.item(i)
+        if bit not in made:
+            made[bit] = scalar(values.item(i))
+        new[i] = made[bit]
     return new
 
 

@@ -55,15 +55,18 @@ def _default_numbers(store: Store) -> np.ndarray:
     version = sum(s._defaults_version for s in store.systems)
     if layout.defaults is None or layout.defaults[0] != version:
         leaves = [(store.systems[m], layout.places[m]) for m in layout.leaves]
-        numbers = np.zeros(layout.p[1], object if store.scalar is not float else float)
+        declared = [(place.xc, system._xc_model) for system, place in leaves]
         for system, place in leaves:
-            numbers[slice(*place.xc)] = lifted(system._xc_model._v, store.scalar)
-        for models, spans, numbered in (
-            ("_xd_models", layout.groups, "groups"),
-            ("_pn_models", layout.parameter_groups, "parameters"),
-        ):
-            for system, place in leaves:
-                for span, model in zip(spans[slice(*getattr(place, numbered))], getattr(system, models)):
-                    numbers[slice(*span)] = lifted(model._v, store.scalar)
+            declared += zip(layout.groups[slice(*place.groups)], system._xd_models)
+            declared += zip(layout.parameter_groups[slice(*place.parameters)], system._pn_models)
+        plain, others = np.zeros(layout.p[1]), []
+        for (a, b), model in declared:
+            if model._v.dtype == float:
+                plain[a:b] = model._v
+            else:
+                others.append((a, b, model._v))
+        numbers = lifted(plain, store.scalar)
+        for a, b, values in others:
+            numbers[a:b] = lifted(values, store.scalar)
         layout.defaults = version, numbers
     return layout.defaults[1]

@@ -122,8 +122,7 @@ class Templates:
             rows: They have the arrays.
             join: Gives `Words` with an address left out for each array, and where those of each row begin.
         """
-        models = _Models(rows)
-        forms, arrays = tuple(models.forms), models.arrays
+        forms, arrays = _models_of(rows)
         known = self._known.get(forms)
         if known is None:
             words, begins = join()
@@ -144,33 +143,36 @@ def _template(words: Words, begins: list[int], arrays: list[np.ndarray]) -> _Tem
     return _Template(words.words, begins, *(np.array(numbers, np.int64) for numbers in (at, of, shift)))
 
 
-class _Models:
+def _models_of(rows: list[Row]) -> tuple[Hashable, list[np.ndarray]]:
     """The form of all models of rows, with which of them are the same object, and their arrays, each once."""
+    forms: list[Any] = []
+    arrays: list[np.ndarray] = []
+    number: dict[int, int] = {}  # of what was met
+    place: dict[int, int] = {}  # of arrays
+    for row in rows:
+        if not row.models:
+            continue
+        forms.append(number.setdefault(id(row.models), len(number)))
+        if forms[-1] < len(number) - 1:
+            continue
+        forms.append(tuple(row.models))
+        for value in row.models.values():
+            forms.append(number.setdefault(id(value), len(number)))
+            if forms[-1] < len(number) - 1:
+                continue
+            is_one = not isinstance(value, (tuple, list))
+            forms.append(None if is_one else type(value))
+            for part in (value,) if is_one else value:
+                if not isinstance(part, np.ndarray):
+                    forms.append(part.hex() if isinstance(part, float) else part)  # -0.0 is not 0.0
+                    continue
+                forms.append(place.setdefault(id(part), len(arrays)))
+                if forms[-1] == len(arrays):
+                    arrays.append(part)
+                    forms += part.dtype, part.shape, part.flags.num & _IN_ORDER
+            forms.append(_END)
+    return tuple(forms), arrays
 
-    def __init__(self, rows: list[Row]) -> None:
-        self.forms: list[Any] = []
-        self.arrays: list[np.ndarray] = []
-        self._number: dict[int, int] = {}
-        for row in rows:
-            if row.models and self._is_new(row.models):
-                self.forms.append(tuple(row.models))
-                for value in row.models.values():
-                    self._add(value)
 
-    def _is_new(self, thing: object) -> bool:
-        before = len(self._number)
-        self.forms.append(self._number.setdefault(id(thing), before))
-        return len(self._number) > before
-
-    def _add(self, value: Any) -> None:
-        if isinstance(value, np.ndarray):
-            if self._is_new(value):
-                flags = value.flags
-                self.forms.append((value.dtype, value.shape, flags.carray or (flags.c_contiguous and flags.aligned)))
-                self.arrays.append(value)
-        elif not isinstance(value, (tuple, list)):
-            self.forms.append(value.hex() if isinstance(value, float) else value)  # -0.0 is not 0.0
-        elif self._is_new(value):
-            self.forms.append((type(value), len(value)))
-            for part in value:
-                self._add(part)
+_IN_ORDER = 0x101  # C-contiguous, aligned
+_END = "end"

@@ -169,8 +169,7 @@ class Layout(Memory):
         self._events_under: dict[tuple[int, int, str], list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
-        self._make_groups()
-        self.rows += self._rows_of_witnesses()
+        self._make_groups()  # adds the rows of witness functions
         self._free = [row.free for row in self.rows]
         self._calls = self._make_calls()
         self._stamps = self._levels()
@@ -433,6 +432,7 @@ class Layout(Memory):
                 own.extend(rows)
                 nodes.add(n)
                 turns[kind] += [(r, (kind, clock)) for r in rows]
+        self.rows += self._rows_of_witnesses()
         self.witness_nodes = sorted({n for n, _ in self.witness_rows})
         self.clocks = list(clocks)
         self.shortest_period = min((period for _, period in clocks), default=np.inf)  # [s]

@@ -94,9 +94,9 @@ class Store:
         """Outputs and optional inputs as they were declared, and scratch; a layout keeps them for its next stores."""
         S, places = self._slab_of_scratch(), self.layout.places
         for n, j in self.layout.ports:
-            output, (a, b) = self.systems[n]._outputs[j], places[n].outputs[j].span
-            if b > a and isinstance(output.model, BasicVector):
-                S[a:b] = lifted(output.model._v, self.scalar)
+            model, (a, b) = self.systems[n]._outputs[j].model, places[n].outputs[j].span
+            if b > a and isinstance(model, BasicVector) and (model._v.dtype != float or model._v.view(np.int64).any()):
+                S[a:b] = lifted(model._v, self.scalar)
         for n in self.layout.leaves:
             for declared, slot in zip(self.systems[n]._inputs, places[n].inputs):
                 if declared.optional and slot.free >= 0 and slot.vector:
