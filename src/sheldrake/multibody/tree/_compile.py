@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,17 +58,60 @@ class TreeDescription:
     """As `friction` of the others."""
 
 
+class _Tables(NamedTuple):
+    """The numbers of a tree that are indices and kinds."""
+
+    body: np.ndarray
+    dof: np.ndarray
+    frame: np.ndarray
+    tree: np.ndarray
+    actuator: np.ndarray
+    turn: np.ndarray
+
+
+_tables: dict[tuple, _Tables] = {}
+_MOST_TABLES = 64
+
+
 def compile_tree(description: TreeDescription) -> m.TreeModel:
     """The arrays of a tree. Positions and velocities are numbered in the order of the mobilizers.
+
+    Trees that are connected alike share what numbers their bodies: those arrays are read-only.
 
     Raises:
         ValueError: if a body comes before its inboard body, or the bodies of a tree are not contiguous.
     """
+    mobilizers = description.mobilizers
+    alike = [
+        (b.parent, b.type_name, b.inertia, b.frame_F, b.frame_M, _along(b), b.damping, b.gravity, b.added_gravity,
+         b.friction, len(b.path)) for b in mobilizers
+    ]  # fmt: skip
+    key = tuple(alike), tuple(description.frames), tuple(description.actuators), description.friction_of_world
+    tables = _tables.get(key)
+    if tables is None:
+        tables = _number(description)
+        for table in tables:
+            table.flags.writeable = False
+        if len(_tables) >= _MOST_TABLES:
+            _tables.clear()
+        _tables[key] = tables
+    width, nothing = m.JointPose.SIZE, ()
+    rows: Iterable[tuple[float, ...]] = (
+        nothing,
+        *(b.constants for b in mobilizers),
+        *(r for b in mobilizers for r in b.path),
+    )
+    joint = np.array([(*row, *(0.0,) * (width - len(row))) for row in rows], float)
+    gravity = np.array([(0.0, 0.0, 0.0), *(b.gravity for b in mobilizers)], float)
+    return m.TreeModel(tables.body, joint, tables.dof, tables.frame, tables.tree, tables.actuator, gravity, tables.turn)
+
+
+def _number(description: TreeDescription) -> _Tables:
+    """Numbers what a tree has."""
     nb = len(description.mobilizers) + 1
     bodies = [_body_row(parent=-1, tree=-1, frame_F=-1, frame_M=-1, tip=-1, gravity=-1,
                         friction=description.friction_of_world)]  # fmt: skip
-    constants: list[tuple[float, ...]] = [()]
-    pieces: list[tuple[float, ...]] = []
+    pieces = 0
     dofs: list[tuple[int, ...]] = []
     trees: list[list[int]] = []
     turns: list[int] = []
@@ -89,8 +134,8 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
                 raise ValueError(f"compile_tree(): body row {row} is apart from the other bodies of its tree.")
             trees[tree][m.Tree.num_bodies] += 1
             trees[tree][m.Tree.num_dofs] += nv
-        first_dof, first_piece = len(dofs), nb + len(pieces)
-        pieces += mobilizer.path
+        first_dof, first_piece = len(dofs), nb + pieces
+        pieces += len(mobilizer.path)
         above = last_dof[parent]
         for k in range(nv):
             depth = dofs[above][_DEPTH] + 1 if above >= 0 else 0
@@ -100,9 +145,6 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
             packed += depth + 1
             above = len(dofs) - 1
         last_dof[row] = above
-        along = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
-        if kind == m.WELD:
-            along = int(tuple(mobilizer.constants) == (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
         turn = -1
         if kind in (m.REVOLUTE, m.SCREW):
             turn = len(turns)
@@ -114,25 +156,20 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         bodies.append(
             _body_row(
                 parent=parent, kind=kind, root=root, tree=tree, first_q=q, first_dof=first_dof, num_dofs=nv,
-                frame_F=frames[0], frame_M=frames[1], inertia=mobilizer.inertia, tip=above, along=along,
+                frame_F=frames[0], frame_M=frames[1], inertia=mobilizer.inertia, tip=above, along=_along(mobilizer),
                 direct=all(f < 0 or description.frames[f][0] < 0 for f in frames),
-                path=first_piece, path_end=nb + len(pieces), gravity=mobilizer.added_gravity,
+                path=first_piece, path_end=nb + pieces, gravity=mobilizer.added_gravity,
                 friction=mobilizer.friction, turn=turn, carrier=carrier,
             )
         )  # fmt: skip
-        constants.append(mobilizer.constants)
         q += nq
 
     def table(rows: list, record: type[Record]) -> np.ndarray:
         return np.array(rows, np.int64).reshape(-1, record.SIZE)
 
-    width = m.JointPose.SIZE
-    joint = np.array([(*row, *(0.0,) * (width - len(row))) for row in (*constants, *pieces)], float)
-    gravity = np.array([(0.0, 0.0, 0.0), *(mobilizer.gravity for mobilizer in description.mobilizers)], float)
-    return m.TreeModel(
-        table(bodies, m.Body), joint, table(dofs, m.Dof), table(description.frames, m.OffsetFrame),
-        table(trees, m.Tree), table(description.actuators, m.Actuator), gravity,
-        np.array(turns, np.int64),
+    return _Tables(
+        table(bodies, m.Body), table(dofs, m.Dof), table(description.frames, m.OffsetFrame), table(trees, m.Tree),
+        table(description.actuators, m.Actuator), np.array(turns, np.int64),
     )  # fmt: skip
 
 
@@ -152,9 +189,12 @@ def _body_row(**numbers: int) -> list[int]:
     return list((_BODY | numbers).values())
 
 
-def _axis_of_frame(axis: tuple[float, ...]) -> int:
-    """1, 2, 3 for x, y, z, negative for their opposites; 0 for another direction."""
-    return _ALONG.get(tuple(axis), 0)
+def _along(mobilizer: Mobilizer) -> int:
+    """1, 2, 3 for x, y, z, negative for their opposites, 0 for another direction; 1 for a weld that moves nothing."""
+    kind = JOINT_TYPES[mobilizer.type_name].kind
+    if kind == m.WELD:
+        return int(tuple(mobilizer.constants) == (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
+    return _ALONG.get(tuple(mobilizer.constants[:3]), 0) if m.REVOLUTE <= kind <= m.SCREW else 0
 
 
 _AXES: list[tuple[float, ...]] = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]

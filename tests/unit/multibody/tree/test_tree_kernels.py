@@ -176,7 +176,9 @@ def test_what_is_welded_together_moves_as_one_body(seed):
     own = np.arange(len(t.model.body))
     assert np.any(t.model.body[:, m.Body.carrier] != own)
     M, bias = t.mass_matrix(), t.bias(1.0)
-    t.model.body[:, m.Body.carrier] = own
+    body = t.model.body.copy()  # which trees that are connected alike share
+    body[:, m.Body.carrier] = own
+    t.model = t.model._replace(body=body)
     t.update()
     np.testing.assert_allclose(M, t.mass_matrix(), atol=1e-13 * np.abs(M).max())
     np.testing.assert_allclose(bias, t.bias(1.0), atol=1e-13 * np.abs(bias).max())
@@ -311,3 +313,22 @@ def welded_chain(offset_of_frame):
 
 def test_a_weld_at_an_offset_frame_is_a_weld_at_an_offset():
     np.testing.assert_allclose(welded_chain(True), welded_chain(False), rtol=1e-14, atol=1e-15)
+
+
+def test_trees_that_are_connected_alike_share_what_numbers_their_bodies():
+    def tree(axis, kind="revolute"):
+        return compile_tree(TreeDescription([Mobilizer(0, kind, 0, constants=(*axis, 0.0), damping=(3,))]))
+
+    one, other, along_x, slider = (
+        tree((0, 0.6, 0.8)),
+        tree((0, 0.8, 0.6)),
+        tree((1, 0, 0)),
+        tree((1, 0, 0), "prismatic"),
+    )
+    assert one.body is other.body
+    assert one.joint[1, :3].tolist() == [0, 0.6, 0.8]
+    assert other.joint[1, :3].tolist() == [0, 0.8, 0.6]
+    assert [t.body[1, m.Body.along] for t in (one, along_x)] == [0, 1]
+    assert slider.body[1, m.Body.kind] != along_x.body[1, m.Body.kind]
+    with pytest.raises(ValueError, match="read-only"):
+        one.dof[0, 0] = 1
