@@ -33,6 +33,13 @@ class Terms:
     H_cols: np.ndarray
     places: np.ndarray
 
+    def _lay_out_full(self, columns: np.ndarray, rows: np.ndarray) -> None:
+        """Each value depends on all variables of its point: columns of shape (points, n), rows of shape (points, m)."""
+        m, n = rows.shape[1], columns.shape[1]
+        self.places = rows.ravel()
+        self.J_rows, self.J_cols = self.places.repeat(n), columns.repeat(m, axis=0).ravel()
+        self.H_rows, self.H_cols = columns.repeat(n), columns.repeat(n, axis=0).ravel()
+
     def values(self, x: np.ndarray) -> np.ndarray:
         """Values at x, one for each of `places`."""
         raise NotImplementedError
@@ -133,12 +140,7 @@ class AlikeTerms(Terms):
 
     def __init__(self, many: Many, columns: np.ndarray, rows: np.ndarray):
         self._many, self._columns, self._shape = many, columns, rows.shape
-        (count, n), m = columns.shape, rows.shape[1]
-        self.places = rows.ravel()
-        self.J_rows = np.broadcast_to(rows[:, :, None], (count, m, n)).ravel()
-        self.J_cols = np.broadcast_to(columns[:, None, :], (count, m, n)).ravel()
-        self.H_rows = np.broadcast_to(columns[:, :, None], (count, n, n)).ravel()
-        self.H_cols = np.broadcast_to(columns[:, None, :], (count, n, n)).ravel()
+        self._lay_out_full(columns, rows)
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return self._many.values(x[self._columns]).ravel()
@@ -177,9 +179,8 @@ class LearnedTerms(Terms):
         are_costs: bool = False,
     ):
         (count, m), n = rows.shape, columns.shape[1]
-        self._columns, self.places = columns, rows.ravel()
-        self.J_rows, self.J_cols = np.repeat(self.places, n), np.repeat(columns, m, axis=0).ravel()
-        self.H_rows, self.H_cols = np.repeat(columns, n), np.repeat(columns, n, axis=0).ravel()
+        self._columns = columns
+        self._lay_out_full(columns, rows)
         self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
         self._before, self._H = np.zeros((count, n)), np.zeros((count * m, n * n))
         self._J_before, self._are_costs = np.zeros((count * m, n)), are_costs
