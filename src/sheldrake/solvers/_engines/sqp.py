@@ -32,9 +32,9 @@ _Now: Any = view_of(Progress)
 
 
 def suits(form: NonlinearForm) -> bool:
-    """Whether a program has constraints whose second derivatives are learned, and is so small that steps are quick."""
+    """Whether a program is so small that steps are quick."""
     bounds = form.lower, form.upper, form.x_lower, form.x_upper
-    return form.learns and form.num_vars <= _MOST_VARIABLES and sum(np.isfinite(b).sum() for b in bounds) <= _MOST_ROWS
+    return form.num_vars <= _MOST_VARIABLES and sum(np.isfinite(b).sum() for b in bounds) <= _MOST_ROWS
 
 
 class _Memory:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers._arrays import Matrix
+from sheldrake.solvers._arrays import Matrix, joined
 from sheldrake.solvers._engines.linear_rows import entries
 from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.solvers._kernels import quasi_newton
@@ -21,7 +21,8 @@ from sheldrake.solvers._kernels import quasi_newton
 
 def without_nan(J: np.ndarray) -> np.ndarray:
     """Derivatives, those that are nan (of a length at zero, say) taken as zero."""
-    return np.where(np.isnan(J), 0.0, J) if math.isnan(np.add.reduce(J, axis=None)) else J
+    flat = J.ravel()
+    return np.where(np.isnan(J), 0.0, J) if math.isnan(flat.dot(flat)) else J
 
 
 class Terms:
@@ -45,11 +46,14 @@ class Terms:
         raise NotImplementedError
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values, and the entries of the Jacobian."""
+        """Values, and the entries of the Jacobian, of which some may be nan; nobody changes these arrays."""
         raise NotImplementedError
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Entries of the Hessian of weights' values; where it is learned, from the points where this is asked."""
+        """Entries of the Hessian of weights' values; where it is learned, from the points where this is asked.
+
+        Some may be nan.
+        """
         raise NotImplementedError
 
 
@@ -119,8 +123,9 @@ class QuadraticTerms(Terms):
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         own = x[self.J_cols]
         if self._only is not None:
-            Qx = self._only @ own
-            return self._c + own @ (0.5 * Qx + self._b), Qx + self._b
+            Qx = self._only.dot(own)
+            slope = Qx + self._b
+            return self._c + 0.5 * own.dot(slope + self._b), slope
         Qx = np.bincount(self._i, self._Q * own[self._j], len(own))
         values = self._c + np.bincount(self._owner, own * (0.5 * Qx + self._b), len(self._c))
         return values, Qx + self._b
@@ -147,10 +152,10 @@ class AlikeTerms(Terms):
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, J = self._many.slopes(x[self._columns])
-        return values.ravel(), without_nan(J).ravel()
+        return values.ravel(), J.ravel()
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return without_nan(self._many.hessian(x[self._columns], weights.reshape(self._shape))).ravel()
+        return self._many.hessian(x[self._columns], weights.reshape(self._shape)).ravel()
 
 
 _LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
@@ -208,13 +213,12 @@ class LearnedTerms(Terms):
         self._points[:] = points
         for k, evaluator, values, J in self._evaluators:
             values[:], J[:] = evaluator._eval_with_jacobian(points[k])
-        if math.isnan(np.add.reduce(self._J, axis=None)):
-            self._J[:] = without_nan(self._J)
         return self._values.flatten(), self._J.flatten()
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         if not np.array_equal(self._points, x[self._columns]):
             self.slopes(x)
+        self._J[:] = without_nan(self._J)
         if not self._has_begun:
             self._has_begun = True
             J, n = self._J.reshape(self._J_before.shape), self._points.shape[1]
@@ -241,6 +245,41 @@ class LearnedTerms(Terms):
                 step = -_LOOK * max(1.0, float(np.abs(own).max())) * slope / steepness
                 change = without_nan(evaluator._eval_with_jacobian(own + step)[1])[0] - slope
                 H[:: n + 1] = max(0.0, float(step @ change / (step @ step)))
+
+
+class AllTerms(Terms):
+    """Several groups as one, whose values are in the order of their places.
+
+    Args:
+        parts: The groups.
+    """
+
+    def __init__(self, parts: Sequence[Terms]):
+        self.parts = parts
+        self._order = joined([t.places for t in parts], int)
+        self.places = np.arange(len(self._order))
+        self._is_in_order = bool((self._order == self.places).all())
+        self.J_rows, self.J_cols = joined([t.J_rows for t in parts], int), joined([t.J_cols for t in parts], int)
+        self.H_rows, self.H_cols = joined([t.H_rows for t in parts], int), joined([t.H_cols for t in parts], int)
+
+    def _in_order(self, values: list[np.ndarray]) -> np.ndarray:
+        found = values[0] if len(values) == 1 else joined(values, float)
+        if self._is_in_order:
+            return found
+        out = np.empty(len(found))
+        out[self._order] = found
+        return out
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        return self._in_order([t.values(x) for t in self.parts])
+
+    def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = [t.slopes(x) for t in self.parts]
+        values = self._in_order([values for values, _ in found])
+        return values, found[0][1] if len(found) == 1 else joined([J for _, J in found], float)
+
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return joined([t.hessian(x, weights[t.places]) for t in self.parts], float)
 
 
 def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool = False) -> list[Terms]:
