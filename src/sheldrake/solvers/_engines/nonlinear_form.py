@@ -64,7 +64,6 @@ class NonlinearForm:
         rows: The constraints, and where their rows are.
         boxes: Bounds of the variables.
         J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
-        H_rows, H_cols: Where the entries of the Hessian are, both halves of it; those at one place add up.
     """
 
     def __init__(self, prog: MathematicalProgram):
@@ -95,11 +94,24 @@ class NonlinearForm:
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
         self.J_rows, self.J_cols = self._constraints.J_rows, self._constraints.J_cols
-        self.H_rows = np.concatenate((self._costs.H_rows, self._constraints.H_rows))
-        self.H_cols = np.concatenate((self._costs.H_cols, self._constraints.H_cols))
         self._values = _Last(self._values_at)
         self._cost_slopes = _Last(self._cost_slopes_at)
         self._row_slopes = _Last(self._row_slopes_at)
+
+    @functools.cached_property
+    def _where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        of_costs, of_rows = self._costs.where_hessian(), self._constraints.where_hessian()
+        return np.concatenate((of_costs[0], of_rows[0])), np.concatenate((of_costs[1], of_rows[1]))
+
+    @property
+    def H_rows(self) -> np.ndarray:
+        """Rows of the entries of the Hessian, both halves of it; those at one place add up."""
+        return self._where_hessian[0]
+
+    @property
+    def H_cols(self) -> np.ndarray:
+        """Columns of these entries."""
+        return self._where_hessian[1]
 
     def _leave_out_empty_rows(self) -> None:
         """Linear rows that have no coefficient and hold anyway have no bounds: these only confuse solvers."""
@@ -169,7 +181,8 @@ class NonlinearForm:
         """The Hessian of the cost, shape `(num_vars, num_vars)`."""
         n, costs = self.num_vars, self._costs
         entries = without_nan(costs.hessian(self._unscaled(y), np.ones(len(costs.places))))
-        H = np.bincount(costs.H_rows * n + costs.H_cols, entries, n * n).reshape(n, n)
+        rows, cols = costs.where_hessian()
+        H = np.bincount(rows * n + cols, entries, n * n).reshape(n, n)
         return H * np.outer(self.scale, self.scale) if self._is_scaled else H
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

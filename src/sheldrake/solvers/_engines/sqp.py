@@ -191,6 +191,8 @@ class Sqp:
     def _first_hessian(self) -> np.ndarray:
         """That of the cost, no eigenvalue near zero or below: steps would go anywhere."""
         H = self._form.cost_hessian(self._start)
+        if not H.any():
+            return 0.1 * np.eye(len(H))
         if not np.isfinite(H).all():
             return np.eye(len(H))
         values, vectors = np.linalg.eigh(0.5 * (H + H.T))

@@ -26,20 +26,15 @@ def without_nan(J: np.ndarray) -> np.ndarray:
 
 
 class Terms:
-    """A group. Its Jacobian has entries at `(J_rows, J_cols)`, its Hessian at `(H_rows, H_cols)`, both halves of it."""
+    """A group. Its Jacobian has entries at `(J_rows, J_cols)`."""
 
     J_rows: np.ndarray
     J_cols: np.ndarray
-    H_rows: np.ndarray
-    H_cols: np.ndarray
     places: np.ndarray
 
-    def _lay_out_full(self, columns: np.ndarray, rows: np.ndarray) -> None:
-        """Each value depends on all variables of its point: columns of shape (points, n), rows of shape (points, m)."""
-        m, n = rows.shape[1], columns.shape[1]
-        self.places = rows.ravel()
-        self.J_rows, self.J_cols = self.places.repeat(n), columns.repeat(m, axis=0).ravel()
-        self.H_rows, self.H_cols = columns.repeat(n), columns.repeat(n, axis=0).ravel()
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the entries of the Hessian, both halves of it."""
+        raise NotImplementedError
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Values at x, one for each of `places`."""
@@ -72,7 +67,9 @@ class LinearTerms(Terms):
         self._b = np.concatenate([b for _, b, _, _ in blocks])
         self._local, columns, self._entries = entries([A for A, *_ in blocks], [len(rows) for *_, rows in blocks])
         self.J_rows, self.J_cols = self.places[self._local], np.concatenate([c for _, _, c, _ in blocks])[columns]
-        self.H_rows = self.H_cols = _NONE
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        return _NONE, _NONE
 
     def empty(self) -> np.ndarray:
         """Those of `places` whose rows have no coefficient."""
@@ -115,7 +112,9 @@ class QuadraticTerms(Terms):
             cols.append(j + start)
             entries.append(Q[i, j])
         self._i, self._j, self._Q = np.concatenate(rows), np.concatenate(cols), np.concatenate(entries)
-        self.H_rows, self.H_cols = self.J_cols[self._i], self.J_cols[self._j]
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.J_cols[self._i], self.J_cols[self._j]
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return self.slopes(x)[0]
@@ -134,7 +133,25 @@ class QuadraticTerms(Terms):
         return self._Q * weights[self._owner[self._i]]
 
 
-class AlikeTerms(Terms):
+class FullTerms(Terms):
+    """Points with as many variables and values each; each value depends on all variables of its point.
+
+    Args:
+        columns: Of the variables of each, shape (points, n).
+        rows: Of the values of each, shape (points, m).
+    """
+
+    def __init__(self, columns: np.ndarray, rows: np.ndarray):
+        m, n = rows.shape[1], columns.shape[1]
+        self.places, self._columns = rows.ravel(), columns
+        self.J_rows, self.J_cols = self.places.repeat(n), columns.repeat(m, axis=0).ravel()
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        n = self._columns.shape[1]
+        return self._columns.repeat(n), self._columns.repeat(n, axis=0).ravel()
+
+
+class AlikeTerms(FullTerms):
     """Evaluators that differ by their variables alone.
 
     Args:
@@ -144,8 +161,8 @@ class AlikeTerms(Terms):
     """
 
     def __init__(self, many: Many, columns: np.ndarray, rows: np.ndarray):
-        self._many, self._columns, self._shape = many, columns, rows.shape
-        self._lay_out_full(columns, rows)
+        super().__init__(columns, rows)
+        self._many, self._shape = many, rows.shape
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return self._many.values(x[self._columns]).ravel()
@@ -161,7 +178,7 @@ class AlikeTerms(Terms):
 _LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
 
 
-class LearnedTerms(Terms):
+class LearnedTerms(FullTerms):
     """Evaluators of which no more than first derivatives are known: points, and as many values at each.
 
     The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
@@ -183,14 +200,10 @@ class LearnedTerms(Terms):
         rows: np.ndarray,
         are_costs: bool = False,
     ):
+        super().__init__(columns, rows)
         (count, m), n = rows.shape, columns.shape[1]
-        self._columns = columns
-        self._lay_out_full(columns, rows)
         self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
-        self._before, self._H = np.zeros((count, n)), np.zeros((count * m, n * n))
-        self._J_before, self._are_costs = np.zeros((count * m, n)), are_costs
-        self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
-        self._has_begun = False
+        self._are_costs, self._has_begun = are_costs, False
         self._evaluators = [
             (
                 k,
@@ -220,24 +233,29 @@ class LearnedTerms(Terms):
             self.slopes(x)
         self._J[:] = without_nan(self._J)
         if not self._has_begun:
-            self._has_begun = True
-            J, n = self._J.reshape(self._J_before.shape), self._points.shape[1]
-            self._before[:], self._J_before[:] = self._points, J
-            self._update_hessians = quasi_newton.symmetric_rank_one.bind(
-                self._before, self._points, self._J_before, J, self._H, np.zeros(n)
-            )
-            self._sum_hessians = quasi_newton.weighted_sums.bind(self._H, self._weights, self._total)
-            if self._are_costs:
-                self._look_around()
+            self._begin()
         self._update_hessians()
         self._weights[:] = weights
         self._sum_hessians()
         return self._total.flatten()
 
+    def _begin(self) -> None:
+        """Begins to learn."""
+        self._has_begun = True
+        (count, n), size = self._points.shape, self._values.size
+        J, before, self._H = self._J.reshape(size, n), self._points.copy(), np.zeros((size, n * n))
+        self._weights, self._total = np.zeros(size), np.zeros((count, n * n))
+        self._update_hessians = quasi_newton.symmetric_rank_one.bind(
+            before, self._points, J.copy(), J, self._H, np.zeros(n)
+        )
+        self._sum_hessians = quasi_newton.weighted_sums.bind(self._H, self._weights, self._total)
+        if self._are_costs:
+            self._look_around()
+
     def _look_around(self) -> None:
         """Begins with the curvature of each cost downhill, in all directions."""
         n = self._points.shape[1]
-        slopes = self._J.reshape(self._J_before.shape).copy()
+        slopes = self._J.reshape(-1, n).copy()
         for H, (k, evaluator, _, _), slope in zip(self._H, self._evaluators, slopes):
             own = self._points[k]
             steepness = float(np.linalg.norm(slope))
@@ -260,7 +278,10 @@ class AllTerms(Terms):
         self.places = np.arange(len(self._order))
         self._is_in_order = bool((self._order == self.places).all())
         self.J_rows, self.J_cols = joined([t.J_rows for t in parts], int), joined([t.J_cols for t in parts], int)
-        self.H_rows, self.H_cols = joined([t.H_rows for t in parts], int), joined([t.H_cols for t in parts], int)
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        found = [t.where_hessian() for t in self.parts]
+        return joined([rows for rows, _ in found], int), joined([cols for _, cols in found], int)
 
     def _in_order(self, values: list[np.ndarray]) -> np.ndarray:
         found = values[0] if len(values) == 1 else joined(values, float)
