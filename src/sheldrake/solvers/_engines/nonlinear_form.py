@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.highs import Boxes
-from sheldrake.solvers._engines.terms import AllTerms, LinearTerms, grouped, without_nan
+from sheldrake.solvers._engines.terms import AllTerms, LearnedTerms, LinearTerms, grouped, without_nan
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
 from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqualityConstraint, QuadraticConstraint
@@ -63,6 +63,7 @@ class NonlinearForm:
     Attributes:
         rows: The constraints, and where their rows are.
         boxes: Bounds of the variables.
+        learns: Whether second derivatives of some constraints are learned.
         J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
     """
 
@@ -93,6 +94,7 @@ class NonlinearForm:
         self._leave_out_empty_rows()
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
+        self.learns = any(isinstance(terms, LearnedTerms) for terms in self._constraints.parts)
         self.J_rows, self.J_cols = self._constraints.J_rows, self._constraints.J_cols
         self._values = _Last(self._values_at)
         self._cost_slopes = _Last(self._cost_slopes_at)
@@ -178,9 +180,9 @@ class NonlinearForm:
         return entries * self.scale[self.H_rows] * self.scale[self.H_cols] if self._is_scaled else entries
 
     def cost_hessian(self, y: np.ndarray) -> np.ndarray:
-        """The Hessian of the cost, shape `(num_vars, num_vars)`."""
+        """The Hessian of the cost, roughly, shape `(num_vars, num_vars)`."""
         n, costs = self.num_vars, self._costs
-        entries = without_nan(costs.hessian(self._unscaled(y), np.ones(len(costs.places))))
+        entries = without_nan(costs.rough_hessian(self._unscaled(y), np.ones(len(costs.places))))
         rows, cols = costs.where_hessian()
         H = np.bincount(rows * n + cols, entries, n * n).reshape(n, n)
         return H * np.outer(self.scale, self.scale) if self._is_scaled else H

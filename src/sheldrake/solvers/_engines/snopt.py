@@ -74,7 +74,8 @@ class InteriorPointSolver(NonlinearSolver):
             found = Sqp(form, start, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
             if found.converged or (found.iterations_spent and settings.iterations <= _MOST_STEPS):
                 return found
-            violates = form.violation(found.y) > settings.feasibility
+            # Others know their second derivatives, with which an interior point method gets on where steps do not.
+            violates = form.learns and form.violation(found.y) > settings.feasibility
             if violates and (other := self._by_least_violation(form, found.y, start, settings)):
                 return other
             # Where steps end that violate constraints, an interior point method mostly ends as well.

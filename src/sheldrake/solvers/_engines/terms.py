@@ -51,6 +51,10 @@ class Terms:
         """
         raise NotImplementedError
 
+    def rough_hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The same for who asks but once, and does not mind that it is no better than differences of gradients."""
+        return self.hessian(x, weights)
+
 
 _NONE = np.zeros(0, dtype=int)
 
@@ -151,6 +155,9 @@ class FullTerms(Terms):
         return self._columns.repeat(n), self._columns.repeat(n, axis=0).ravel()
 
 
+_LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
+
+
 class AlikeTerms(FullTerms):
     """Evaluators that differ by their variables alone.
 
@@ -174,8 +181,17 @@ class AlikeTerms(FullTerms):
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return self._many.hessian(x[self._columns], weights.reshape(self._shape)).ravel()
 
-
-_LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
+    def rough_hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        # To write down second derivatives of formulas takes longer than many programs take to be solved.
+        points, by_row = x[self._columns], weights.reshape(len(self._columns), 1, -1)
+        slope = by_row @ self._many.slopes(points)[1]
+        steps = _LOOK * np.maximum(1.0, np.abs(points))
+        H = np.empty((len(points), points.shape[1], points.shape[1]))
+        for j in range(points.shape[1]):
+            moved = points.copy()
+            moved[:, j] += steps[:, j]
+            H[:, j] = (by_row @ self._many.slopes(moved)[1] - slope)[:, 0] / steps[:, j, None]
+        return H.ravel()
 
 
 class LearnedTerms(FullTerms):
@@ -301,6 +317,9 @@ class AllTerms(Terms):
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return joined([t.hessian(x, weights[t.places]) for t in self.parts], float)
+
+    def rough_hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return joined([t.rough_hessian(x, weights[t.places]) for t in self.parts], float)
 
 
 def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool = False) -> list[Terms]:
