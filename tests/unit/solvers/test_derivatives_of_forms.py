@@ -94,11 +94,11 @@ def test_lengths_have_derivatives_where_they_are_zero():
 
 def test_what_differs_by_its_variables_alone_is_evaluated_together():
     form = NonlinearForm(of_all_kinds()[0])
-    together = [t for t in form._constraints if isinstance(t, AlikeTerms)]
+    together = [t for t in form._constraints.parts if isinstance(t, AlikeTerms)]
     assert [len(t.places) for t in together] == [4]
     for make in (collocation, transcription):
         form = NonlinearForm(make()[0])
-        assert [len(t.places) for t in form._constraints if isinstance(t, AlikeTerms)] == [5 * 4]
+        assert [len(t.places) for t in form._constraints.parts if isinstance(t, AlikeTerms)] == [5 * 4]
 
 
 def test_functions_of_python_learn_their_curvature():
@@ -106,7 +106,7 @@ def test_functions_of_python_learn_their_curvature():
     x = prog.NewContinuousVariables(2, "x")
     prog.AddConstraint(lambda z: [z[0] * z[1] + 2.0 * z[0] ** 2], [0.0], [0.0], x)
     form = NonlinearForm(prog)
-    assert [type(t) for t in form._constraints] == [LearnedTerms]
+    assert [type(t) for t in form._constraints.parts] == [LearnedTerms]
     for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
         entries = form.hessian(np.array(point), 0.0, np.ones(1))
     found = np.zeros((2, 2))

@@ -33,7 +33,7 @@ def program():
 
 
 @pytest.mark.parametrize(
-    "solver, name", [(SnoptSolver, "InteriorPoint"), (IpoptSolver, "Ipopt"), (NloptSolver, "NLopt")]
+    "solver, name", [(SnoptSolver, "SQP"), (IpoptSolver, "Ipopt"), (NloptSolver, "NLopt")]
 )
 def test_results_name_what_ran(solver, name):
     if not solver().available():
@@ -52,7 +52,12 @@ def test_results_name_what_ran(solver, name):
 
 def test_the_choice_and_what_is_available_are_what_runs():
     prog, _, _ = program()
-    chosen = ChooseBestSolver(prog)
+    chosen = ChooseBestSolver(prog)  # the interior point method, which leaves small programs to another first
+    found = Solve(prog).get_solver_id()
+    assert found.name() == "SQP" and found == MakeSolver(chosen).Solve(prog).get_solver_id()
+    others = prog.NewContinuousVariables(60)
+    prog.AddCost(others.dot(others) ** 2)
+    assert chosen == ChooseBestSolver(prog)
     assert chosen == Solve(prog).get_solver_id() == MakeSolver(chosen).Solve(prog).get_solver_id()
     names = [i.name() for i in GetAvailableSolvers(ProgramType.kNLP)]
     assert names[0] == "InteriorPoint" and "SNOPT" not in names

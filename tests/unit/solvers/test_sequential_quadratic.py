@@ -130,7 +130,6 @@ def test_a_corner_from_which_the_cost_falls_is_left():
 def test_a_limit_of_iterations_holds():
     *given, _ = PROBLEMS["71"]
     prog, _ = program(*given)
-    assert NonlinearForm(prog).learns
     outcome = Sqp(NonlinearForm(prog), np.array(given[-1], float), Settings(iterations=2)).run()
     assert outcome.iterations_spent and not outcome.converged
     options = SolverOptions()
@@ -145,7 +144,7 @@ def test_programs_it_is_for():
     known = MathematicalProgram()
     y = known.NewContinuousVariables(2, "y")
     known.AddConstraint(y[0] ** 2 * y[1] <= 1.0)
-    assert not suits(NonlinearForm(known))
+    assert suits(NonlinearForm(known))
     for _ in range(60):
         prog.AddLinearConstraint(x[0] + x[1], -1.0, 99.0)
     assert not suits(NonlinearForm(prog))

@@ -72,7 +72,7 @@ def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_w
     options = SolverOptions()
     options.SetOption(ClarabelSolver.id(), "max_iter", 50)  # for whom the program is left then
     result = Solve(prog, None, options)
-    assert result.is_success() and result.get_solver_id().name() == "InteriorPoint"
+    assert result.is_success() and result.get_solver_id().name() == "SQP"
     np.testing.assert_allclose(result.GetSolution(x), [0, 0, 1], atol=1e-6)
     X = prog.NewSymmetricContinuousVariables(2, "X")
     prog.AddPositiveSemidefiniteConstraint(X)

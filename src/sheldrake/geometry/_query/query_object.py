@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -188,9 +188,19 @@ class QueryObject(Images):
         Raises:
             RuntimeError: one of them is unknown, has no proximity role, or both are half spaces.
         """
+        (result,) = self._signed_distances_of([(geometry_id_A, geometry_id_B)])
+        return result
+
+    def _signed_distances_of(self, pairs: Sequence[tuple[GeometryId, GeometryId]]) -> list[SignedDistancePair]:
+        """The same of several pairs; poses are looked at once."""
         scene, poses = self._now()
+        return [self._signed_distance(scene, poses, pair) for pair in pairs]
+
+    def _signed_distance(
+        self, scene: QueryScene, poses: GivenPoses | ShownPoses, pair: tuple[GeometryId, GeometryId]
+    ) -> SignedDistancePair:
         model, rows = scene.model, []
-        for geometry_id in (geometry_id_A, geometry_id_B):
+        for geometry_id in pair:
             row = scene.row_of.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
             if row is None:
                 number = number_of(geometry_id, GeometryId)

@@ -373,7 +373,8 @@ class _DualDistances:
 
     def __init__(self, model: GeometryModel, num_bodies: int):
         self._model = model._replace(pair=np.zeros((1, 2), np.int64))
-        self._X_WB = Source(world_poses(num_bodies, float))
+        self._changes = np.zeros(1, np.int64)
+        self._X_WB = Source(world_poses(num_bodies, float), self._changes)
         table = contact_table(self._model, capacity=1)
         self._table = ContactTable(*(a.astype(complex) if a.dtype == float else a for a in table))
         find = find_distances, (self._model, BodyPoses(self._X_WB.numbers), np.inf, self._table)
@@ -389,7 +390,10 @@ class _DualDistances:
 
     def find(self, rows: list[int], X_WB: np.ndarray) -> FoundPoints | None:
         """The distance of rows of the model; None where not all poses have as many derivatives."""
-        self._model.pair[0], self._X_WB.duals = rows, X_WB
+        self._model.pair[0] = rows
+        if X_WB is not self._X_WB.duals:  # which stay as they are
+            self._X_WB.duals = X_WB
+            self._changes += 1
         slopes = sweep_sources(self._sweep, [self._X_WB])
         if slopes is None:
             return None

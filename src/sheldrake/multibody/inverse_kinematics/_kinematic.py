@@ -49,13 +49,16 @@ class KinematicFunction(Opaque, WithSlopes):
         self._is_float, self._nq = plant._scalar is float, plant.num_positions()
         self._set_sizes(num_outputs, self._nq + more_vars)  # type: ignore[attr-defined]
 
-    def _place(self, q: np.ndarray) -> None:
-        """Puts positions into the context, if they are not there already."""
+    def _place(self, q: np.ndarray) -> View | None:
+        """Puts positions into the context, if they are not there already; its view, of a plant of floats."""
         if not self._is_float:
             duals = np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(float(v)) for v in q], dtype=object)
             self._plant.SetPositions(self._context, duals)
-        elif parts_of(self._plant).contexts.view(self._context).q.tobytes() != q.tobytes():
+            return None
+        view = parts_of(self._plant).contexts.view(self._context)
+        if view.q.tobytes() != q.tobytes():
             self._plant.SetPositions(self._context, q)
+        return view
 
     def _forms(self) -> list[np.ndarray] | None:
         """Values as a `Form` each, of `_frames`; None if they are no forms."""
@@ -67,15 +70,16 @@ class KinematicFunction(Opaque, WithSlopes):
 
     _own_forms: Forms | None = None
 
-    def _ask_forms(self) -> _AskedForms | None:
-        """Queries of the forms for the context as it is; None if there are none, or the plant is none of floats."""
+    def _ask_forms(self, view: View | None) -> _AskedForms | None:
+        """Queries of the forms for a view as it is; None if there are none, or the plant is none of floats."""
+        if view is None:
+            return None
         forms = self._own_forms
         if forms is None:
-            found = self._forms() if self._is_float else None
+            found = self._forms()
             if found is None:
                 return None
             forms = self._own_forms = _table(self._plant, self._context, *self._frames(), found)
-        view = parts_of(self._plant).contexts.view(self._context)
         count = len(forms.form)
         asked: _AskedForms | None = view.forms.get(count)
         if asked is None:
@@ -96,8 +100,7 @@ class KinematicFunction(Opaque, WithSlopes):
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         q, more = self._split(x)
-        self._place(q)
-        asked = self._ask_forms()
+        asked = self._ask_forms(self._place(q))
         if asked is not None:
             return asked.values()
         y = _vector(self._value(more))
@@ -107,11 +110,11 @@ class KinematicFunction(Opaque, WithSlopes):
         if not self._is_float:
             return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))
         q, more = self._split(x)
-        self._place(q)
-        asked = self._ask_forms()
+        view = self._place(q)
+        asked = self._ask_forms(view)
         if asked is not None:
             found = asked.slopes()
-            return found[:, 0], self._by_q(found[:, 1:])
+            return found[:, 0], found[:, 1:] if view.frozen.v_is_qdot else self._by_q(found[:, 1:])
         slope = self._slope(more)
         return _vector(self._value(more)), slope if slope.ndim == 2 else slope.reshape(1, -1)
 

@@ -11,10 +11,10 @@ from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.optimization._motion_constraints import require_duals
+from sheldrake.solvers._arrays import values_and_gradient
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
-    from sheldrake.autodiffutils import AutoDiffXd
     from sheldrake.geometry import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import BodyIndex, RigidBody
@@ -67,25 +67,43 @@ class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBa
 
 
 class Touch(NamedTuple):
-    """Nearest points Ca, Cb of two geometries: their bodies and places in these, direction from A into B, distance."""
+    """Nearest points Ca, Cb of two geometries, of duals: their bodies and places in these, direction from A into B."""
 
     body_A: RigidBody
     body_B: RigidBody
-    p_ACa: np.ndarray
-    p_BCb: np.ndarray
-    n_AB_W: np.ndarray
-    distance: float | AutoDiffXd
+    p_ACa: Floats
+    p_BCb: Floats
+    n_AB_W: Floats
+    distance: Floats
 
 
-def touch(plant: MultibodyPlant, context: Context, pair: tuple) -> Touch:
-    """The nearest points of a pair of geometries at the positions in the context."""
-    query = plant.get_geometry_query_input_port().Eval(context)
-    found = query.ComputeSignedDistancePairClosestPoints(*pair)
-    inspector, bodies, points = query.inspector(), [], []
-    for geometry, p_GC in ((found.id_A, found.p_ACa), (found.id_B, found.p_BCb)):
-        body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-        assert body is not None  # pairs are of bodies of the plant
-        bodies.append(body)
-        X_BG = inspector.GetPoseInFrame(geometry)
-        points.append(X_BG.rotation().matrix() @ p_GC + X_BG.translation())
-    return Touch(bodies[0], bodies[1], points[0], points[1], -found.nhat_BA_W, found.distance)
+class Floats(NamedTuple):
+    """Values of shape (...) and their derivatives by q, shape (..., nq)."""
+
+    value: np.ndarray
+    by_q: np.ndarray
+
+
+def floats(x: np.ndarray, nq: int) -> Floats:
+    """Those of an array of AutoDiffXd."""
+    values, by_q = values_and_gradient(x.ravel())
+    return Floats(values.reshape(x.shape), (by_q if by_q.size else np.zeros((x.size, nq))).reshape(*x.shape, nq))
+
+
+def touches(plant: MultibodyPlant, context: Context, pairs: list[tuple]) -> list[Touch]:
+    """The nearest points of pairs of geometries at the positions in the context."""
+    query, nq, out = plant.get_geometry_query_input_port().Eval(context), plant.num_positions(), []
+    inspector = query.inspector()
+    for found in query._signed_distances_of(pairs):
+        of_pair = floats(np.array([*found.p_ACa, *found.p_BCb, *-found.nhat_BA_W, found.distance]), nq)
+        p_GCa, p_GCb, n_AB_W = (Floats(*(a[k : k + 3] for a in of_pair)) for k in (0, 3, 6))
+        bodies, points = [], []
+        for geometry, p_GC in ((found.id_A, p_GCa), (found.id_B, p_GCb)):
+            body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+            assert body is not None  # pairs are of bodies of the plant
+            X_BG = inspector.GetPoseInFrame(geometry)
+            R_BG = X_BG.rotation().matrix()
+            bodies.append(body)
+            points.append(Floats(R_BG @ p_GC.value + X_BG.translation(), R_BG @ p_GC.by_q))
+        out.append(Touch(*bodies, *points, n_AB_W, Floats(of_pair.value[9], of_pair.by_q[9])))
+    return out

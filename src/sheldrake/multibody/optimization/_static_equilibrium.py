@@ -9,13 +9,13 @@ import numpy as np
 from sheldrake.autodiffutils import ExtractValue
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
-from sheldrake.multibody.optimization._contact_wrench import ContactWrench, touch
+from sheldrake.multibody.optimization._contact_wrench import ContactWrench, Floats, floats, touches
 from sheldrake.multibody.optimization._motion_constraints import require_duals
 from sheldrake.multibody.plant._contact.friction import CalcContactFrictionFromSurfaceProperties
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import Constraint, MathematicalProgram
-from sheldrake.solvers._arrays import values_and_gradient, variables_at
+from sheldrake.solvers._arrays import variables_at
 from sheldrake.symbolic import Variable
 from sheldrake.systems.framework._engine.store import CONTINUOUS
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class _Contact(NamedTuple):
-    """Where a pair of geometries is nearest, each value followed by its derivatives by q.
+    """Where a pair of geometries is nearest.
 
     Attributes:
         normal: From A into B, in the world, shape (3,).
@@ -36,20 +36,38 @@ class _Contact(NamedTuple):
         J: The velocity of Cb less that of Ca, by v, in the world, shape (3, nv).
     """
 
-    normal: np.ndarray
-    normal_by_q: np.ndarray
-    distance: float
-    distance_by_q: np.ndarray
-    J: np.ndarray
-    J_by_q: np.ndarray
+    normal: Floats
+    distance: Floats
+    J: Floats
 
 
 class _Posture(NamedTuple):
     """What constraints ask of positions: generalized forces of gravity, shape (nv,), and the contacts."""
 
-    gravity: np.ndarray
-    gravity_by_q: np.ndarray
+    gravity: Floats
     contacts: list[_Contact]
+
+
+class _Motion(NamedTuple):
+    """How a body moves: velocities by v, of turning and of its origin in the world, shape (3, nv); R_WB."""
+
+    J_w: Floats
+    J_v: Floats
+    R_WB: Floats
+
+    def velocity_of(self, p_BC: Floats) -> Floats:
+        """The velocity of a point of it by v, w x p_BC_W being a matrix times w."""
+        p_W, p_W_by_q = self.R_WB.value @ p_BC.value, self.R_WB.value @ p_BC.by_q
+        p_W_by_q += p_BC.value @ self.R_WB.by_q
+        by_w, by_w_by_q, by_q = _CROSS @ p_W, _CROSS @ p_W_by_q, self.J_v.by_q.copy()
+        by_q += (by_w @ self.J_w.by_q.reshape(3, -1)).reshape(by_q.shape)
+        by_q += (by_w_by_q.transpose(2, 0, 1) @ self.J_w.value).transpose(1, 2, 0)
+        return Floats(self.J_v.value + by_w @ self.J_w.value, by_q)
+
+
+_CROSS = np.zeros((3, 3, 3))  # (w x p)_i = sum of _CROSS_ijk w_j p_k
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    _CROSS[_i, _j, _k], _CROSS[_i, _k, _j] = 1.0, -1.0
 
 
 class _Postures:
@@ -81,24 +99,24 @@ class _Postures:
         return self._last
 
     def _found(self, nq: int) -> _Posture:
-        def split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            values, by_q = values_and_gradient(x.ravel())
-            return values.reshape(x.shape), (by_q if by_q.size else np.zeros((x.size, nq))).reshape(*x.shape, nq)
+        motions: dict[RigidBody, _Motion] = {}
+
+        def velocity_of(body: RigidBody, p_BC: Floats) -> Floats:
+            if body not in motions:
+                motions[body] = self._motion_of(body, nq)
+            return motions[body].velocity_of(p_BC)
 
         contacts = []
-        for pair in self.pairs:
-            at = touch(self.plant, self.context, pair)
-            ends = [split(self._velocity_of(*end)) for end in ((at.body_B, at.p_BCb), (at.body_A, at.p_ACa))]
-            (J_B, J_B_by_q), (J_A, J_A_by_q) = ends
-            (distance,), (distance_by_q,) = split(np.array([at.distance], dtype=object))
-            contacts.append(_Contact(*split(at.n_AB_W), float(distance), distance_by_q, J_B - J_A, J_B_by_q - J_A_by_q))
-        return _Posture(*split(self.plant.CalcGravityGeneralizedForces(self.context)), contacts)
+        for at in touches(self.plant, self.context, self.pairs):
+            of_B, of_A = velocity_of(at.body_B, at.p_BCb), velocity_of(at.body_A, at.p_ACa)
+            contacts.append(_Contact(at.n_AB_W, at.distance, Floats(of_B.value - of_A.value, of_B.by_q - of_A.by_q)))
+        return _Posture(floats(self.plant.CalcGravityGeneralizedForces(self.context), nq), contacts)
 
-    def _velocity_of(self, body: RigidBody, p_BC: np.ndarray) -> np.ndarray:
-        """Derivative by v of the velocity of a point of a body in the world, shape (3, nv)."""
-        W, F = self.plant.world_frame(), body.body_frame()
-        wrt = JacobianWrtVariable.kV
-        return self.plant.CalcJacobianTranslationalVelocity(self.context, wrt, F, p_BC.reshape(3, 1), W, W)
+    def _motion_of(self, body: RigidBody, nq: int) -> _Motion:
+        W, wrt = self.plant.world_frame(), JacobianWrtVariable.kV
+        J = self.plant.CalcJacobianSpatialVelocity(self.context, wrt, body.body_frame(), np.zeros(3), W, W)
+        J_WB, R_WB = floats(J, nq), self.plant.EvalBodyPoseInWorld(self.context, body).rotation().matrix()
+        return _Motion(*(Floats(*(a[k : k + 3] for a in J_WB)) for k in (0, 3)), floats(R_WB, nq))
 
 
 class _OfPosture(KinematicFunction, Constraint):
@@ -129,11 +147,11 @@ class StaticEquilibriumConstraint(_OfPosture):
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         q, more = self._split(x)
         here, nu = self._postures.at(q), self._plant.num_actuated_dofs()
-        total, by_q, by_others = here.gravity + self._B @ more[:nu], here.gravity_by_q.copy(), [self._B]
+        total, by_q, by_others = here.gravity.value + self._B @ more[:nu], here.gravity.by_q.copy(), [self._B]
         for contact, force in zip(here.contacts, more[nu:].reshape(-1, 3)):
-            total += force @ contact.J
-            by_q += np.tensordot(force, contact.J_by_q, 1)
-            by_others.append(contact.J.T)
+            total += force @ contact.J.value
+            by_q += (force @ contact.J.by_q.reshape(3, -1)).reshape(by_q.shape)
+            by_others.append(contact.J.value.T)
         return total, np.hstack((by_q, *by_others))
 
 
@@ -154,15 +172,15 @@ class StaticFrictionConeComplementarityNonlinearConstraint(_OfPosture):
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         q, more = self._split(x)
         at, f, (alpha, beta) = self._postures.at(q).contacts[self._which], more[:3], more[3:]
-        normal, normal_by_q, steepness = at.normal @ f, f @ at.normal_by_q, 1.0 + self._mu**2
-        values = np.array([steepness * normal**2 - f @ f, normal - alpha, at.distance - beta, alpha * beta])
+        normal, normal_by_q, steepness = at.normal.value @ f, f @ at.normal.by_q, 1.0 + self._mu**2
+        values = np.array([steepness * normal**2 - f @ f, normal - alpha, at.distance.value - beta, alpha * beta])
         J, nq = np.zeros((4, len(x))), len(q)
         J[0, :nq], J[0, nq : nq + 3] = (
             2.0 * steepness * normal * normal_by_q,
-            2.0 * (steepness * normal * at.normal - f),
+            2.0 * (steepness * normal * at.normal.value - f),
         )
-        J[1, :nq], J[1, nq : nq + 3], J[1, nq + 3] = normal_by_q, at.normal, -1.0
-        J[2, :nq], J[2, nq + 4] = at.distance_by_q, -1.0
+        J[1, :nq], J[1, nq : nq + 3], J[1, nq + 3] = normal_by_q, at.normal.value, -1.0
+        J[2, :nq], J[2, nq + 4] = at.distance.by_q, -1.0
         J[3, nq + 3 :] = beta, alpha
         return values, J
 
@@ -227,11 +245,10 @@ class StaticEquilibriumProblem:
         """Returns the wrenches of all contacts of a solution."""
         self._plant.SetPositions(self._context, result.GetSolution(self._q))
         out = []
-        for pair, force in zip(self._pairs, self._forces):
-            at = touch(self._plant, self._context, pair)
+        for at, force in zip(touches(self._plant, self._context, self._pairs), self._forces):
             F = SpatialForce(np.zeros(3), result.GetSolution(force))
             world, B = self._plant.world_frame(), at.body_B.body_frame()
-            p_WCb = self._plant.CalcPointsPositions(self._context, B, at.p_BCb.reshape(3, 1), world)
+            p_WCb = self._plant.CalcPointsPositions(self._context, B, at.p_BCb.value.reshape(3, 1), world)
             out.append(ContactWrench._make(at.body_A.index(), at.body_B.index(), ExtractValue(p_WCb).ravel(), F))
         return out
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,12 @@ from sheldrake.solvers._ids import SolutionResult, SolverOptions
 
 _LEAST_PROGRESS, _SPENT = (1, 2, 3, 4), (5, 6)
 _FAILURE = -1
+
+
+@functools.cache
+def _names_of_options() -> list[str]:
+    calls = [call for call in dir(NloptSolver) if call.endswith("Name") and call != "SolverName"]
+    return [getattr(NloptSolver, call)() for call in calls]
 
 
 def _algorithm(name: str) -> int:
@@ -97,9 +104,8 @@ class NloptSolver(NonlinearSolver):
 
     def _read(self, options: SolverOptions) -> Settings:
         prefixes = self.ParamPrefix(), self.LocalOptimizerParamPrefix()
-        known = [getattr(self, call)() for call in dir(NloptSolver) if call.endswith("Name") and call != "SolverName"]
-        known += [name for name in options._of(self._name) if name.startswith(prefixes)]
-        given = self._given(options, known)
+        known = [name for name in options._of(self._name) if name.startswith(prefixes)]
+        given = self._given(options, [*_names_of_options(), *known])
         return Settings(
             feasibility=max(1e-6, number(given, "constraint_tol", 1e-6)),
             iterations=int(number(given, "max_eval", 1000)),

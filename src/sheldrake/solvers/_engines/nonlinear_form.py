@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._engines.highs import Boxes
-from sheldrake.solvers._engines.terms import LearnedTerms, LinearTerms, grouped
+from sheldrake.solvers._engines.terms import AllTerms, LearnedTerms, LinearTerms, grouped, without_nan
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
 from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqualityConstraint, QuadraticConstraint
@@ -63,19 +63,19 @@ class NonlinearForm:
     Attributes:
         rows: The constraints, and where their rows are.
         boxes: Bounds of the variables.
-        J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
-        H_rows, H_cols: Where the entries of the Hessian are, both halves of it; those at one place add up.
         learns: Whether second derivatives of some constraints are learned.
+        J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
     """
 
     def __init__(self, prog: MathematicalProgram):
         self.prog, self.num_vars = prog, prog.num_vars()
-        self.scale = np.ones(self.num_vars)
-        for place, s in prog.GetVariableScaling().items():
+        self.scale, scaling = np.ones(self.num_vars), prog.GetVariableScaling()
+        self._is_scaled = bool(scaling)
+        for place, s in scaling.items():
             self.scale[place] = s
         bindings, self.boxes = parts_of(prog).bindings, Boxes(prog)
         low, high = self.boxes.bounds
-        self._costs = grouped(_placed(bindings, [(b._evaluator, b) for b in bindings.all_costs()]), True)
+        self._costs = AllTerms(grouped(_placed(bindings, [(b._evaluator, b) for b in bindings.all_costs()]), True))
         constraints: list[BindingBase[Constraint]] = [b for kind in _ROWS for b in bindings.of(kind)]
         found: list[tuple[EvaluatorBase, BindingBase]] = [(b._evaluator, b) for b in constraints]
         lower, upper = [b._evaluator._lower for b in constraints], [b._evaluator._upper for b in constraints]
@@ -89,25 +89,35 @@ class NonlinearForm:
         ends = list(itertools.accumulate([evaluator._num_outputs for evaluator, _ in found], initial=0))
         self.rows = [Rows(b, slice(first, end)) for b, first, end in zip(constraints, ends, ends[1:])]
         self.num_rows = ends[-1]
-        self._constraints = grouped(_placed(bindings, found))
+        self._constraints = AllTerms(grouped(_placed(bindings, found)))
         self.lower, self.upper = _arrays.joined(lower, float), _arrays.joined(upper, float)
         self._leave_out_empty_rows()
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
-        self.J_rows = _arrays.joined([t.J_rows for t in self._constraints], int)
-        self.J_cols = _arrays.joined([t.J_cols for t in self._constraints], int)
-        self.H_rows = _arrays.joined([t.H_rows for t in [*self._costs, *self._constraints]], int)
-        self.H_cols = _arrays.joined([t.H_cols for t in [*self._costs, *self._constraints]], int)
-        self.learns = any(isinstance(terms, LearnedTerms) for terms in self._constraints)
-        self._J_scale = self.scale[self.J_cols]
-        self._H_scale = self.scale[self.H_rows] * self.scale[self.H_cols]
+        self.learns = any(isinstance(terms, LearnedTerms) for terms in self._constraints.parts)
+        self.J_rows, self.J_cols = self._constraints.J_rows, self._constraints.J_cols
         self._values = _Last(self._values_at)
         self._cost_slopes = _Last(self._cost_slopes_at)
         self._row_slopes = _Last(self._row_slopes_at)
 
+    @functools.cached_property
+    def _where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        of_costs, of_rows = self._costs.where_hessian(), self._constraints.where_hessian()
+        return np.concatenate((of_costs[0], of_rows[0])), np.concatenate((of_costs[1], of_rows[1]))
+
+    @property
+    def H_rows(self) -> np.ndarray:
+        """Rows of the entries of the Hessian, both halves of it; those at one place add up."""
+        return self._where_hessian[0]
+
+    @property
+    def H_cols(self) -> np.ndarray:
+        """Columns of these entries."""
+        return self._where_hessian[1]
+
     def _leave_out_empty_rows(self) -> None:
         """Linear rows that have no coefficient and hold anyway have no bounds: these only confuse solvers."""
-        for terms in self._constraints:
+        for terms in self._constraints.parts:
             if isinstance(terms, LinearTerms):
                 empty = terms.empty()
                 free = empty[(self.lower[empty] <= 0.0) & (self.upper[empty] >= 0.0)]
@@ -123,37 +133,33 @@ class NonlinearForm:
 
     def values(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """Cost and values of rows, without derivatives."""
-        return self._values(y)
+        cost, rows = self._cost_slopes.known(y), self._row_slopes.known(y)
+        return self._values(y) if cost is None or rows is None else (cost[0], rows[0])
 
     def _values_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        x = y * self.scale
-        rows = np.zeros(self.num_rows)
-        for terms in self._constraints:
-            rows[terms.places] = terms.values(x)
-        return sum([_sum(terms.values(x)) for terms in self._costs]), rows
+        x = self._unscaled(y)
+        return _sum(self._costs.values(x)), self._constraints.values(x)
+
+    def _unscaled(self, y: np.ndarray) -> np.ndarray:
+        return y * self.scale if self._is_scaled else y
 
     def cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """The cost and its gradient."""
         return self._cost_slopes(y)
 
     def _cost_slopes_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        x, total, gradient = y * self.scale, 0.0, np.zeros(self.num_vars)
-        for terms in self._costs:
-            values, J = terms.slopes(x)
-            total += _sum(values)
-            gradient += np.bincount(terms.J_cols, J, self.num_vars)
-        return total, gradient * self.scale
+        values, J = self._costs.slopes(self._unscaled(y))
+        gradient = np.bincount(self._costs.J_cols, without_nan(J), self.num_vars)
+        return _sum(values), gradient * self.scale if self._is_scaled else gradient
 
     def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows, shape `(num_rows,)`, and the entries of their Jacobian, as long as `J_rows`."""
         return self._row_slopes(y)
 
     def _row_slopes_at(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x, rows, entries = y * self.scale, np.zeros(self.num_rows), []
-        for terms in self._constraints:
-            rows[terms.places], J = terms.slopes(x)
-            entries.append(J)
-        return rows, _arrays.joined(entries, float) * self._J_scale
+        rows, J = self._constraints.slopes(self._unscaled(y))
+        J = without_nan(J)
+        return rows, J * self.scale[self.J_cols] if self._is_scaled else J
 
     def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
@@ -168,17 +174,18 @@ class NonlinearForm:
 
     def hessian(self, y: np.ndarray, cost_weight: float, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of cost_weight * cost + weights' rows, as long as `H_rows`."""
-        x = y * self.scale
-        entries = [t.hessian(x, np.full(len(t.places), cost_weight)) for t in self._costs]
-        entries += [t.hessian(x, weights[t.places]) for t in self._constraints]
-        return _arrays.joined(entries, float) * self._H_scale
+        x = self._unscaled(y)
+        costs = self._costs.hessian(x, np.full(len(self._costs.places), cost_weight))
+        entries = without_nan(np.concatenate((costs, self._constraints.hessian(x, weights))))
+        return entries * self.scale[self.H_rows] * self.scale[self.H_cols] if self._is_scaled else entries
 
     def cost_hessian(self, y: np.ndarray) -> np.ndarray:
-        """The Hessian of the cost, shape `(num_vars, num_vars)`."""
-        x, n = y * self.scale, self.num_vars
-        entries = _arrays.joined([t.hessian(x, np.ones(len(t.places))) for t in self._costs], float)
-        rows, cols, scale = self.H_rows[: len(entries)], self.H_cols[: len(entries)], self._H_scale[: len(entries)]
-        return np.bincount(rows * n + cols, entries * scale, n * n).reshape(n, n)
+        """The Hessian of the cost, roughly, shape `(num_vars, num_vars)`."""
+        n, costs = self.num_vars, self._costs
+        entries = without_nan(costs.rough_hessian(self._unscaled(y), np.ones(len(costs.places))))
+        rows, cols = costs.where_hessian()
+        H = np.bincount(rows * n + cols, entries, n * n).reshape(n, n)
+        return H * np.outer(self.scale, self.scale) if self._is_scaled else H
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
@@ -257,7 +264,7 @@ def _placed(
 
 
 def _sum(values: np.ndarray) -> float:
-    return float(np.add.reduce(values))  # what `sum()` does, without its detour
+    return values.item() if len(values) == 1 else float(np.add.reduce(values))  # `sum()` without its detour
 
 
 class _Last:
@@ -267,6 +274,10 @@ class _Last:
         self._function = function
         self._key: bytes | None = None
         self._found: Any = None
+
+    def known(self, y: np.ndarray) -> Any:
+        """The last value, if it was at this point; otherwise None."""
+        return self._found if y.tobytes() == self._key else None
 
     def __call__(self, y: np.ndarray) -> Any:
         key = y.tobytes()

@@ -25,7 +25,7 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
 _VARIABLES, _ROWS, _NUMBERS = 64, 128, 8192  # up to which dense steps take less time
-_EQUATIONS = frozenset({A.kQuadraticCost, A.kLinearCost, A.kLinearEqualityConstraint})
+_NEEDED = frozenset({A.kQuadraticCost, A.kLinearConstraint})
 
 
 class Solution(NamedTuple):
@@ -138,17 +138,17 @@ _calls = BoundCalls(_bound)
 class ActiveSetSolver(Engine):
     """Solves small quadratic programs for `Solve`; leaves the result as it was begun where it cannot prove one.
 
-    Details are those of Clarabel, who solves what is left, the iterations being the rows that hold with equality.
+    Those whose constraints are equations are left to `EqualityConstrainedQPSolver`, which tries the same steps. Details are those of Clarabel, who solves what is left, the iterations being the rows that hold with equality.
     """
 
     _name = "Active set"
-    _attributes = _EQUATIONS | {A.kLinearConstraint}
+    _attributes = frozenset({A.kQuadraticCost, A.kLinearCost, A.kLinearEqualityConstraint, A.kLinearConstraint})
 
     @classmethod
     def may_solve(cls, prog: MathematicalProgram) -> bool:
         """Whether a program has what this takes, as far as it is told at once."""
         has = parts_of(prog).bindings.attributes()
-        return A.kQuadraticCost in has and has <= cls._attributes
+        return has >= _NEEDED and has <= cls._attributes
 
     def _do_solve(
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
@@ -157,9 +157,6 @@ class ActiveSetSolver(Engine):
         found = None if options.options else solve_small(prog)
         if found is None:
             return
-        if parts_of(prog).bindings.attributes() <= _EQUATIONS:
-            result._solver = "EqConstrainedQP"
-        else:
-            result._details = ClarabelSolverDetails(time.perf_counter() - begin, found.held, "Solved")
+        result._details = ClarabelSolverDetails(time.perf_counter() - begin, found.held, "Solved")
         result._finish(SolutionResult.kSolutionFound, found.x, found.cost)
         result._set_duals_late(found.duals)

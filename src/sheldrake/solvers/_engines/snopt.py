@@ -46,10 +46,9 @@ _INFO = {
 class InteriorPointSolver(NonlinearSolver):
     """Solves nonlinear programs by the interior point method of this library.
 
-    Programs of few variables whose constraints do not know their second derivatives, such as those of inverse
-    kinematics, are tried by sequential quadratic programming first, and by SciPy's SLSQP where that gets stuck. SLSQP
-    is also tried where the interior point method gets stuck, or stops where constraints cannot be violated less. It
-    heeds the options of SNOPT that `SnoptSolver` names.
+    Programs of few variables are tried by sequential quadratic programming first ("SQP"), and by SciPy's SLSQP where
+    that gets stuck. SLSQP is also tried where the interior point method gets stuck, or stops where constraints cannot be
+    violated less. It heeds the options of SNOPT that `SnoptSolver` names.
     """
 
     _name = "InteriorPoint"
@@ -75,7 +74,8 @@ class InteriorPointSolver(NonlinearSolver):
             found = Sqp(form, start, settings._replace(iterations=min(settings.iterations, _MOST_STEPS))).run()
             if found.converged or (found.iterations_spent and settings.iterations <= _MOST_STEPS):
                 return found
-            violates = form.violation(found.y) > settings.feasibility
+            # Others know their second derivatives, with which an interior point method gets on where steps do not.
+            violates = form.learns and form.violation(found.y) > settings.feasibility
             if violates and (other := self._by_least_violation(form, found.y, start, settings)):
                 return other
             # Where steps end that violate constraints, an interior point method mostly ends as well.
@@ -121,8 +121,8 @@ class InteriorPointSolver(NonlinearSolver):
 class SnoptSolver(InteriorPointSolver):
     """Solves nonlinear programs for those who ask for SNOPT, which has no package that could be installed.
 
-    What runs is the interior point method of this library, and results say so: their solver id is that of
-    "InteriorPoint". `available()` is true, as programs that ask for SNOPT run.
+    What runs is `InteriorPointSolver`, and results say so: their solver id is "InteriorPoint", or "SQP" of programs of
+    few variables. `available()` is true, as programs that ask for SNOPT run.
 
     Options that are heeded, in small letters or capitals: "Major iterations limit", "Major optimality tolerance",
     "Major feasibility tolerance"; other options of SNOPT are accepted without effect, what is none is refused.

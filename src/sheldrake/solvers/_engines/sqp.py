@@ -32,9 +32,9 @@ _Now: Any = view_of(Progress)
 
 
 def suits(form: NonlinearForm) -> bool:
-    """Whether a program has constraints whose second derivatives are learned, and is so small that steps are quick."""
+    """Whether a program is so small that steps are quick."""
     bounds = form.lower, form.upper, form.x_lower, form.x_upper
-    return form.learns and form.num_vars <= _MOST_VARIABLES and sum(np.isfinite(b).sum() for b in bounds) <= _MOST_ROWS
+    return form.num_vars <= _MOST_VARIABLES and sum(np.isfinite(b).sum() for b in bounds) <= _MOST_ROWS
 
 
 class _Memory:
@@ -191,6 +191,8 @@ class Sqp:
     def _first_hessian(self) -> np.ndarray:
         """That of the cost, no eigenvalue near zero or below: steps would go anywhere."""
         H = self._form.cost_hessian(self._start)
+        if not H.any():
+            return 0.1 * np.eye(len(H))
         if not np.isfinite(H).all():
             return np.eye(len(H))
         values, vectors = np.linalg.eigh(0.5 * (H + H.T))

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers._arrays import Matrix
+from sheldrake.solvers._arrays import Matrix, joined
 from sheldrake.solvers._engines.linear_rows import entries
 from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.solvers._kernels import quasi_newton
@@ -21,29 +21,39 @@ from sheldrake.solvers._kernels import quasi_newton
 
 def without_nan(J: np.ndarray) -> np.ndarray:
     """Derivatives, those that are nan (of a length at zero, say) taken as zero."""
-    return np.where(np.isnan(J), 0.0, J) if math.isnan(np.add.reduce(J, axis=None)) else J
+    flat = J.ravel()
+    return np.where(np.isnan(J), 0.0, J) if math.isnan(flat.dot(flat)) else J
 
 
 class Terms:
-    """A group. Its Jacobian has entries at `(J_rows, J_cols)`, its Hessian at `(H_rows, H_cols)`, both halves of it."""
+    """A group. Its Jacobian has entries at `(J_rows, J_cols)`."""
 
     J_rows: np.ndarray
     J_cols: np.ndarray
-    H_rows: np.ndarray
-    H_cols: np.ndarray
     places: np.ndarray
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the entries of the Hessian, both halves of it."""
+        raise NotImplementedError
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Values at x, one for each of `places`."""
         raise NotImplementedError
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values, and the entries of the Jacobian."""
+        """Values, and the entries of the Jacobian, of which some may be nan; nobody changes these arrays."""
         raise NotImplementedError
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Entries of the Hessian of weights' values; where it is learned, from the points where this is asked."""
+        """Entries of the Hessian of weights' values; where it is learned, from the points where this is asked.
+
+        Some may be nan.
+        """
         raise NotImplementedError
+
+    def rough_hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """The same for who asks but once, and does not mind that it is no better than differences of gradients."""
+        return self.hessian(x, weights)
 
 
 _NONE = np.zeros(0, dtype=int)
@@ -61,7 +71,9 @@ class LinearTerms(Terms):
         self._b = np.concatenate([b for _, b, _, _ in blocks])
         self._local, columns, self._entries = entries([A for A, *_ in blocks], [len(rows) for *_, rows in blocks])
         self.J_rows, self.J_cols = self.places[self._local], np.concatenate([c for _, _, c, _ in blocks])[columns]
-        self.H_rows = self.H_cols = _NONE
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        return _NONE, _NONE
 
     def empty(self) -> np.ndarray:
         """Those of `places` whose rows have no coefficient."""
@@ -104,7 +116,9 @@ class QuadraticTerms(Terms):
             cols.append(j + start)
             entries.append(Q[i, j])
         self._i, self._j, self._Q = np.concatenate(rows), np.concatenate(cols), np.concatenate(entries)
-        self.H_rows, self.H_cols = self.J_cols[self._i], self.J_cols[self._j]
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.J_cols[self._i], self.J_cols[self._j]
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return self.slopes(x)[0]
@@ -112,8 +126,9 @@ class QuadraticTerms(Terms):
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         own = x[self.J_cols]
         if self._only is not None:
-            Qx = self._only @ own
-            return self._c + own @ (0.5 * Qx + self._b), Qx + self._b
+            Qx = self._only.dot(own)
+            slope = Qx + self._b
+            return self._c + 0.5 * own.dot(slope + self._b), slope
         Qx = np.bincount(self._i, self._Q * own[self._j], len(own))
         values = self._c + np.bincount(self._owner, own * (0.5 * Qx + self._b), len(self._c))
         return values, Qx + self._b
@@ -122,7 +137,28 @@ class QuadraticTerms(Terms):
         return self._Q * weights[self._owner[self._i]]
 
 
-class AlikeTerms(Terms):
+class FullTerms(Terms):
+    """Points with as many variables and values each; each value depends on all variables of its point.
+
+    Args:
+        columns: Of the variables of each, shape (points, n).
+        rows: Of the values of each, shape (points, m).
+    """
+
+    def __init__(self, columns: np.ndarray, rows: np.ndarray):
+        m, n = rows.shape[1], columns.shape[1]
+        self.places, self._columns = rows.ravel(), columns
+        self.J_rows, self.J_cols = self.places.repeat(n), columns.repeat(m, axis=0).ravel()
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        n = self._columns.shape[1]
+        return self._columns.repeat(n), self._columns.repeat(n, axis=0).ravel()
+
+
+_LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
+
+
+class AlikeTerms(FullTerms):
     """Evaluators that differ by their variables alone.
 
     Args:
@@ -132,29 +168,33 @@ class AlikeTerms(Terms):
     """
 
     def __init__(self, many: Many, columns: np.ndarray, rows: np.ndarray):
-        self._many, self._columns, self._shape = many, columns, rows.shape
-        (count, n), m = columns.shape, rows.shape[1]
-        self.places = rows.ravel()
-        self.J_rows = np.broadcast_to(rows[:, :, None], (count, m, n)).ravel()
-        self.J_cols = np.broadcast_to(columns[:, None, :], (count, m, n)).ravel()
-        self.H_rows = np.broadcast_to(columns[:, :, None], (count, n, n)).ravel()
-        self.H_cols = np.broadcast_to(columns[:, None, :], (count, n, n)).ravel()
+        super().__init__(columns, rows)
+        self._many, self._shape = many, rows.shape
 
     def values(self, x: np.ndarray) -> np.ndarray:
         return self._many.values(x[self._columns]).ravel()
 
     def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, J = self._many.slopes(x[self._columns])
-        return values.ravel(), without_nan(J).ravel()
+        return values.ravel(), J.ravel()
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        return without_nan(self._many.hessian(x[self._columns], weights.reshape(self._shape))).ravel()
+        return self._many.hessian(x[self._columns], weights.reshape(self._shape)).ravel()
+
+    def rough_hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        # To write down second derivatives of formulas takes longer than many programs take to be solved.
+        points, by_row = x[self._columns], weights.reshape(len(self._columns), 1, -1)
+        slope = by_row @ self._many.slopes(points)[1]
+        steps = _LOOK * np.maximum(1.0, np.abs(points))
+        H = np.empty((len(points), points.shape[1], points.shape[1]))
+        for j in range(points.shape[1]):
+            moved = points.copy()
+            moved[:, j] += steps[:, j]
+            H[:, j] = (by_row @ self._many.slopes(moved)[1] - slope)[:, 0] / steps[:, j, None]
+        return H.ravel()
 
 
-_LOOK = 1e-6  # How far away a second gradient is taken, relative to variables above one.
-
-
-class LearnedTerms(Terms):
+class LearnedTerms(FullTerms):
     """Evaluators of which no more than first derivatives are known: points, and as many values at each.
 
     The Hessian of each value is learned from how gradients change from one point where it is asked for to the next (not
@@ -176,15 +216,10 @@ class LearnedTerms(Terms):
         rows: np.ndarray,
         are_costs: bool = False,
     ):
+        super().__init__(columns, rows)
         (count, m), n = rows.shape, columns.shape[1]
-        self._columns, self.places = columns, rows.ravel()
-        self.J_rows, self.J_cols = np.repeat(self.places, n), np.repeat(columns, m, axis=0).ravel()
-        self.H_rows, self.H_cols = np.repeat(columns, n), np.repeat(columns, n, axis=0).ravel()
         self._points, self._values, self._J = np.zeros((count, n)), np.zeros((count, m)), np.zeros((count, m, n))
-        self._before, self._H = np.zeros((count, n)), np.zeros((count * m, n * n))
-        self._J_before, self._are_costs = np.zeros((count * m, n)), are_costs
-        self._weights, self._total = np.zeros(count * m), np.zeros((count, n * n))
-        self._has_begun = False
+        self._are_costs, self._has_begun = are_costs, False
         self._evaluators = [
             (
                 k,
@@ -207,32 +242,36 @@ class LearnedTerms(Terms):
         self._points[:] = points
         for k, evaluator, values, J in self._evaluators:
             values[:], J[:] = evaluator._eval_with_jacobian(points[k])
-        if math.isnan(np.add.reduce(self._J, axis=None)):
-            self._J[:] = without_nan(self._J)
         return self._values.flatten(), self._J.flatten()
 
     def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
         if not np.array_equal(self._points, x[self._columns]):
             self.slopes(x)
+        self._J[:] = without_nan(self._J)
         if not self._has_begun:
-            self._has_begun = True
-            J, n = self._J.reshape(self._J_before.shape), self._points.shape[1]
-            self._before[:], self._J_before[:] = self._points, J
-            self._update_hessians = quasi_newton.symmetric_rank_one.bind(
-                self._before, self._points, self._J_before, J, self._H, np.zeros(n)
-            )
-            self._sum_hessians = quasi_newton.weighted_sums.bind(self._H, self._weights, self._total)
-            if self._are_costs:
-                self._look_around()
+            self._begin()
         self._update_hessians()
         self._weights[:] = weights
         self._sum_hessians()
         return self._total.flatten()
 
+    def _begin(self) -> None:
+        """Begins to learn."""
+        self._has_begun = True
+        (count, n), size = self._points.shape, self._values.size
+        J, before, self._H = self._J.reshape(size, n), self._points.copy(), np.zeros((size, n * n))
+        self._weights, self._total = np.zeros(size), np.zeros((count, n * n))
+        self._update_hessians = quasi_newton.symmetric_rank_one.bind(
+            before, self._points, J.copy(), J, self._H, np.zeros(n)
+        )
+        self._sum_hessians = quasi_newton.weighted_sums.bind(self._H, self._weights, self._total)
+        if self._are_costs:
+            self._look_around()
+
     def _look_around(self) -> None:
         """Begins with the curvature of each cost downhill, in all directions."""
         n = self._points.shape[1]
-        slopes = self._J.reshape(self._J_before.shape).copy()
+        slopes = self._J.reshape(-1, n).copy()
         for H, (k, evaluator, _, _), slope in zip(self._H, self._evaluators, slopes):
             own = self._points[k]
             steepness = float(np.linalg.norm(slope))
@@ -240,6 +279,47 @@ class LearnedTerms(Terms):
                 step = -_LOOK * max(1.0, float(np.abs(own).max())) * slope / steepness
                 change = without_nan(evaluator._eval_with_jacobian(own + step)[1])[0] - slope
                 H[:: n + 1] = max(0.0, float(step @ change / (step @ step)))
+
+
+class AllTerms(Terms):
+    """Several groups as one, whose values are in the order of their places.
+
+    Args:
+        parts: The groups.
+    """
+
+    def __init__(self, parts: Sequence[Terms]):
+        self.parts = parts
+        self._order = joined([t.places for t in parts], int)
+        self.places = np.arange(len(self._order))
+        self._is_in_order = bool((self._order == self.places).all())
+        self.J_rows, self.J_cols = joined([t.J_rows for t in parts], int), joined([t.J_cols for t in parts], int)
+
+    def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+        found = [t.where_hessian() for t in self.parts]
+        return joined([rows for rows, _ in found], int), joined([cols for _, cols in found], int)
+
+    def _in_order(self, values: list[np.ndarray]) -> np.ndarray:
+        found = values[0] if len(values) == 1 else joined(values, float)
+        if self._is_in_order:
+            return found
+        out = np.empty(len(found))
+        out[self._order] = found
+        return out
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        return self._in_order([t.values(x) for t in self.parts])
+
+    def slopes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = [t.slopes(x) for t in self.parts]
+        values = self._in_order([values for values, _ in found])
+        return values, found[0][1] if len(found) == 1 else joined([J for _, J in found], float)
+
+    def hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return joined([t.hessian(x, weights[t.places]) for t in self.parts], float)
+
+    def rough_hessian(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        return joined([t.rough_hessian(x, weights[t.places]) for t in self.parts], float)
 
 
 def grouped(found: Sequence[tuple[Any, np.ndarray, np.ndarray]], are_costs: bool = False) -> list[Terms]:

@@ -125,7 +125,7 @@ class _Problem:
         is_autonomous = isinstance(system, AffineSystem)
         if isinstance(kernels, ByComplexSteps):
             self._motion = motion = kernels.function(*arguments)
-            is_autonomous = is_autonomous or self._is_same_at_all_times(motion)
+            is_autonomous = is_autonomous or not kernels.asks_for_time() or self._is_same_at_all_times(motion)
             if is_autonomous:
                 self._of_points = kernels.function_of_points(*arguments)
         self._constant = is_autonomous and options.x0 is None and options.u0 is None

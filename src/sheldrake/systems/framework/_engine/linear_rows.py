@@ -138,6 +138,10 @@ class RowDerivatives:
             self._initial += zip(arrays_of(scratch), arrays_of(prototype))
         return scratch
 
+    def asks_for_time(self) -> bool:
+        """Whether any of the kernels does."""
+        return any(row.calc.names[:1] == ("t",) for row in self.rows)
+
     def _bind(self, arguments: list[tuple]) -> None:
         """Gets ready to call the rows with these; None stands for time."""
         raise NotImplementedError
