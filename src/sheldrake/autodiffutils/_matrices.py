@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new
+from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new, sizes_differ
 from sheldrake.common._checked import checked
 
 
@@ -73,15 +73,13 @@ def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     (a, da), (b, db) = parts  # type: ignore[misc]
     n = max(da.shape[-1], db.shape[-1])
     if {da.shape[-1], db.shape[-1]} - {0, n}:
-        return A.dot(B)  # which says that they differ
-    slopes = np.zeros((len(a), b.shape[1], n))
+        raise sizes_differ(da.shape[-1], db.shape[-1])
     with np.errstate(all="ignore"):
-        if da.shape[-1]:
-            slopes += b.T @ da
-        if db.shape[-1]:
-            slopes += (a @ db.reshape(len(b), -1)).reshape(slopes.shape)
-        values = a @ b
-    return filled(values, slopes.reshape(values.size, n))
+        values = a.dot(b)
+        slopes = a.dot(db.reshape(len(b), -1)).reshape(values.size, -1) if db.size else np.zeros((values.size, n))
+        if da.size:
+            slopes += (b.T @ da).reshape(slopes.shape)
+    return filled(values, slopes)
 
 
 def _values_and_slopes(M: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
