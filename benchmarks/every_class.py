@@ -176,7 +176,8 @@ def helpers(names: dict[str, Any]) -> dict[str, Any]:
         return made
 
     made = {
-        "_variables": variables, "_scalars": scalars, "_corners": corners, "_cube": cube, "_points": POINTS, "_obj": OBJ,
+        "_variables": variables, "_scalars": scalars,
+        "_corners": corners, "_cube": cube, "_points": POINTS, "_obj": OBJ,
         "_properties": properties, "_program": program, "_stacked": stacked, "_spectrahedron": spectrahedron,
         "_periodic": periodic, "_advanced": advanced, "_bus": bus, "_wrap": wrap, "_cloud": cloud, "_zmp": zmp,
         "_sparse": scipy.sparse.csc_matrix,
