@@ -429,7 +429,7 @@ def unequal_objects(ours: Any, drakes: Any, depth: int, path: str) -> str:
     if name == "AutoDiffXd" and type_name(ours) == name:
         found = unequal(ours.value(), drakes.value(), depth, path)
         return found or unequal(ours.derivatives(), drakes.derivatives(), depth, f"{path}.derivatives")
-    if name == "Expression" and type_name(ours) == name and str(ours) != str(drakes):
+    if name in ("Expression", "Formula") and type_name(ours) == name and str(ours) != str(drakes):
         return unequal_values(ours, drakes, path)
     if type_name(ours) != name:
         return f"{path}: a {type_name(ours)} for a {name}"
@@ -464,7 +464,8 @@ def unequal_values(ours: Any, drakes: Any, path: str) -> str:
     """Where two expressions differ that are written differently: at numbers that their variables' names give."""
     values = []
     for expression in (ours, drakes):
-        names = sorted(expression.GetVariables(), key=str)
+        formula = type_name(expression) == "Formula"
+        names = sorted(expression.GetFreeVariables() if formula else expression.GetVariables(), key=str)
         values.append(expression.Evaluate({v: 0.3 + 0.1 * (sum(str(v).encode()) % 7) for v in names}))
     return "" if near(*values) else f"{path}: {brief(ours)} for {brief(drakes)}"
 
