@@ -308,16 +308,17 @@ class Polynomial:
         """
         if len(self._indeterminates) != 1:
             raise RuntimeError(f"{self} is not a univariate polynomial; it has indeterminates {self._indeterminates}.")
-        coefficients = np.zeros(self.TotalDegree() + 1)
-        for m, c in zip(self._monomials(), self._part.values()):
+        keys, n = self._keys, self.TotalDegree()
+        coefficients = np.zeros(n + 1)
+        for key, c in self._part.items():
             if c.__class__ is not float:
                 raise RuntimeError(
                     "Polynomial::Roots() only supports polynomials with constant coefficients. This polynomial has "
-                    f"coefficient {c} for the monomial {m}."
+                    f"coefficient {c} for the monomial {keys.monomial(key)}."
                 )
-            coefficients[m.total_degree()] = c
-        found = np.roots(coefficients[::-1]).astype(complex)
-        return found[np.lexsort((-found.imag, -found.real, -np.round(np.abs(found), 12)))]
+            coefficients[n - keys.degree(key)] = c
+        found = [complex(root) for root in np.roots(coefficients).tolist()]
+        return np.array(sorted(found, key=_largest_first), complex)
 
     # Calculus and substitution
 
@@ -583,6 +584,11 @@ class Polynomial:
 
     def __repr__(self) -> str:
         return f'<Polynomial "{self}">'
+
+
+def _largest_first(root: complex) -> tuple[float, float, float]:
+    """What roots are sorted by: their magnitude, but for rounding; then the real part, and the imaginary."""
+    return -round(abs(root), 12), -root.real, -root.imag
 
 
 def _are_equal(c: Any, d: Any) -> bool:
