@@ -250,7 +250,7 @@ OF_SCALAR = {
     "RotationalInertia": "RotationalInertia_[T](_s[0] + 1.0, _s[1] + 1.2, _s[2] + 1.4, 0.1 * _s[3], 0.1 * _s[4], 0.1 * _s[5])",
     "UnitInertia": "UnitInertia_[T](_s[0] + 1.0, _s[1] + 1.2, _s[2] + 1.4, 0.1 * _s[3], 0.1 * _s[4], 0.1 * _s[5])",
     "SpatialInertia": "SpatialInertia_[T](_s[0] + 2.0, 0.1 * _s[3:6], UnitInertia_[T](_s[0] + 1.0, _s[1] + 1.2, _s[2] + 1.4))",
-    "Polynomial": "Polynomial_[T](_s[:4])",
+    "Polynomial": "Polynomial_[T](_s[0])",
     "BasicVector": "BasicVector_[T](_s[:3])",
     "PiecewisePolynomial": "PiecewisePolynomial_[T].FirstOrderHold([T(k) for k in (0.0, 1.0, 2.5)], [list(_s[:3]), list(_s[3:6])])",
     "BezierCurve": "BezierCurve_[T](0.0, 2.0, _s[:6].reshape(2, 3))",

@@ -100,6 +100,9 @@ class AutoDiffXd:
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, value, derivatives=None, offset=None, *, size=None):
+        if value.__class__ is float and derivatives is None is offset and size is None:  # most are constants
+            self._v, self._d = value, None
+            return
         if not isinstance(value, _REAL):
             if not isinstance(value, np.ndarray) or value.ndim or value.dtype == object:
                 raise _bad_constructor(value, derivatives, offset, size)

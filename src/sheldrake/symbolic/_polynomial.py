@@ -209,7 +209,10 @@ class Polynomial:
         if self._is_numeric():
             return self._keys.sum_of(self._part)
         return _build.sum_of(
-            [_build.multiply(as_expression(c), self._keys.monomial(key).ToExpression()) for key, c in self._part.items()]
+            [
+                _build.multiply(as_expression(c), self._keys.monomial(key).ToExpression())
+                for key, c in self._part.items()
+            ]
         )
 
     # Values
