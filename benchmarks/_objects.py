@@ -234,3 +234,56 @@ OBJECTS = {
     "SchunkWsgPositionController": "SchunkWsgPositionController()",
 }
 """By name of the class; `None` where it takes a plant or a model that other sweeps have."""
+
+OF_SCALAR = {
+    "Quaternion": "RotationMatrix_[T](RollPitchYaw_[T](_s[:3])).ToQuaternion()",
+    "AngleAxis": "RotationMatrix_[T](RollPitchYaw_[T](_s[:3])).ToAngleAxis()",
+    "Isometry3": "RigidTransform_[T](RollPitchYaw_[T](_s[:3]), _s[3:6]).GetAsIsometry3()",
+    "RigidTransform": "RigidTransform_[T](RollPitchYaw_[T](_s[:3]), _s[3:6])",
+    "RotationMatrix": "RotationMatrix_[T](RollPitchYaw_[T](_s[:3]))",
+    "RollPitchYaw": "RollPitchYaw_[T](_s[:3])",
+    "BsplineBasis": "BsplineBasis_[T](3, [T(k) for k in (0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0)])",
+    "SpatialVelocity": "SpatialVelocity_[T](_s[:3], _s[3:6])",
+    "SpatialAcceleration": "SpatialAcceleration_[T](_s[:3], _s[3:6])",
+    "SpatialForce": "SpatialForce_[T](_s[:3], _s[3:6])",
+    "SpatialMomentum": "SpatialMomentum_[T](_s[:3], _s[3:6])",
+    "RotationalInertia": "RotationalInertia_[T](_s[0] + 1.0, _s[1] + 1.2, _s[2] + 1.4, 0.1 * _s[3], 0.1 * _s[4], 0.1 * _s[5])",
+    "UnitInertia": "UnitInertia_[T](_s[0] + 1.0, _s[1] + 1.2, _s[2] + 1.4, 0.1 * _s[3], 0.1 * _s[4], 0.1 * _s[5])",
+    "SpatialInertia": "SpatialInertia_[T](_s[0] + 2.0, 0.1 * _s[3:6], UnitInertia_[T](_s[0] + 1.0, _s[1] + 1.2, _s[2] + 1.4))",
+    "Polynomial": "Polynomial_[T](_s[0])",
+    "BasicVector": "BasicVector_[T](_s[:3])",
+    "PiecewisePolynomial": "PiecewisePolynomial_[T].FirstOrderHold([T(k) for k in (0.0, 1.0, 2.5)], [list(_s[:3]), list(_s[3:6])])",
+    "BezierCurve": "BezierCurve_[T](0.0, 2.0, _s[:6].reshape(2, 3))",
+    "BsplineTrajectory": "BsplineTrajectory_[T](BsplineBasis_[T](3, [T(k) for k in (0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0)]), [_s[k:k + 2].reshape(2, 1) for k in range(4)])",
+    "PiecewiseQuaternionSlerp": "PiecewiseQuaternionSlerp_[T]([T(0.0), T(1.0)], [RotationMatrix_[T](), RotationMatrix_[T](RollPitchYaw_[T](_s[:3]))])",
+    "PiecewisePose": "PiecewisePose_[T].MakeLinear([T(0.0), T(1.0)], [RigidTransform_[T](), RigidTransform_[T](RollPitchYaw_[T](_s[:3]), _s[3:6])])",
+    "Adder": "Adder_[T](2, 3)",
+    "AffineSystem": "AffineSystem_[T](_A, _B, _f, _C, _D, _y)",
+    "LinearSystem": "LinearSystem_[T](_A, _B, _C, _D, 0.1)",
+    "Gain": "Gain_[T]([1.0, 2.0])",
+    "Integrator": "Integrator_[T]([1.0, 2.0])",
+    "ConstantVectorSource": "ConstantVectorSource_[T](_s[:2])",
+    "Demultiplexer": "Demultiplexer_[T]([1, 2])",
+    "Multiplexer": "Multiplexer_[T]([1, 2])",
+    "FirstOrderLowPassFilter": "FirstOrderLowPassFilter_[T]([0.1, 0.2])",
+    "MatrixGain": "MatrixGain_[T](_A)",
+    "MultilayerPerceptron": "MultilayerPerceptron_[T]([2, 3, 1], PerceptronActivationType.kTanh)",
+    "PassThrough": "PassThrough_[T](3)",
+    "Saturation": "Saturation_[T]([-1.0, -2.0], [1.0, 2.0])",
+    "Sine": "Sine_[T]([1.0, 2.0], [0.5, 0.6], [0.1, 0.2])",
+    "SymbolicVectorSystem": "SymbolicVectorSystem_[T](state=_variables[:1], input=_variables[1:2], dynamics=[-_variables[0] + _variables[1]], output=[_variables[0] ** 2])",
+    "VectorLogSink": "VectorLogSink_[T](2)",
+    "ZeroOrderHold": "ZeroOrderHold_[T](0.1, 2)",
+    "Plane": "Plane_[T](_s[:3], _s[3:6])",
+    "CoulombFriction": "CoulombFriction_[T](0.9, 0.5)",
+    "AcrobotPlant": "AcrobotPlant_[T]()",
+    "PendulumPlant": "PendulumPlant_[T]()",
+}
+"""Objects of classes that exist for other scalars: `T` is the scalar, `_s` seven numbers of it."""
+
+OBJECTS |= {
+    f"{name}_[{T}]": text.replace("[T]", f"[{T}]").replace("T(", f"{T}(").replace("_s[", f"_s_{T}[")
+    for name, text in OF_SCALAR.items()
+    for T in ("AutoDiffXd", "Expression")
+}
+OBJECTS["Plane_[Expression]"] = "None"

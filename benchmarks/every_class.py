@@ -92,7 +92,8 @@ class Library:
         symbolic = importlib.import_module(f"{name}.symbolic")
         self.names.update({key: getattr(symbolic, key) for key in symbolic.__dict__ if not key.startswith("_")})
         self.names["sin"] = symbolic.sin
-        self.names["_Polynomial"] = importlib.import_module(f"{name}.polynomial").Polynomial
+        polynomial = importlib.import_module(f"{name}.polynomial")
+        self.names.update(_Polynomial=polynomial.Polynomial, Polynomial_=polynomial.Polynomial_)
         self.names.update(helpers(self.names))
 
     def make(self, expression: str) -> Any:
@@ -139,6 +140,14 @@ def helpers(names: dict[str, Any]) -> dict[str, Any]:
         prog.AddBoundingBoxConstraint(-1.0, 1.0, matrix[np.triu_indices(2)])
         return names["Spectrahedron"](prog)
 
+    def scalars(kind: str, numbers: Any) -> Any:
+        """Those numbers as a scalar, with derivatives, or as multiples of variables."""
+        values = np.array(numbers)
+        found = [x / y for x, y in zip(values.ravel(), itertools.cycle(NUMBERS))]
+        return np.array([x * y for x, y in zip(found, itertools.cycle(made[f"_s_{kind}"]))], object).reshape(
+            values.shape
+        )
+
     def periodic(kind: Any) -> Any:
         return kind()
 
@@ -166,16 +175,22 @@ def helpers(names: dict[str, Any]) -> dict[str, Any]:
         made.Plan(piecewise.FirstOrderHold([0.0, 1.0, 2.0], POINTS[:, :3]), [0.0, 0.0, 0.0, 0.0], 1.0)
         return made
 
-    return {
-        "_variables": variables, "_corners": corners, "_cube": cube, "_points": POINTS, "_obj": OBJ,
+    made = {
+        "_variables": variables, "_scalars": scalars,
+        "_corners": corners, "_cube": cube, "_points": POINTS, "_obj": OBJ,
         "_properties": properties, "_program": program, "_stacked": stacked, "_spectrahedron": spectrahedron,
         "_periodic": periodic, "_advanced": advanced, "_bus": bus, "_wrap": wrap, "_cloud": cloud, "_zmp": zmp,
         "_sparse": scipy.sparse.csc_matrix,
+        "_s_AutoDiffXd": np.array([names["AutoDiffXd"](v, w) for v, w in zip(NUMBERS, GRADIENTS)]),
+        "_s_Expression": np.array([names["Variable"](f"s{k}") * 1.0 for k in range(7)]),
         "_A": np.array([[-0.1, 1.0], [-1.0, -0.2]]), "_B": np.array([[0.0], [1.0]]), "_f": np.array([0.1, 0.2]),
         "_C": np.array([[1.0, 0.5]]), "_D": np.array([[0.1]]), "_y": np.array([0.3]),
     }  # fmt: skip
+    return made
 
 
+NUMBERS = 0.3, 0.2, 0.5, 0.7, 0.4, 0.6, 0.1
+GRADIENTS = np.round(np.cos(np.arange(21.0).reshape(7, 3) * 1.3), 3)
 POINTS = np.array([[0.0, 0.5, 1.0, 0.8, 0.2, 0.1], [1.0, 0.7, 0.2, 0.4, 0.9, 0.3]])
 OBJ = "\n".join(
     [f"v {x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
@@ -210,12 +225,16 @@ class Arguments:
 
     def __init__(self, drake: Library) -> None:
         self.drake = drake
+        self.scalar = ""  # of the class whose calls are made; nothing for classes that have one only
 
     def candidates(self, name: str, kind: str) -> list[Callable[[Library, Any], Any]]:
         """What can be given, the likeliest first."""
         plain = re.sub(r"_𝓣float𝓤", "", kind)
-        if "𝓣" in plain:
-            return []
+        short = plain.split(".")[-1]
+        template = re.fullmatch(r"(\w+_)𝓣(\w+)𝓤", short)
+        if template:
+            expression = OBJECTS.get(f"{template[1]}[{template[2]}]", "None")
+            return [always(expression)] if expression != "None" else []
         array = re.fullmatch(r"numpy\.ndarray\[(?:numpy\.)?(\w+)\[([\w, ]+)\](?:, flags\.\w+)*\]", plain)
         if array:
             return self.of_array(array[1], array[2])
@@ -234,7 +253,8 @@ class Arguments:
         }  # fmt: skip
         if plain in simple:
             return [always(text) for text in simple[plain]]
-        short = plain.split(".")[-1]
+        if self.scalar and short == self.scalar:
+            return [always(f"_s_{short}[{k}]") for k in (2, 0)]
         if short == "Context":
             return [context]
         if plain == "pydrake.polynomial.Polynomial":
@@ -259,6 +279,8 @@ class Arguments:
     def of_array(self, kind: str, shape: str) -> list[Callable[[Library, Any], Any]]:
         if kind == "object":
             made = arrays(shape, "float")
+            if self.scalar:
+                return [always(f"_scalars('{self.scalar}', {m.tolist()})") for m in arrays(shape, "float")]
             names = "_variables", "np.array([Expression(v) for v in _variables])"
             found = [always(names[0]), always(names[1]), always(f"{names[0]}[:2]"), always(f"{names[0]}[:1]")]
             return found + [always(f"np.array({m.tolist()})") for m in made]
@@ -404,6 +426,11 @@ WORDS = "Variable Variables Expression Formula Monomial Polynomial RationalFunct
 
 def unequal_objects(ours: Any, drakes: Any, depth: int, path: str) -> str:
     name = type_name(drakes)
+    if name == "AutoDiffXd" and type_name(ours) == name:
+        found = unequal(ours.value(), drakes.value(), depth, path)
+        return found or unequal(ours.derivatives(), drakes.derivatives(), depth, f"{path}.derivatives")
+    if name in ("Expression", "Formula") and type_name(ours) == name and str(ours) != str(drakes):
+        return unequal_values(ours, drakes, path)
     if type_name(ours) != name:
         return f"{path}: a {type_name(ours)} for a {name}"
     if depth == 0 or (name.endswith(("Id", "Ticket")) and name != "SolverId"):
@@ -431,6 +458,16 @@ def unequal_objects(ours: Any, drakes: Any, depth: int, path: str) -> str:
         if found:
             return found
     return ""
+
+
+def unequal_values(ours: Any, drakes: Any, path: str) -> str:
+    """Where two expressions differ that are written differently: at numbers that their variables' names give."""
+    values = []
+    for expression in (ours, drakes):
+        formula = type_name(expression) == "Formula"
+        names = sorted(expression.GetFreeVariables() if formula else expression.GetVariables(), key=str)
+        values.append(expression.Evaluate({v: 0.3 + 0.1 * (sum(str(v).encode()) % 7) for v in names}))
+    return "" if near(*values) else f"{path}: {brief(ours)} for {brief(drakes)}"
 
 
 def outcome(call: Callable[[], Any]) -> tuple[Any, BaseException | None]:
@@ -479,6 +516,8 @@ class Sweep:
     def of_class(self, name: str, only: str) -> Iterator[tuple[str, dict[str, Callable[[], Any]]]]:
         subjects = [library.make(OBJECTS[name]) for library in self.libraries.values()]
         kind = type(subjects[0])
+        scalar = re.search(r"_\[(\w+)\]$", name)
+        self.arguments.scalar = scalar[1] if scalar else ""
         self.alike = not unequal(subjects[1], subjects[0])
         if not self.alike:
             self.differences.append(f"{name}: {unequal(subjects[1], subjects[0])}")

@@ -3,40 +3,69 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.autodiffutils._kernels import chain_rule
 from sheldrake.common._checked import checked
-from sheldrake.common._ieee import divide, power, real
+from sheldrake.common._ieee import divide, power, quiet
+from sheldrake.common.quick import Slots, short_way
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
 
 _REAL = (float, int, np.floating, np.integer, np.bool_)
 _EMPTY = np.zeros(0)
+sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt = map(
+    quiet, "sin cos tan asin acos atan sinh cosh tanh exp log sqrt".split()
+)
 
 
-def _scaled(d, s: float):
-    """d * s; None stands for empty derivatives; quiet about 0 * inf."""
+class _Sized(dict):
+    """Short ways of one rule, by the number of derivatives."""
+
+    def __init__(self, kernel: Kernel, operands: int, factors: int):
+        super().__init__()
+        self._kernel, self._operands, self._factors = kernel, operands, factors
+
+    def __missing__(self, size: int):
+        dual = Slots(AutoDiffXd, {"_v": float, "_d": (size,)})
+        takes = [*[dual] * self._operands, float, *[float] * self._factors]
+        self[size] = short_way(self, size, self._kernel, *takes, gives=dual)
+        return self[size]
+
+
+def _chain(x, value: float, slope: float):
+    """A function of x whose derivative is `slope`; None stands for empty derivatives; quiet about 0 * inf."""
+    d = x._d
     if d is None:
-        return None
-    if s - s == 0.0:
-        return d * s
+        return _make(value, None)
+    if (made := _chained[d.size](x, value, slope)) is not None:
+        return made
     with np.errstate(all="ignore"):
-        return d * s
+        return _make(value, d * slope)
 
 
-def _sum(a, b):
-    if a is None:
-        return b
-    if b is None:
-        return a
-    if a.size != b.size:
-        raise _sizes_differ(a, b)
-    return a + b
+def _combine(a, b, value: float, by_a: float, by_b: float):
+    """A function of a and b whose partial derivatives are `by_a` and `by_b`."""
+    da, db = a._d, b._d
+    if da is None:
+        return _chain(b, value, by_b)
+    if db is None:
+        return _chain(a, value, by_a)
+    if da.size != db.size:
+        raise sizes_differ(da.size, db.size)
+    if (made := _combined[da.size](a, b, value, by_a, by_b)) is not None:
+        return made
+    with np.errstate(all="ignore"):
+        return _make(value, da * by_a + db * by_b)
 
 
-def _sizes_differ(a, b) -> RuntimeError:
+def sizes_differ(m: int, n: int) -> RuntimeError:
+    """The error for operands with different numbers of derivatives."""
     return RuntimeError(
-        f"AutoDiffXd: the operands carry {a.size} and {b.size} derivatives; "
-        "they must have the same number, or one of them none."
+        f"AutoDiffXd: the operands carry {m} and {n} derivatives; they must have the same number, or one of them none."
     )
 
 
@@ -71,6 +100,9 @@ class AutoDiffXd:
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, value, derivatives=None, offset=None, *, size=None):
+        if value.__class__ is float and derivatives is None is offset and size is None:  # most are constants
+            self._v, self._d = value, None
+            return
         if not isinstance(value, _REAL):
             if not isinstance(value, np.ndarray) or value.ndim or value.dtype == object:
                 raise _bad_constructor(value, derivatives, offset, size)
@@ -103,71 +135,57 @@ class AutoDiffXd:
 
     def __add__(self, other):
         if other.__class__ is AutoDiffXd:
-            return _make(self._v + other._v, _sum(self._d, other._d))
+            return _combine(self, other, self._v + other._v, 1.0, 1.0)
         if isinstance(other, _REAL):
             return _make(self._v + float(other), self._d)
         return NotImplemented
 
-    def __radd__(self, other):
-        if isinstance(other, _REAL):
-            return _make(float(other) + self._v, self._d)
-        return NotImplemented
+    __radd__ = __add__
 
     def __sub__(self, other):
         if other.__class__ is AutoDiffXd:
-            a, b = self._d, other._d
-            if b is not None:
-                if a is None:
-                    a = -b
-                elif a.size == b.size:
-                    a = a - b
-                else:
-                    raise _sizes_differ(a, b)
-            return _make(self._v - other._v, a)
+            return _combine(self, other, self._v - other._v, 1.0, -1.0)
         if isinstance(other, _REAL):
             return _make(self._v - float(other), self._d)
         return NotImplemented
 
     def __rsub__(self, other):
-        if isinstance(other, _REAL):
-            return _make(float(other) - self._v, None if self._d is None else -self._d)
-        return NotImplemented
+        return _chain(self, float(other) - self._v, -1.0) if isinstance(other, _REAL) else NotImplemented
 
     def __mul__(self, other):
         if other.__class__ is AutoDiffXd:
-            return _make(self._v * other._v, _sum(_scaled(self._d, other._v), _scaled(other._d, self._v)))
+            a, b = self._v, other._v
+            return _combine(self, other, a * b, b, a)
         if isinstance(other, _REAL):
             other = float(other)
-            return _make(self._v * other, _scaled(self._d, other))
+            return _chain(self, self._v * other, other)
         return NotImplemented
 
-    def __rmul__(self, other):
-        if isinstance(other, _REAL):
-            other = float(other)
-            return _make(other * self._v, _scaled(self._d, other))
-        return NotImplemented
+    __rmul__ = __mul__
 
     def __truediv__(self, other):
         if other.__class__ is AutoDiffXd:
-            b = other._v
-            if other._d is None:
-                return _make(divide(self._v, b), _scaled(self._d, divide(1.0, b)))
-            # (a'b - ab') / b^2, in this order so that division by zero gives the signs IEEE arithmetic gives.
-            numerator = _sum(_scaled(self._d, b), _scaled(other._d, -self._v))
-            return _make(divide(self._v, b), _scaled(numerator, divide(1.0, b * b)))
+            return self._over(other)
         if isinstance(other, _REAL):
             other = float(other)
-            return _make(divide(self._v, other), _scaled(self._d, divide(1.0, other)))
+            return _chain(self, divide(self._v, other), divide(1.0, other))
         return NotImplemented
+
+    def _over(self, other):
+        a, b = self._v, other._v
+        if other._d is None:
+            return _chain(self, divide(a, b), divide(1.0, b))
+        # (a'b - ab') / b^2, in this order so that division by zero gives the signs IEEE arithmetic gives.
+        return _chain(_combine(self, other, divide(a, b), b, -a), divide(a, b), divide(1.0, b * b))
 
     def __rtruediv__(self, other):
         if isinstance(other, _REAL):
             other, b = float(other), self._v
-            return _make(divide(other, b), _scaled(self._d, divide(-other, b * b)))
+            return _chain(self, divide(other, b), divide(-other, b * b))
         return NotImplemented
 
     def __neg__(self):
-        return _make(-self._v, None if self._d is None else -self._d)
+        return _chain(self, -self._v, -1.0)
 
     def __pos__(self):
         return self
@@ -176,16 +194,17 @@ class AutoDiffXd:
         if isinstance(other, _REAL):
             return self._to_the(float(other))
         if other.__class__ is AutoDiffXd:
-            value = power(self._v, other._v)
-            d_base = None if self._d is None else _scaled(self._d, other._v * power(self._v, other._v - 1.0))
-            d_exponent = None if other._d is None else _scaled(other._d, value * real("log", self._v))
-            return _make(value, _sum(d_base, d_exponent))
+            a, b = self._v, other._v
+            value = power(a, b)
+            by_base = 0.0 if self._d is None else b * power(a, b - 1.0)
+            by_exponent = 0.0 if other._d is None else value * log(a)
+            return _combine(self, other, value, by_base, by_exponent)
         return NotImplemented
 
     def __rpow__(self, other):
         if isinstance(other, _REAL):
             value = power(float(other), self._v)
-            return _make(value, None if self._d is None else _scaled(self._d, value * real("log", float(other))))
+            return _chain(self, value, value * log(float(other)))
         return NotImplemented
 
     def __abs__(self):
@@ -227,51 +246,63 @@ class AutoDiffXd:
 
     def sin(self):
         """Returns the sine."""
-        return self._chain(real("sin", self._v), lambda x, y: real("cos", x))
+        x = self._v
+        return _chain(self, sin(x), cos(x))
 
     def cos(self):
         """Returns the cosine."""
-        return self._chain(real("cos", self._v), lambda x, y: -real("sin", x))
+        x = self._v
+        return _chain(self, cos(x), -sin(x))
 
     def tan(self):
         """Returns the tangent."""
-        return self._chain(real("tan", self._v), lambda x, y: 1.0 + y * y)
+        y = tan(self._v)
+        return _chain(self, y, 1.0 + y * y)
 
     def asin(self):
         """Returns the arc sine [rad]."""
-        return self._chain(real("asin", self._v), lambda x, y: divide(1.0, real("sqrt", 1.0 - x * x)))
+        x = self._v
+        return _chain(self, asin(x), divide(1.0, sqrt(1.0 - x * x)))
 
     def acos(self):
         """Returns the arc cosine [rad]."""
-        return self._chain(real("acos", self._v), lambda x, y: divide(-1.0, real("sqrt", 1.0 - x * x)))
+        x = self._v
+        return _chain(self, acos(x), divide(-1.0, sqrt(1.0 - x * x)))
 
     def atan(self):
         """Returns the arc tangent [rad]."""
-        return self._chain(real("atan", self._v), lambda x, y: 1.0 / (1.0 + x * x))
+        x = self._v
+        return _chain(self, atan(x), 1.0 / (1.0 + x * x))
 
     def sinh(self):
         """Returns the hyperbolic sine."""
-        return self._chain(real("sinh", self._v), lambda x, y: real("cosh", x))
+        x = self._v
+        return _chain(self, sinh(x), cosh(x))
 
     def cosh(self):
         """Returns the hyperbolic cosine."""
-        return self._chain(real("cosh", self._v), lambda x, y: real("sinh", x))
+        x = self._v
+        return _chain(self, cosh(x), sinh(x))
 
     def tanh(self):
         """Returns the hyperbolic tangent."""
-        return self._chain(real("tanh", self._v), lambda x, y: 1.0 - y * y)
+        y = tanh(self._v)
+        return _chain(self, y, 1.0 - y * y)
 
     def exp(self):
         """Returns the exponential."""
-        return self._chain(real("exp", self._v), lambda x, y: y)
+        y = exp(self._v)
+        return _chain(self, y, y)
 
     def log(self):
         """Returns the natural logarithm."""
-        return self._chain(real("log", self._v), lambda x, y: divide(1.0, x))
+        x = self._v
+        return _chain(self, log(x), divide(1.0, x))
 
     def sqrt(self):
         """Returns the square root."""
-        return self._chain(real("sqrt", self._v), lambda x, y: divide(0.5, y))
+        y = sqrt(self._v)
+        return _chain(self, y, divide(0.5, y))
 
     def abs(self):
         """Returns the absolute value; its slope at zero is taken as +1."""
@@ -285,30 +316,24 @@ class AutoDiffXd:
         return self._to_the(float(exponent))
 
     def _to_the(self, exponent: float):
-        x, d = self._v, self._d
-        return _make(power(x, exponent), None if d is None else _scaled(d, exponent * power(x, exponent - 1.0)))
+        x = self._v
+        return _chain(self, power(x, exponent), exponent * power(x, exponent - 1.0))
 
     def atan2(self, x):
         """Returns the angle [rad] of the point (x, self)."""
         x = _as_autodiff("atan2", x)
-        value = math.atan2(self._v, x._v)
         square = self._v * self._v + x._v * x._v
-        d = _sum(_scaled(self._d, divide(x._v, square)), _scaled(x._d, divide(-self._v, square)))
-        return _make(value, d)
+        return _combine(self, x, math.atan2(self._v, x._v), divide(x._v, square), divide(-self._v, square))
 
     def max(self, other):
-        """Returns the larger of the two; of equals this one, unless only the other has derivatives."""
+        """Returns the larger of the two; of equals this one if it has derivatives; the other if one is nan."""
         other = _as_autodiff("max", other)
-        if self._v == other._v and self._d is None:
-            return other
-        return other if self._v < other._v else self
+        return self if self._v > other._v or (self._v == other._v and self._d is not None) else other
 
     def min(self, other):
-        """Returns the smaller of the two; of equals this one, unless only the other has derivatives."""
+        """Returns the smaller of the two; of equals this one if it has derivatives; the other if one is nan."""
         other = _as_autodiff("min", other)
-        if self._v == other._v and self._d is None:
-            return other
-        return other if other._v < self._v else self
+        return self if self._v < other._v or (self._v == other._v and self._d is not None) else other
 
     def ceil(self) -> float:
         """Returns the smallest whole number not below, as a float."""
@@ -320,10 +345,6 @@ class AutoDiffXd:
 
     arcsin, arccos, arctan, arctan2 = asin, acos, atan, atan2
     __ceil__, __floor__ = ceil, floor
-
-    def _chain(self, value, slope):
-        d = self._d
-        return _make(value, None if d is None else _scaled(d, slope(self._v, value)))
 
     # Copies, text
 
@@ -345,6 +366,7 @@ class AutoDiffXd:
 
 AutoDiffXd.__module__ = "sheldrake.autodiffutils"
 _new = object.__new__
+_chained, _combined = _Sized(chain_rule.chain, 1, 1), _Sized(chain_rule.combine, 2, 2)
 
 
 def _is_count(n) -> bool:

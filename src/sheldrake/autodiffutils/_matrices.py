@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new
+from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new, sizes_differ
 from sheldrake.common._checked import checked
 
 
@@ -66,33 +66,37 @@ def alike(found: list) -> tuple[list[float], np.ndarray] | None:
 
 
 def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """A @ B of matrices of AutoDiffXd, by products of floats where in each all have as many derivatives, or none."""
-    parts = [_values_and_slopes(M) for M in (A, B)]
-    if None in parts:
-        return A.dot(B)
-    (a, da), (b, db) = parts  # type: ignore[misc]
-    n = max(da.shape[-1], db.shape[-1])
-    if {da.shape[-1], db.shape[-1]} - {0, n}:
-        return A.dot(B)  # which says that they differ
-    slopes = np.zeros((len(a), b.shape[1], n))
+    """A @ B of matrices of AutoDiffXd, by products of floats.
+
+    Raises:
+        RuntimeError: elements carry different, non-zero numbers of derivatives.
+    """
+    (m, k), n = A.shape, B.shape[1]
+    found = [*A.ravel().tolist(), *B.ravel().tolist()]
+    rows = [x._d for x in found]
+    sizes = {0 if d is None else len(d) for d in rows}
+    size = max(sizes, default=0)
+    if len(sizes) > 1:
+        if len(sizes) > 2 or 0 not in sizes:
+            raise sizes_differ(*sorted(sizes)[-2:])
+        none = np.zeros(size)
+        rows = [none if d is None else d for d in rows]
+    numbers = np.array([x._v for x in found])
+    a, b = numbers[: m * k].reshape(m, k), numbers[m * k :].reshape(k, n)
     with np.errstate(all="ignore"):
-        if da.shape[-1]:
-            slopes += b.T @ da
-        if db.shape[-1]:
-            slopes += (a @ db.reshape(len(b), -1)).reshape(slopes.shape)
-        values = a @ b
-    return filled(values, slopes.reshape(values.size, n))
-
-
-def _values_and_slopes(M: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Values of a matrix of AutoDiffXd and, on a third axis, derivatives; None unless all have as many, or none."""
-    found = M.ravel().tolist()
-    same = alike(found)
-    if same is not None:
-        return np.array(same[0]).reshape(M.shape), same[1].reshape(*M.shape, -1)
-    if any(x._d is not None for x in found):
-        return None
-    return np.array([x._v for x in found]).reshape(M.shape), np.zeros((*M.shape, 0))
+        values = a.dot(b)
+        if not size:
+            return filled(values, np.zeros((m * n, 0)))
+        slopes = np.concatenate(rows)
+        da, db = slopes[: m * k * size].reshape(m, k, size), slopes[m * k * size :].reshape(k, n * size)
+        slopes = a.dot(db).reshape(m, n, size) + b.T @ da
+    out = filled(values, slopes.reshape(m * n, size))
+    if len(sizes) > 1:
+        is_constant = np.array([x._d is None for x in found])
+        rows_of_a, columns_of_b = is_constant[: m * k].reshape(m, k), is_constant[m * k :].reshape(k, n)
+        for x in out[np.logical_and.outer(rows_of_a.all(axis=1), columns_of_b.all(axis=0))]:
+            x._d = None
+    return out
 
 
 def InitializeAutoDiffTuple(*args):

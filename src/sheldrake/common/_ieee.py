@@ -1,19 +1,27 @@
 """Arithmetic of floats that never raises: nan and infinities as IEEE 754, and C, have them where Python raises."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 
 
-def real(name: str, x: float) -> float:
-    """`math.<name>(x)`."""
-    try:
-        return float(getattr(math, name)(x))
-    except (ValueError, OverflowError):
-        with np.errstate(all="ignore"):
-            return float(getattr(np, _NUMPY_NAMES.get(name, name))(np.float64(x)))
+def quiet(name: str) -> Callable[[float], float]:
+    """`math.<name>`, with an answer for every float."""
+    of_math, of_numpy = getattr(math, name), getattr(np, _NUMPY_NAMES.get(name, name))
+
+    def function(x: float) -> float:
+        try:
+            return float(of_math(x))
+        except (ValueError, OverflowError):
+            with np.errstate(all="ignore"):
+                return float(of_numpy(np.float64(x)))
+
+    return function
 
 
 def divide(a: float, b: float) -> float:

@@ -126,9 +126,8 @@ def matrix_to_canonical_quaternion(M: np.ndarray) -> tuple:
         lambda: (1.0 + trace, h - f, c - g, d - b),
         largest_of_diagonal,
     )
-    k = 1.0 / sqrt(norm2(x, y, z, w))
-    w, x, y, z = w * k, x * k, y * k, z * k
-    return select(w < 0.0, lambda: (-w, -x, -y, -z), lambda: (w, x, y, z))
+    k = select(w < 0.0, lambda: -1.0, lambda: 1.0) / sqrt(norm2(x, y, z, w))
+    return (w * k, x * k, y * k, z * k)
 
 
 def angle_axis_to_matrix(T: type, angle: Number, axis: Sequence[Number]) -> np.ndarray:

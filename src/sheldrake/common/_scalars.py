@@ -88,11 +88,7 @@ def as_array(T: type, value: object, shape: tuple[int, ...]) -> np.ndarray:
     Raises:
         Mismatch: `value` has another shape or other contents.
     """
-    array = any_array(T, value)
-    if array.shape != shape:
-        if len(shape) != 1 or array.shape != (*shape, 1):
-            raise Mismatch
-        array = array.reshape(shape)
+    array = any_array(T, value, shape).reshape(shape)
     array.setflags(write=False)
     return array
 
@@ -116,20 +112,22 @@ def writable(call: str, name: str, array: object) -> np.ndarray:
     )
 
 
-def any_array(T: type, value: object) -> np.ndarray:
-    """A new array of numbers of type `T`, of whatever shape `value` has.
+def any_array(T: type, value: object, shape: tuple[int, ...] | None = None) -> np.ndarray:
+    """A new array of numbers of type `T`, of whatever shape `value` has; a vector may be a column of a shape asked for.
 
     Raises:
-        Mismatch: `value` has other contents.
+        Mismatch: `value` has other contents, or is not of the shape asked for.
     """
     if value is None:  # nan for NumPy
         raise Mismatch
     try:
-        if T is float:
-            return np.array(value, dtype=np.float64)
-        source = np.asarray(value, dtype=object)
+        source = np.array(value, dtype=np.float64) if T is float else np.asarray(value, dtype=object)
     except (TypeError, ValueError, RuntimeError):
         raise Mismatch from None
+    if shape is not None and source.shape != shape and (len(shape) != 1 or source.shape != (*shape, 1)):
+        raise Mismatch
+    if T is float:
+        return source
     numbers = [x if type(x) is T else T(x) if type(x) is float else as_scalar(T, x) for x in source.ravel().tolist()]
     array = np.empty(len(numbers), dtype=object)
     array[:] = numbers

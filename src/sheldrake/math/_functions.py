@@ -75,18 +75,18 @@ def _refuse(name: str, *args: object) -> TypeError:
 
 
 def _unary(name: str, what: str) -> Callable[[Any], Any]:
-    exact = getattr(math, name)
+    exact, quiet = getattr(math, name), ieee.quiet(name)
 
     def function(x: Any, /) -> Any:
         if type(x) is float:
             try:
                 return exact(x)
             except (ValueError, OverflowError):
-                return ieee.real(name, x)
+                return quiet(x)
         x = _plain(x)
         kind = _kind(x)
         if kind is _FLOAT:
-            return ieee.real(name, float(x))
+            return quiet(float(x))
         if kind is _DUAL:
             return getattr(x, name)()
         if kind is _SYMBOL:

@@ -295,8 +295,7 @@ class RigidTransform(ScalarBase):
         if (made := _between(self, other)) is not None:
             return made
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
-        M = self._R._M.T
-        return self._make(product(self._T, M, other._R._M), M.dot(other._p - self._p))
+        return self._make(*self._turned(self._R._M.T, other._R._M, other._p - self._p))
 
     @typing_overload
     def multiply(self, other: RigidTransform) -> RigidTransform: ...
@@ -322,7 +321,8 @@ class RigidTransform(ScalarBase):
         M = self._R._M
         T = self._T
         if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
-            return self._make(product(T, M, other._R._M), M.dot(other._p) + self._p)  # type: ignore[attr-defined]
+            R, p = self._turned(M, other._R._M, other._p)  # type: ignore[attr-defined]
+            return self._make(R, p + self._p)
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape == (3,):
@@ -332,6 +332,13 @@ class RigidTransform(ScalarBase):
         if other.shape in ((4,), (4, 1)):
             return self._times_four(other)
         raise self._no_product(other)
+
+    def _turned(self, M: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """M R and M p."""
+        if self._T is float:
+            return M.dot(R), M.dot(p)
+        both = product(self._T, M, np.column_stack((R, p)))
+        return both[:, :3], both[:, 3]
 
     def _vectors(self, value: Any) -> np.ndarray:
         try:

@@ -131,7 +131,7 @@ def _identity(e: Expression) -> tuple:
     if len(args) == 1:
         return (kind, args[0]._number)
     if kind == k.IF_THEN_ELSE:
-        return (kind, args[0]._key, args[1]._serial, args[2]._serial)
+        return (kind, args[0]._identity, args[1]._serial, args[2]._serial)
     if kind == k.UNINTERPRETED:
         return (kind, args[0], tuple([a._serial for a in args[1]]))
     return (kind, *[a._serial for a in args])

@@ -27,7 +27,7 @@ from sheldrake.symbolic._keys import (
     without_zeros,
 )
 from sheldrake.symbolic._traverse import expand as multiplied_out
-from sheldrake.symbolic._traverse import is_polynomial, variables_of
+from sheldrake.symbolic._traverse import variables_of
 from sheldrake.symbolic._variable import Variable, Variables
 
 
@@ -212,13 +212,15 @@ _EXPANDED = "expanded"  # None: as it is, as an expression that keeps itself wou
 def _expanded(e: Expression) -> Expression:
     if flat_terms(e) is not None:
         return e
-    if not is_polynomial(e):
-        return multiplied_out(e)
     if e._kind == k.ADD and all([is_linear(t) for t, _ in e._terms.values()]):
         return _sum_of_linear(e)
     variables = variables_of(e)
     keys = new_keys(tuple(sorted(variables, key=age)))
-    return keys.sum_of(_part(e, keys, variables))
+    try:
+        part = _build.fold([e], _Decomposition(keys, variables, True))[0]
+    except (_NotNumeric, RuntimeError):  # it is no polynomial
+        return multiplied_out(e)
+    return keys.sum_of(part)
 
 
 def _sum_of_linear(e: Expression) -> Expression:

@@ -37,6 +37,7 @@ _COMPARISONS = {
 }
 _SIGNS = {kind: sign for sign, (kind, _) in _COMPARISONS.items()}
 _TESTS = dict(_COMPARISONS.values())
+_KEY = operator.attrgetter("_key")
 
 
 class Formula:
@@ -49,11 +50,11 @@ class Formula:
         value: True, False or a Boolean variable; False if absent.
     """
 
-    __slots__ = ("_args", "_hash", "_kind", "_order")
+    __slots__ = ("_args", "_kind", "_known", "_order")
     _args: Any
-    _hash: int | None
     _kind: K
-    _order: tuple | None  # once it has been asked for
+    _known: tuple | None  # Its identity, and its order, once they have been asked for.
+    _order: tuple | None
 
     def __new__(cls, value: Any = False, *, var: Variable | None = None) -> Formula:
         value = value if var is None else var
@@ -87,7 +88,7 @@ class Formula:
         """Tells whether both have the same structure."""
         if not isinstance(other, Formula):
             raise Mismatch(f"Formula.EqualTo(): incompatible function arguments; expected a Formula, got {other!r}.")
-        return self._key == other._key
+        return self._identity == other._identity
 
     def GetFreeVariables(self) -> Variables:
         """Returns the variables in it that no `forall` binds."""
@@ -120,12 +121,10 @@ class Formula:
         return str(self)
 
     def __eq__(self, other: object) -> bool:
-        return self._key == other._key if isinstance(other, Formula) else NotImplemented
+        return self._identity == other._identity if isinstance(other, Formula) else NotImplemented
 
     def __hash__(self) -> int:
-        if self._hash is None:
-            self._hash = hash(self._key)
-        return self._hash
+        return hash(self._identity)
 
     def __bool__(self) -> bool:
         # A kernel that runs on expressions may branch on numbers, such as a mass: those comparisons are decided.
@@ -151,10 +150,17 @@ class Formula:
         return f'<Formula "{self}">'
 
     @property
+    def _identity(self) -> tuple:
+        """What is equal for formulas of the same structure only."""
+        if self._known is None:
+            self._known = (self._kind.value, *_contents(self, "_serial", "_identity"))
+        return self._known
+
+    @property
     def _key(self) -> tuple:
-        """What is equal for formulas of the same structure, and what they are sorted by."""
+        """What they are sorted by: it is as deep as they are."""
         if self._order is None:
-            self._order = (self._kind.value, *_contents(self))
+            self._order = (self._kind.value, *_contents(self, "_key", "_key"))
         return self._order
 
     def _is_constant(self) -> bool:
@@ -227,19 +233,20 @@ class Formula:
 
 def _make(kind: K, *args: Any) -> Formula:
     f = object.__new__(Formula)
-    f._kind, f._args, f._hash, f._order = kind, args, None, None
+    f._kind, f._args, f._known, f._order = kind, args, None, None
     return f
 
 
-def _contents(f: Formula) -> tuple:
+def _contents(f: Formula, of_expression: str, of_formula: str) -> tuple:
+    """What formulas of one kind differ by, told by an attribute of their expressions and one of their formulas."""
     kind, args = f._kind, f._args
     if kind is K.Var:
         return (args[0]._id,)
     if kind is K.Forall:
-        return (tuple(v._id for v in args[0]), args[1]._key)
+        return (tuple(v._id for v in args[0]), getattr(args[1], of_formula))
     if kind is K.PositiveSemidefinite:
-        return (len(args[0]), tuple(e._key for e in args[0].flat))
-    return tuple(part._key for part in args)
+        return (len(args[0]), tuple(getattr(e, of_expression) for e in args[0].flat))
+    return tuple(getattr(part, of_formula if part.__class__ is Formula else of_expression) for part in args)
 
 
 _FALSE, _TRUE = _make(K.False_), _make(K.True_)
@@ -277,11 +284,11 @@ def junction(kind: K, formulas: list[Formula]) -> Formula:
     parts: dict[tuple, Formula] = {}
     for f in formulas:
         for part in f._args if f._kind is kind else (f,):
-            if part._key == decides._key:
+            if part is decides:
                 return decides
-            if part._key != neutral._key:
-                parts[part._key] = part
-    ordered = tuple(parts[key] for key in sorted(parts))
+            if part is not neutral:
+                parts[part._identity] = part
+    ordered = sorted(parts.values(), key=_KEY) if len(parts) > 1 else [*parts.values()]
     if len(ordered) < 2:
         return ordered[0] if ordered else neutral
     return _make(kind, *ordered)

@@ -7,6 +7,8 @@ import operator
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+import numpy as np
+
 from sheldrake.symbolic import _build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._expression import Expression
@@ -95,6 +97,12 @@ class Keys:
             key ^= n << _BITS * i
             yield variables[~i], n
 
+    def exponents(self, part: Part) -> np.ndarray:
+        """The exponents of all variables, one row a key."""
+        n, digit = len(self.variables), _BITS // 8
+        words = b"".join([key.to_bytes(n * digit, "big") for key in part])
+        return np.frombuffer(words, np.uint8).reshape(len(part), n, digit) @ 256.0 ** np.arange(digit)[::-1]
+
     def present(self, part: Part) -> list[Variable]:
         """The variables that there are."""
         bits = 0
@@ -181,6 +189,9 @@ class _ManyKeys(Keys):
 
     def powers(self, key: Any) -> Iterator[tuple[Variable, int]]:
         return iter(key._powers.items())
+
+    def exponents(self, part: Part) -> np.ndarray:
+        return np.array([[m._powers.get(v, 0.0) for v in self.variables] for m in part])
 
     def present(self, part: Part) -> list[Variable]:
         return list({v: None for key in part for v in key._powers})

@@ -31,7 +31,9 @@ def ToLatex(e: Any = None, precision: int = 3, *, f: Any = None, M: Any = None) 
     Raises:
         RuntimeError: for nan and uninterpreted functions.
     """
-    what = next(x for x in (e, f, M) if x is not None)
+    what = e if e is not None else f if f is not None else M
+    if what.__class__ is Expression:
+        return _expression(what, precision)
     if isinstance(what, Formula):
         return _formula(what, precision)
     if isinstance(what, (np.ndarray, list, tuple)):
@@ -73,30 +75,29 @@ def _name(name: str) -> str:
 
 
 def _expression(e: Expression, precision: int) -> str:
-    return _build.written(e, lambda part, of: _node(part, of, precision))
+    def node(e: Expression, of: Callable[[Expression], str]) -> str:
+        kind, args = e._kind, e._args
+        if kind == k.VAR:
+            return _variable(args[0])
+        if kind == k.CONSTANT:
+            return _number(args[0], precision)
+        if kind == k.ADD:
+            return _sum(args[0], [(of(t), c) for t, c in args[1]], precision)
+        if kind == k.MUL:
+            factors = [of(b) if x is _build.ONE else f"{of(b)}^{{{of(x)}}}" for b, x in args[1]]
+            return " ".join([_number(args[0], precision), *factors] if args[0] != 1.0 else factors)
+        if kind == k.NAN:
+            raise RuntimeError("NaN is detected while visiting an expression.")
+        if kind == k.UNINTERPRETED:
+            raise RuntimeError("ToLatex does not support uninterpreted functions.")
+        if kind == k.IF_THEN_ELSE:
+            condition, then, otherwise = _formula(args[0], precision), of(args[1]), of(args[2])
+            return (
+                rf"\begin{{cases}} {then} & \text{{if }} {condition}, \\ {otherwise} & \text{{otherwise}}.\end{{cases}}"
+            )
+        return _TEMPLATES[kind] % tuple([of(a) for a in args])
 
-
-def _node(e: Expression, of: Callable[[Expression], str], precision: int) -> str:
-    kind, args = e._kind, e._args
-    if kind == k.CONSTANT:
-        return _number(args[0], precision)
-    if kind == k.VAR:
-        return _variable(args[0])
-    if kind == k.ADD:
-        return _sum(args[0], [(of(t), c) for t, c in args[1]], precision)
-    if kind == k.MUL:
-        factors = [_number(args[0], precision)] if args[0] != 1.0 else []
-        factors += [of(b) if x is _build.ONE else f"{of(b)}^{{{of(x)}}}" for b, x in args[1]]
-        return " ".join(factors)
-    if kind == k.NAN:
-        raise RuntimeError("NaN is detected while visiting an expression.")
-    if kind == k.UNINTERPRETED:
-        raise RuntimeError("ToLatex does not support uninterpreted functions.")
-    if kind == k.IF_THEN_ELSE:
-        then, otherwise = of(args[1]), of(args[2])
-        condition = _formula(args[0], precision)
-        return rf"\begin{{cases}} {then} & \text{{if }} {condition}, \\ {otherwise} & \text{{otherwise}}.\end{{cases}}"
-    return _TEMPLATES[kind] % tuple([of(a) for a in args])
+    return _build.written(e, node)
 
 
 def _sum(c0: float, terms: list[tuple[str, float]], precision: int) -> str:

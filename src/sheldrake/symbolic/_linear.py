@@ -239,11 +239,14 @@ def DecomposeQuadraticPolynomial(
         )
     n = len(map_var_to_index)
     Q, b, c = np.zeros((n, n)), np.zeros(n), 0.0
-    for m, coefficient in poly.monomial_to_coefficient_map().items():
-        value = coefficient.Evaluate()
-        at = [map_var_to_index[v.get_id()] for v, exponent in m._powers.items() for _ in range(exponent)]
-        if len(at) > 2:
-            raise RuntimeError(f"{m} has order higher than 2 and it cannot be handled by DecomposeQuadraticPolynomial.")
+    keys = poly._keys
+    for key, coefficient in poly._part.items():
+        value = coefficient if coefficient.__class__ is float else coefficient.Evaluate()
+        if keys.degree(key) > 2:
+            raise RuntimeError(
+                f"{keys.monomial(key)} has order higher than 2 and it cannot be handled by DecomposeQuadraticPolynomial."
+            )
+        at = [map_var_to_index[v.get_id()] for v, exponent in keys.powers(key) for _ in range(exponent)]
         if len(at) == 2:
             Q[at[0], at[1]] += value
             Q[at[1], at[0]] += value
@@ -281,23 +284,30 @@ def DecomposeL2NormExpression(
         return none
     x, places = ExtractVariablesFromExpression(e)
     Q, linear, c = DecomposeQuadraticPolynomial(poly, places)
-    values, vectors = np.linalg.eigh(Q / 2.0)
-    if values.min() < -psd_tol:
+    found = _root_and_shift(Q / 2.0, linear / 2.0, psd_tol)
+    if found is None:
         return none
-    A = _square_root(Q / 2.0, values, vectors)
-    b = np.linalg.lstsq(A.T, linear / 2.0, rcond=None)[0]
-    if np.abs(A.T @ b * 2.0 - linear).max() > coefficient_tol or abs(b @ b - c) > coefficient_tol:
+    A, b = found
+    if np.abs(2.0 * b.dot(A) - linear).max() > coefficient_tol or abs(b.dot(b) - c) > coefficient_tol:
         return none
     return True, A, b, x
 
 
-def _square_root(M: np.ndarray, values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """A with A' A = M: Cholesky's factor where there is one."""
+def _root_and_shift(M: np.ndarray, r: np.ndarray, psd_tol: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """A with A' A = M, Cholesky's factor where there is one, and b with A' b = r, as near as may be.
+
+    None if an eigenvalue of M is less than minus the tolerance.
+    """
     try:
-        return np.linalg.cholesky(M).T
+        L = np.linalg.cholesky(M)
     except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(M)
+        if values.min() < -psd_tol:
+            return None
         keep = values > 1e-12 * max(1.0, values.max())
-        return (vectors[:, keep] * np.sqrt(values[keep])).T
+        roots, axes = np.sqrt(values[keep]), vectors[:, keep]
+        return (axes * roots).T, axes.T.dot(r) / roots
+    return L.T, np.linalg.solve(L, r)
 
 
 def ReplaceBilinearTerms(e: Symbolic | None, x: Symbolics, y: Symbolics, W: Symbolics) -> Expression:

@@ -143,17 +143,12 @@ class Monomial:
 
     def _evaluate_many(self, vars: Symbolics, values: ArrayLike) -> np.ndarray:
         values = np.atleast_2d(np.asarray(values, dtype=float))
-        return self._values(dict(zip(variable_list("Evaluate", vars), values)), values.shape[1]).copy()
-
-    def _values(self, rows: Mapping[Variable, np.ndarray], count: int) -> np.ndarray:
-        """The values for many of each variable, shape (count,)."""
-        out = None
+        rows, out = dict(zip(variable_list("Evaluate", vars), values)), np.ones(values.shape[1])
         for v, exponent in self._powers.items():
             if v not in rows:
                 raise ValueError(f"Monomial::Evaluate(): {v} is not present in vars")
-            factor = rows[v] if exponent == 1 else rows[v] ** exponent
-            out = factor if out is None else out * factor
-        return np.ones(count) if out is None else out
+            out *= rows[v] ** exponent
+        return out
 
     @checked
     def EvaluatePartial(self, env: dict[Variable, float]) -> tuple[float, Monomial]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable
 
@@ -71,19 +70,19 @@ def divide(a: float, b: float) -> float:
 UNARY: dict[int, Callable[[float], float]] = {
     k.LOG: _log,
     k.ABS: abs,
-    k.EXP: functools.partial(ieee.real, "exp"),
+    k.EXP: ieee.quiet("exp"),
     k.SQRT: _sqrt,
-    k.SIN: functools.partial(ieee.real, "sin"),
-    k.COS: functools.partial(ieee.real, "cos"),
-    k.TAN: functools.partial(ieee.real, "tan"),
+    k.SIN: ieee.quiet("sin"),
+    k.COS: ieee.quiet("cos"),
+    k.TAN: ieee.quiet("tan"),
     k.ASIN: _asin,
     k.ACOS: _acos,
     k.ATAN: math.atan,
-    k.SINH: functools.partial(ieee.real, "sinh"),
-    k.COSH: functools.partial(ieee.real, "cosh"),
+    k.SINH: ieee.quiet("sinh"),
+    k.COSH: ieee.quiet("cosh"),
     k.TANH: math.tanh,
-    k.CEIL: functools.partial(ieee.real, "ceil"),
-    k.FLOOR: functools.partial(ieee.real, "floor"),
+    k.CEIL: ieee.quiet("ceil"),
+    k.FLOOR: ieee.quiet("floor"),
 }
 
 BINARY: dict[int, Callable[[float, float], float]] = {

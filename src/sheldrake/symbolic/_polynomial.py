@@ -209,7 +209,10 @@ class Polynomial:
         if self._is_numeric():
             return self._keys.sum_of(self._part)
         return _build.sum_of(
-            [_build.multiply(c, m.ToExpression()) for m, c in self.monomial_to_coefficient_map().items()]
+            [
+                _build.multiply(as_expression(c), self._keys.monomial(key).ToExpression())
+                for key, c in self._part.items()
+            ]
         )
 
     # Values
@@ -263,14 +266,10 @@ class Polynomial:
         Raises:
             RuntimeError: a coefficient is no number.
         """
-        values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
-        known = dict(zip(variable_list("Evaluate", indeterminates), values))
-        out = np.zeros(values.shape[1])
-        for m, c in zip(self._monomials(), self._part.values()):
+        for c in self._part.values():
             if c.__class__ is not float:
                 raise RuntimeError(f"Polynomial::EvaluateIndeterminates: the coefficient {c} is not a constant")
-            out += c * m._values(known, values.shape[1])
-        return out
+        return np.array([*self._part.values()]) @ self._weights(indeterminates, indeterminates_values)
 
     def EvaluateWithAffineCoefficients(
         self, indeterminates: Symbolics, indeterminates_values: ArrayLike
@@ -284,16 +283,25 @@ class Polynomial:
         Raises:
             RuntimeError: a coefficient is not affine.
         """
-        values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
         decisions = list(self.decision_variables())
         rows, constants = np.zeros((len(self._part), len(decisions))), np.zeros(len(self._part))
         places = {v: i for i, v in enumerate(decisions)}
-        weights = np.ones((len(self._part), values.shape[1]))
-        known = dict(zip(variable_list("Evaluate", indeterminates), values))
-        for i, (m, c) in enumerate(zip(self._monomials(), self._part.values())):
-            constants[i] = _decompose.affine_into(rows[i], as_expression(c), places)
-            weights[i] = m._values(known, values.shape[1])
+        for i, c in enumerate(self._part.values()):
+            constants[i] = c if c.__class__ is float else _decompose.affine_into(rows[i], c, places)
+        weights = self._weights(indeterminates, indeterminates_values)
         return weights.T @ rows, object_array(decisions), constants @ weights
+
+    def _weights(self, indeterminates: Symbolics, indeterminates_values: ArrayLike) -> np.ndarray:
+        """Values of the monomials, one row each, for values of the indeterminates as columns."""
+        values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
+        rows = dict(zip(variable_list("Evaluate", indeterminates), values))
+        exponents = self._keys.exponents(self._part)
+        for v, column in zip(self._keys.variables, exponents.T):
+            if v not in rows and column.any():
+                raise ValueError(f"Polynomial.Evaluate(): {v} is not present in the indeterminates")
+        nothing = np.ones(values.shape[1])
+        known = np.array([rows.get(v, nothing) for v in self._keys.variables]).reshape(-1, values.shape[1])
+        return np.multiply.reduce(known ** exponents[:, :, None], axis=1)
 
     def Roots(self) -> np.ndarray:
         """Returns the complex roots of a polynomial in one indeterminate with numbers as coefficients.
@@ -303,16 +311,17 @@ class Polynomial:
         """
         if len(self._indeterminates) != 1:
             raise RuntimeError(f"{self} is not a univariate polynomial; it has indeterminates {self._indeterminates}.")
-        coefficients = np.zeros(self.TotalDegree() + 1)
-        for m, c in zip(self._monomials(), self._part.values()):
+        keys, n = self._keys, self.TotalDegree()
+        coefficients = np.zeros(n + 1)
+        for key, c in self._part.items():
             if c.__class__ is not float:
                 raise RuntimeError(
                     "Polynomial::Roots() only supports polynomials with constant coefficients. This polynomial has "
-                    f"coefficient {c} for the monomial {m}."
+                    f"coefficient {c} for the monomial {keys.monomial(key)}."
                 )
-            coefficients[m.total_degree()] = c
-        found = np.roots(coefficients[::-1]).astype(complex)
-        return found[np.lexsort((-found.imag, -found.real, -np.round(np.abs(found), 12)))]
+            coefficients[n - keys.degree(key)] = c
+        found = [complex(root) for root in np.roots(coefficients).tolist()]
+        return np.array(sorted(found, key=_largest_first), complex)
 
     # Calculus and substitution
 
@@ -346,13 +355,17 @@ class Polynomial:
                 "not supported yet."
             )
         keys, part, _ = in_common(self._keys, self._part, keys_of((x,)), {})
-        unit = keys.of[x]
-        out = {keys.times(key, unit): scaled(1.0 / (keys.exponent(key, x) + 1), c) for key, c in part.items()}
-        whole = Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
         if a is None or b is None:
-            return whole
-        ends = numbers_by_variable("Integrate", {x: b}), numbers_by_variable("Integrate", {x: a})
-        return whole._partial(ends[0]) - whole._partial(ends[1])
+            unit = keys.of[x]
+            out = {keys.times(key, unit): scaled(1.0 / (keys.exponent(key, x) + 1), c) for key, c in part.items()}
+            return Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
+        (start, end), out = (numbers_by_variable("Integrate", {x: t})[x] for t in (a, b)), {}
+        for key, c in part.items():
+            n = keys.exponent(key, x) + 1
+            rest, c = keys.without(key, x, n - 1), scaled(1.0 / n, c)
+            add_to(out, rest, scaled(end**n, c))
+            add_to(out, rest, scaled(-(start**n), c))
+        return Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
 
     def Expand(self) -> Polynomial:
         """Returns it with coefficients multiplied out, and those that vanish gone."""
@@ -568,10 +581,17 @@ class Polynomial:
         return self.__copy__()
 
     def __str__(self) -> str:
-        return " + ".join(f"{c}*{m}" for m, c in self.monomial_to_coefficient_map().items()) or "0"
+        keys, part = self._keys, self._part
+        terms = [f"{as_expression(part[key])}*{keys.monomial(key)}" for key in keys.in_order(part)]
+        return " + ".join(terms) or "0"
 
     def __repr__(self) -> str:
         return f'<Polynomial "{self}">'
+
+
+def _largest_first(root: complex) -> tuple[float, float, float]:
+    """What roots are sorted by: their magnitude, but for rounding; then the real part, and the imaginary."""
+    return -round(abs(root), 12), -root.real, -root.imag
 
 
 def _are_equal(c: Any, d: Any) -> bool:

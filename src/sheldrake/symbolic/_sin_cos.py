@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -54,28 +56,40 @@ def substitute(target: Any, subs: dict[Variable, SinCos]) -> np.ndarray | Expres
     Raises:
         RuntimeError: an angle is multiplied by something else than a whole number (or a half, where allowed).
     """
+    rule = _Rule(subs)
     if not isinstance(target, (np.ndarray, list, tuple)):
-        return _substituted(_build.expect("Substitute", target), subs)
+        return _build.fold([_build.expect("Substitute", target)], rule)[0]
     matrix = np.asarray(target, dtype=object)
     matrix = matrix.reshape(-1, 1) if matrix.ndim == 1 else matrix
-    return object_array([_substituted(_build.expect("Substitute", e), subs) for e in matrix.flat], matrix.shape)
+    expressions = [_build.expect("Substitute", e) for e in matrix.ravel().tolist()]
+    return object_array(_build.fold(expressions, rule), matrix.shape)
 
 
-def _substituted(e: Expression, subs: dict[Variable, SinCos]) -> Expression:
-    done: dict[int, Expression] = {}
-    for node in _build.nodes(e):
-        if node._kind in (k.SIN, k.COS, k.TAN) and variables_of(node._args[0]) & subs.keys():
-            s, c = _of_sum(node, subs)
-            done[node._serial] = s if node._kind == k.SIN else c if node._kind == k.COS else divide(s, c)
-            continue
-        if node._kind == k.IF_THEN_ELSE and node._args[0]._variables() & subs.keys():
+_TRIGONOMETRIC = (k.SIN, k.COS, k.TAN)
+
+
+class _Rule:
+    """What becomes of an expression, to `fold`; sine and cosine of an angle are made together."""
+
+    def __init__(self, subs: dict[Variable, SinCos]) -> None:
+        self._subs = subs
+        self._pairs: dict[int, Pair] = {}
+
+    def __call__(self, e: Expression, of: Callable[[Expression], Expression]) -> Expression:
+        kind = e._kind
+        if kind in _build._LEAVES:
+            return e
+        if kind in _TRIGONOMETRIC and not variables_of(e._made[0]).isdisjoint(self._subs):
+            n = e._made[0]._serial
+            pair = self._pairs.get(n)
+            if pair is None:
+                pair = self._pairs[n] = _of_sum(e, self._subs)
+            return pair[0] if kind == k.SIN else pair[1] if kind == k.COS else divide(*pair)
+        if kind == k.IF_THEN_ELSE and e._made[0]._variables() & self._subs.keys():
             raise RuntimeError("Substitute(): sines and cosines inside formulas are not supported yet.")
-        parts = _build.children(node)
-        new = [done[p._serial] for p in parts]
-        done[node._serial] = (
-            _build.rebuild(node, new) if any(a._serial != b._serial for a, b in zip(parts, new)) else node
-        )
-    return done[e._serial]
+        parts = _build.children(e)
+        new = [of(part) for part in parts]
+        return e if all(map(operator.is_, parts, new)) else _build.rebuild(e, new)
 
 
 def _unsupported(node: Expression) -> RuntimeError:
@@ -87,20 +101,33 @@ def _unsupported(node: Expression) -> RuntimeError:
 
 def _of_sum(node: Expression, subs: dict[Variable, SinCos]) -> Pair:
     """Sine and cosine of an angle c1 x1 + c2 x2 + ... + rest."""
-    try:
-        terms = _decompose.decompose(node._args[0].Expand(), set(subs))
-    except RuntimeError:
-        raise _unsupported(node) from None
     out: Pair | None = None
-    for m, c in sorted(terms.items(), key=lambda item: item[0]._key(), reverse=True):
-        if m.total_degree() > 1 or (m.total_degree() == 1 and c._kind != k.CONSTANT):
-            raise _unsupported(node)
-        if m.total_degree() == 0:
+    for v, c in _angles(node, subs):
+        if v is None:
             pair = unary(k.SIN, c), unary(k.COS, c)
         else:
-            pair = _of_multiple(node, c._args[0], subs[next(iter(m._powers))])
+            pair = _of_multiple(node, c._made[0], subs[v])
         out = pair if out is None else _rotated(out, pair)
     return (ZERO, ONE) if out is None else out
+
+
+def _angles(node: Expression, subs: dict[Variable, SinCos]) -> list[tuple[Variable | None, Expression]]:
+    """The angles in a sum and the numbers that they are multiplied by, the oldest first; then, for None, the rest."""
+    known = _decompose.linear_terms(node._made[0])
+    if known is not None and all([v in subs for v, _ in known[0]]):
+        terms, rest = known
+        out: list[tuple[Variable | None, Expression]] = [
+            (v, _build.constant(c)) for v, c in sorted(terms, key=lambda term: term[0]._id)
+        ]
+        return [*out, (None, _build.constant(rest))] if rest else out
+    try:
+        found = _decompose.decompose(node._made[0].Expand(), set(subs))
+    except RuntimeError:
+        raise _unsupported(node) from None
+    if any(m.total_degree() > 1 or (m._powers and c._kind != k.CONSTANT) for m, c in found.items()):
+        raise _unsupported(node)
+    monomials = sorted(found.items(), key=lambda item: item[0]._key(), reverse=True)
+    return [(next(iter(m._powers), None), c) for m, c in monomials]
 
 
 def _rotated(a: Pair, b: Pair) -> Pair:

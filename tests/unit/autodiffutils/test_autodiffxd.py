@@ -14,6 +14,7 @@ from sheldrake.autodiffutils import (
     InitializeAutoDiffTuple,
     autodiff_equal_to,
 )
+from sheldrake.common.quick import FEW
 
 UNARY = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "abs"]
 NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
@@ -106,6 +107,45 @@ def test_min_max_keep_the_first_of_equals():
     x, y = ad(2.0, 1.0, 0.0), ad(2.0, 0.0, 1.0)
     assert x.max(y).derivatives()[0] == 1.0 and x.min(y).derivatives()[0] == 1.0
     assert x.max(3).derivatives().size == 0 and x.min(3) is x
+
+
+@pytest.mark.parametrize("size", [1, 3, 40])
+def test_the_short_ways_of_calls_made_often_give_the_same_bits(size):
+    rng = np.random.default_rng(4)
+    x, y = (AutoDiffXd(rng.uniform(0.1, 0.9), rng.normal(size=size)) for _ in range(2))
+    calls = {
+        "x + y": lambda: x + y,
+        "x - y": lambda: x - y,
+        "x * y": lambda: x * y,
+        "x / y": lambda: x / y,
+        "x * 3": lambda: x * 3,
+        "atan2": lambda: x.atan2(y),
+        "-x": lambda: -x,
+        "asin": lambda: x.asin(),
+        "of its own": lambda: (x * x).sqrt(),
+    }
+    before = {name: call() for name, call in calls.items()}
+    for _ in range(FEW):
+        x * y, -x
+    for name, call in calls.items():
+        assert autodiff_equal_to(call(), before[name]), name
+        assert call().derivatives().flags.writeable, name
+    view = AutoDiffXd(2.0)
+    view._d = np.ones((size, 2))[:, 0]  # not in one piece
+    assert autodiff_equal_to(view * x, AutoDiffXd(2.0, np.ones(size)) * x)
+
+
+def test_short_ways_are_quiet_about_numbers_that_are_not_finite():
+    zero, infinite = ad(0.0, 1.0), ad(math.inf, 1.0)
+    for _ in range(FEW + 2):
+        product = zero * infinite
+    assert math.isnan(product.value()) and product.derivatives() == [math.inf]
+
+
+def test_nan_gives_way_to_the_other_in_min_and_max():
+    for name in ("min", "max"):
+        assert getattr(ad(math.nan, 1.0), name)(ad(2.0)).value() == 2.0
+        assert math.isnan(getattr(ad(2.0), name)(ad(math.nan)).value())
 
 
 def test_constructor_forms():

@@ -309,3 +309,19 @@ def test_kernels_may_branch_on_numbers_but_not_on_symbols():
         kernel_file["is_massless"](x * 1)
     with pytest.raises(RuntimeError, match="EqualToDict"):
         bool(Expression(2.0) == 2.0)
+
+
+def test_conditions_on_conditions_are_told_apart_at_once():
+    """As trees the last two of these have 2^60 parts."""
+    x = Variable("x")
+
+    def nested():
+        e = Expression(x)
+        for i in range(60):
+            e = sym.if_then_else(e > i, e + 1.0, 2.0 * e - sym.sin(e))
+        return e
+
+    e, same = nested(), nested()
+    assert e.EqualTo(same) and (e > 0.0) == (same > 0.0) and hash(e > 0.0) == hash(same > 0.0)
+    assert not (e > 0.0).EqualTo(same >= 0.0) and (e > 0.0) != (e > 1.0)
+    assert len({sym.logical_and(e > 0.0, x > 1.0), sym.logical_and(x > 1.0, same > 0.0)}) == 1

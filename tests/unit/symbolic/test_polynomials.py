@@ -261,3 +261,39 @@ def test_keys_of_monomials_are_in_their_order():
     found = list(p.monomial_to_coefficient_map())
     assert [m.get_powers() for m in found] == [m.get_powers() for m in sorted(basis, key=Monomial._key)]
     assert p.TotalDegree() == 4 and not p.IsEven() and not p.IsOdd()
+
+
+def test_definite_integral_is_the_difference_of_the_other():
+    x, y, a = (Variable(name) for name in "xya")
+    p = Polynomial(a * x**3 * y + 2.5 * x**2 - x * y + 7.0, Variables([x, y]))
+    definite, whole = p.Integrate(x, -0.5, 2.0), p.Integrate(x)
+    assert definite.CoefficientsAlmostEqual(whole.EvaluatePartial(x, 2.0) - whole.EvaluatePartial(x, -0.5), 1e-14)
+    assert Polynomial(x**3).Integrate(x, -1.0, 1.0).monomial_to_coefficient_map() == {}
+
+
+@pytest.mark.parametrize("count", [3, 40])
+def test_values_at_many_points_are_those_at_each(count):
+    x = sym.MakeVectorContinuousVariable(count, "x")
+    p = Polynomial(2.0 * x[0] ** 3 * x[2] - x[1] ** 2 + 0.5 + sum(0.1 * v for v in x))
+    points = np.random.default_rng(2).normal(size=(count, 5))
+    each = [p.Evaluate(dict(zip(x, point))) for point in points.T]
+    np.testing.assert_allclose(p.EvaluateIndeterminates(x, points), each, rtol=1e-13)
+    with pytest.raises(ValueError, match="is not present"):
+        p.EvaluateIndeterminates(x[1:], points[1:])
+
+
+def test_a_variable_that_no_term_has_needs_no_value():
+    x, y = Variable("x"), Variable("y")
+    p = Polynomial(x * y + x**2, Variables([x, y])) - Polynomial(x * y)
+    assert p.EvaluateIndeterminates([x], [[3.0]]) == [9.0]
+
+
+def test_sines_of_sums_with_a_rest():
+    x, y, z, s, c = (Variable(name) for name in ("x", "y", "z", "s", "c"))
+    e = sym.sin(2 * x + y + 0.3) * z + sym.cos(x - z) ** 2 + sym.tan(x)
+    found = sym.Substitute(np.array([e, z * e]), {x: SinCos(s, c)}).ravel()
+    at = {y: 0.4, z: -1.2}
+    for wanted, e_of_sc in zip((e, z * e), found):
+        assert not e_of_sc.GetVariables().include(x)
+        value = e_of_sc.Evaluate({**at, s: np.sin(0.7), c: np.cos(0.7)})
+        assert value == pytest.approx(wanted.Evaluate({**at, x: 0.7}), rel=1e-13)

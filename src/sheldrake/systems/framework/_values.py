@@ -280,7 +280,7 @@ class ContinuousState(Cloned):
 
     def Clone(self) -> ContinuousState:
         """A copy with its own memory."""
-        return ContinuousState._view(BasicVector(self._vector.CopyToVector()), self._parts)
+        return ContinuousState._view(BasicVector._view(self._vector.CopyToVector()), self._parts)
 
     def __getitem__(self, index: SupportsIndex | slice) -> Any:
         return self._vector[index]

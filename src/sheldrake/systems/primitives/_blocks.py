@@ -18,7 +18,7 @@ from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._declarations import vector_model
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._port_getters import input_port
-from sheldrake.systems.framework._vector import as_size, as_vector, plain
+from sheldrake.systems.framework._vector import as_size, as_vector, lifted, plain
 from sheldrake.systems.primitives._kernels import blocks
 
 if TYPE_CHECKING:
@@ -84,12 +84,15 @@ class Saturation(LeafSystem):
 
     def __init__(self, min_value: ArrayLike, max_value: ArrayLike):
         super().__init__()
-        low, high = (np.array([float(plain(x)) for x in np.ravel(limit)]) for limit in (min_value, max_value))
-        if low.shape != high.shape or not np.all(low <= high):
+        low, high = (as_vector(limit).ravel() for limit in (min_value, max_value))
+        if low.shape != high.shape or not all(plain(x) <= plain(y) for x, y in zip(low.tolist(), high.tolist())):
             raise RuntimeError(
                 f"Saturation: min_value {low.tolist()} must have the size of max_value {high.tolist()} and "
                 "not exceed it."
             )
+        if object in (low.dtype, high.dtype):  # they may have derivatives
+            low, high = lifted(low, self._scalar), lifted(high, self._scalar)
+            self._complex_rows = False
         self._limits = blocks.Limits(low, high)
         self.DeclareVectorInputPort("u0", len(low))
         self.DeclareVectorOutputPort("y0", len(low), blocks.saturate)
