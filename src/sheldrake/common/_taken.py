@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch, describe
+from sheldrake.common._overloads import Mismatch, describe, name_of_call
 
 Test = Callable[[Any], bool]
 STUMBLES = (
@@ -126,7 +126,7 @@ def early_refusal(call: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[
         values = value if parameter.kind is parameter.VAR_POSITIONAL else (value,)
         wrong = [v for v in values if test is not None and not test(v)]
         if wrong and parameter.kind is not parameter.VAR_KEYWORD:
-            return _mismatch(call, f"{name} must be {_shown(parameter.annotation, call)}, not", wrong[0])
+            return _mismatch(call, args, f"{name} must be {_shown(parameter.annotation, call)}, not", wrong[0])
     raise AssertionError("an argument was refused that none of its parameters refuses")
 
 
@@ -150,7 +150,7 @@ def refusal(
             wanted = "cannot be"
         else:
             continue
-        return _mismatch(function, f"{parameter.name} {wanted}", value)
+        return _mismatch(function, args, f"{parameter.name} {wanted}", value)
     return None
 
 
@@ -162,9 +162,9 @@ def _shown(annotation: object, function: Callable[..., Any]) -> object:
     return annotation if isinstance(annotation, str) else getattr(annotation, "__name__", annotation)
 
 
-def _mismatch(call: Callable[..., Any], what: str, value: Any) -> Mismatch:
+def _mismatch(call: Callable[..., Any], args: tuple[Any, ...], what: str, value: Any) -> Mismatch:
     found = "None" if value is None else describe(value)
-    return Mismatch(f"{call.__qualname__}(): incompatible function arguments. {what} {found}.")
+    return Mismatch(f"{name_of_call(call, *args[:1])}(): incompatible function arguments. {what} {found}.")
 
 
 def _may_be_stated(error: BaseException) -> bool:
