@@ -11,6 +11,7 @@ import pytest
 
 from sheldrake.common._checked import checked
 from sheldrake.geometry.optimization import AffineSubspace
+from sheldrake.symbolic import Expression, Variable
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
@@ -136,6 +137,17 @@ def test_arguments_of_checked_calls_are_looked_at_when_the_body_stumbles():
         first(np.zeros(0))
     with pytest.raises(RuntimeError, match="more"):  # numbers one by one are no arrays, and none need be
         first([1.0], 2.0)
+
+
+def test_a_symbol_for_a_number_that_is_compared_is_a_type_error():
+    @checked
+    def positive(value: float, symbol: Expression | None = None) -> float:
+        return value if value > 0 or (symbol is not None and symbol > 0) else 0.0
+
+    with pytest.raises(TypeError, match=r"value must be float, not Variable"):
+        positive(Variable("a"))  # type: ignore[arg-type]
+    with pytest.raises(RuntimeError, match="no truth value"):  # the symbol was asked for
+        positive(-1.0, Expression(Variable("a")))
 
 
 def test_errors_of_a_callers_function_are_the_callers():
