@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import importlib
 import os
 import pathlib
@@ -251,6 +252,18 @@ def test_public_things_have_docstrings():
             if callable(thing) and getattr(thing, "__module__", "").startswith("sheldrake") and not thing.__doc__:
                 missing.append(f"{module}.{name}")
     assert not missing, f"without a docstring: {missing}"
+
+
+def test_public_classes_say_where_they_are_public():
+    found = []
+    for module in public_modules():
+        loaded = importlib.import_module(module)
+        for name in getattr(loaded, "__all__", ()):
+            thing = vars(loaded).get(name)
+            if isinstance(thing, type) and thing.__module__.startswith(f"{module}._"):
+                if not dataclasses.is_dataclass(thing):  # whose annotations are names of its file
+                    found.append(f"{module}.{name}: {thing.__module__}")
+    assert not found, f"of a private file, for those who read their names: {found}"
 
 
 def test_version_is_said_once():

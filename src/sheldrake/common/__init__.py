@@ -14,7 +14,7 @@ from sheldrake.common import (
 from sheldrake.common._assert import ToleranceType, kDrakeAssertIsArmed, trigger_an_assertion_failure
 from sheldrake.common._files import FindResourceOrThrow, GetDrakePath, MemoryFile, Sha256, temp_directory
 from sheldrake.common._logging import configure_logging, set_log_level, use_native_cpp_logging
-from sheldrake.common._names import _MangledName, pretty_class_name
+from sheldrake.common._names import _MangledName, pretty_class_name, show_as_own
 from sheldrake.common._parallelism import Parallelism
 from sheldrake.common._random import CalcProbabilityDensity, RandomDistribution, RandomGenerator
 
@@ -36,6 +36,8 @@ __all__ = [
     "trigger_an_assertion_failure",
     "use_native_cpp_logging",
 ]
+
+show_as_own(globals())
 
 
 def __getattr__(name: str) -> ModuleType:

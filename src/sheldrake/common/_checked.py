@@ -22,15 +22,33 @@ import numpy as np
 
 from sheldrake.common._taken import STUMBLES, Test, early_refusal, is_number, is_number_or_none, refusal, test_of
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Decorated = TypeVar("_Decorated", bound=Callable[..., Any])
 
 
-def checked(function: _Function) -> _Function:
+def checked(decorated: _Decorated) -> _Decorated:
     """Decorates a function or method so that its arguments are checked; nearest to it where there are more decorators.
+
+    A class is decorated for its constructor and its public methods.
 
     Raises:
         TypeError: from the call, for an argument that its annotation excludes.
     """
+    if not isinstance(decorated, type):
+        return _checked(decorated)
+    for name, member in list(vars(decorated).items()):
+        if name == "__init__" or name[0] != "_":
+            if isinstance(member, (staticmethod, classmethod)):
+                setattr(decorated, name, type(member)(_unless_it_looks_itself(member.__func__)))
+            elif inspect.isfunction(member) and member.__code__.co_argcount + member.__code__.co_kwonlyargcount > 1:
+                setattr(decorated, name, _unless_it_looks_itself(member))
+    return decorated
+
+
+def _unless_it_looks_itself(function: Any) -> Any:
+    return function if hasattr(function, "_ways") or hasattr(function, "__wrapped__") else _checked(function)
+
+
+def _checked(function: Any) -> Any:
     tests: list[Test | None] = []
     by_name: dict[str, Test] = {}
     floats: dict[tuple[Any, ...], list[int]] = {}  # types of positional arguments that pass: which become floats
@@ -66,7 +84,7 @@ def checked(function: _Function) -> _Function:
         return function(*[float(v) if i in to_float else v for i, v in enumerate(args)], **named)
 
     call = functools.wraps(function)(_quick(places)(function, passing, anew))
-    return call  # type: ignore[return-value]
+    return call
 
 
 class _Left:

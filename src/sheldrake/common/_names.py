@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from typing import Any
 
@@ -55,3 +56,23 @@ def pretty_class_name(cls: type, *, use_qualname: bool = False) -> str:
         use_qualname: Start from `__qualname__` instead of `__name__`.
     """
     return _MangledName.demangle(cls.__qualname__ if use_qualname else cls.__name__)
+
+
+def show_as_own(package: Mapping[str, Any], *more: str) -> None:
+    """Classes and functions of a package say that they are the package's, not of the file that they are written in.
+
+    Classes that are members of a class, as `CameraConfig.FovDegrees`, say that too.
+
+    Args:
+        package: The globals of a package, once its `__all__` is complete.
+        more: Names of others that it has.
+    """
+    private = f"{package['__name__']}._"
+    for name in (*package["__all__"], *more):
+        thing = package.get(name)  # some are made when they are first asked for
+        if (inspect.isclass(thing) or inspect.isfunction(thing)) and thing.__module__.startswith(private):
+            thing.__module__ = package["__name__"]
+    for outer in filter(inspect.isclass, map(package.get, package["__all__"])):
+        for name, inner in vars(outer).items():
+            if inspect.isclass(inner) and name[0] != "_" and inner.__module__.startswith(private):
+                inner.__module__, inner.__qualname__ = outer.__module__, f"{outer.__qualname__}.{name}"

@@ -252,7 +252,7 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., _Result]], Callable[.
                 return direct[0](self, *args, *direct[1])
             found = all_ways.first(args, kwargs)
             if found is None:
-                name = pretty_class_name(type(self)) if constructor else call.__qualname__
+                name = pretty_class_name(type(self)) if constructor else name_of_call(call, self)
                 raise incompatible(name, [str(way) for way in all_ways], args, kwargs, constructor=constructor)
             function, values = found
             return function(self, *values)
@@ -284,6 +284,13 @@ def in_order(
     if len(args) > len(names) or not set(kwargs) <= set(rest) or not set(rest) <= set(given):
         return None
     return [*args, *(given[name] for name in rest)]
+
+
+def name_of_call(function: Callable[..., Any], subject: object = None) -> str:
+    """What errors call a function: where it is a method of a class of its subject, by the class of that."""
+    owner, _, name = function.__qualname__.rpartition(".")
+    bases = [base.__qualname__ for base in type(subject).__mro__]
+    return f"{pretty_class_name(type(subject))}.{name}" if owner in bases else function.__qualname__
 
 
 def describe(value: object) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalar_math import all_of, select
@@ -192,6 +193,7 @@ def _shape_and_kind(array: np.ndarray) -> tuple[Any, Any]:
     return getattr(array, "shape", None), getattr(getattr(array, "dtype", None), "kind", None)
 
 
+@checked
 def CalcProbabilityDensity(distribution: RandomDistribution, x: Scalars) -> Any:
     """Joint density of independent numbers with one distribution at `x`, shape (n,); any scalar."""
     for T in scalar_types():

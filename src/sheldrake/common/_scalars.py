@@ -246,7 +246,7 @@ class ScalarBase:
     A subclass keeps its numbers in the slots named by `_FIELDS`: read-only arrays, numbers, or other such objects.
     """
 
-    __slots__ = ()
+    __slots__ = ("__weakref__",)
     _T: ClassVar[type] = float
     _FIELDS: ClassVar[tuple[str, ...]] = ()
     _template: ClassVar[Any]

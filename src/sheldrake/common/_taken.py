@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch, describe
+from sheldrake.common._overloads import Mismatch, describe, name_of_call
 
 Test = Callable[[Any], bool]
 STUMBLES = (
@@ -126,7 +126,7 @@ def early_refusal(call: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[
         values = value if parameter.kind is parameter.VAR_POSITIONAL else (value,)
         wrong = [v for v in values if test is not None and not test(v)]
         if wrong and parameter.kind is not parameter.VAR_KEYWORD:
-            return _mismatch(call, f"{name} must be {_shown(parameter.annotation, call)}, not", wrong[0])
+            return _mismatch(call, args, f"{name} must be {_shown(parameter.annotation, call)}, not", wrong[0])
     raise AssertionError("an argument was refused that none of its parameters refuses")
 
 
@@ -138,20 +138,25 @@ def refusal(
     ours = frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] in _LIBRARIES
     if not ours and (frame is None or frame.f_code is not inspect.unwrap(function).__code__):
         return None  # a function of the caller's stumbled
+    no_formulas = frame is not None and frame.f_code.co_name == "__bool__"  # as those about symbols for numbers are
     stumbled_over = [error.obj] if ours and isinstance(error, AttributeError) and error.name is not None else []
     for parameter, value in _given(function, args, kwargs):
         if value is parameter.default or (value is None and _may_be_stated(error)):
             continue
         one_of_many = parameter.kind is parameter.VAR_POSITIONAL  # which may be the numbers of an array
         test = (test_of if one_of_many else strict_test_of)(parameter.annotation, function)
-        if test is not None and not test(value):
+        if (test is not None and not test(value)) or (no_formulas and _is_a_symbol_for_a_number(parameter, value)):
             wanted = f"must be {_shown(parameter.annotation, function)}, not"
         elif any(value is thing for thing in stumbled_over) and (test is None or test(_UNKNOWN)):
             wanted = "cannot be"
         else:
             continue
-        return _mismatch(function, f"{parameter.name} {wanted}", value)
+        return _mismatch(function, args, f"{parameter.name} {wanted}", value)
     return None
+
+
+def _is_a_symbol_for_a_number(parameter: inspect.Parameter, value: object) -> bool:
+    return parameter.annotation in ("float", "float | None") and type(value).__module__.startswith("sheldrake.symbolic")
 
 
 def _shown(annotation: object, function: Callable[..., Any]) -> object:
@@ -162,9 +167,9 @@ def _shown(annotation: object, function: Callable[..., Any]) -> object:
     return annotation if isinstance(annotation, str) else getattr(annotation, "__name__", annotation)
 
 
-def _mismatch(call: Callable[..., Any], what: str, value: Any) -> Mismatch:
+def _mismatch(call: Callable[..., Any], args: tuple[Any, ...], what: str, value: Any) -> Mismatch:
     found = "None" if value is None else describe(value)
-    return Mismatch(f"{call.__qualname__}(): incompatible function arguments. {what} {found}.")
+    return Mismatch(f"{name_of_call(call, *args[:1])}(): incompatible function arguments. {what} {found}.")
 
 
 def _may_be_stated(error: BaseException) -> bool:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 _TAG = "_tag"
 _MOST_MERGED = 1_000_000
+_MOST_SEXAGESIMAL = 1_000  # digits of base 60, as in 1:30:00; a number of n of them takes n squared steps to make
+_NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
 
 
 class _Loader(yaml.SafeLoader):
@@ -48,6 +50,12 @@ class _Loader(yaml.SafeLoader):
         if self._merged > _MOST_MERGED:
             problem = f"more than {_MOST_MERGED} items are merged into others by '<<'"
             raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+
+    def construct_scalar(self, node: Any) -> Any:
+        if node.tag in _NUMBERS and node.value.count(":") > _MOST_SEXAGESIMAL:
+            problem = f"a number of more than {_MOST_SEXAGESIMAL} parts between colons"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+        return super().construct_scalar(node)
 
 
 def _tagged_mapping(loader: Any, tag: str, node: Any) -> dict:
@@ -67,7 +75,8 @@ def yaml_load_data(data: str | None, *, private: bool = False) -> Any:
         private: Keep items of the root whose key begins with an underscore (anchors and templates).
 
     Raises:
-        yaml.YAMLError: it is no YAML, nested too deeply, or merges (`<<`) more than a million items.
+        yaml.YAMLError: it is no YAML, nested too deeply, merges (`<<`) more than a million items, or has a number
+            of more than a thousand parts between colons.
     """
     try:
         document = yaml.load(data, Loader=_Loader)

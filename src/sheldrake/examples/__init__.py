@@ -1,5 +1,7 @@
 """Small systems that textbooks are written about: pendulums, walkers, a quadrotor."""
 
+from sheldrake.common._names import show_as_own
+
 from ._acrobot import (
     AcrobotGeometry,
     AcrobotInput,
@@ -43,3 +45,5 @@ __all__ = [
     "StabilizingLQRController",
     "VanDerPolOscillator",
 ]
+
+show_as_own(globals())

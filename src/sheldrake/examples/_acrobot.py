@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kernels.generic import cos
 from sheldrake.common._overloads import overloaded
 from sheldrake.geometry import Box, Cylinder, SceneGraph
@@ -50,7 +50,7 @@ class SpongControllerParams(NamedVector):
     elements = {"k_e": 5.0, "k_p": 50.0, "k_d": 5.0, "balancing_threshold": 1e3}
 
 
-@checked_late
+@checked
 class AcrobotPlant(LeafSystem):
     """M(q) q'' + bias(q, q') = (0, tau).
 
@@ -119,7 +119,7 @@ class AcrobotPlant(LeafSystem):
         return AcrobotParams.of(context.get_mutable_numeric_parameter(0))
 
 
-@checked_late
+@checked
 class AcrobotSpongController(LeafSystem):
     """Swings the acrobot up by shaping its energy and balances it (Spong, Swing up control of the acrobot, 1994).
 

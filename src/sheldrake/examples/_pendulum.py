@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kernels.generic import cos
 from sheldrake.geometry import Box, Cylinder, SceneGraph, Sphere
 from sheldrake.math import RigidTransform, RotationMatrix
@@ -94,7 +93,7 @@ class PendulumPlant(LeafSystem):
         return PendulumParams.of(context.get_mutable_numeric_parameter(0))
 
 
-@checked_late
+@checked
 class PendulumGeometry(ExampleGeometry):
     """Draws a pendulum of the default parameters; made by `AddToBuilder`."""
 

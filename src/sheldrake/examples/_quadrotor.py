@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw
@@ -103,7 +102,7 @@ def StabilizingLQRController(quadrotor_plant: QuadrotorPlant, nominal_position: 
     return LinearQuadraticRegulator(quadrotor_plant, context, Q, np.eye(4))
 
 
-@checked_late
+@checked
 class QuadrotorGeometry(ExampleGeometry):
     """Draws a quadrotor; made by `AddToBuilder`."""
 

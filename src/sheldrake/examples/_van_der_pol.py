@@ -54,4 +54,4 @@ class VanDerPolOscillator(LeafSystem):
         context = simulator.get_mutable_context()
         context.SetContinuousState([-0.1144, 2.0578])  # A point of the cycle, which attracts.
         simulator.AdvanceTo(6.667)
-        return logger.FindLog(context).data()
+        return logger.FindLog(context).data().copy()

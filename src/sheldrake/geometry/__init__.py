@@ -1,5 +1,6 @@
 """Shapes, their roles and properties, and the SceneGraph that knows where they are and which of them touch."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
@@ -221,3 +222,5 @@ __all__ = [
     "kHasRenderEngineGltfClient",
     "kHasRenderEngineVtk",
 ]
+
+show_as_own(globals())

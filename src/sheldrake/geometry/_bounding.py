@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
@@ -48,7 +48,7 @@ def _boxes_overlap(half_A: np.ndarray, half_B: np.ndarray, X_AB: RigidTransform)
     return True
 
 
-@checked_late
+@checked
 class Plane:
     """A plane in a frame F.
 
@@ -128,7 +128,7 @@ _OVERLAPS = tuple(
 )
 
 
-@checked_late
+@checked
 class _Bounds:
     """What both kinds of boxes share; B is the box's frame, H the hierarchy's."""
 
@@ -168,7 +168,7 @@ class _Bounds:
         return _boxes_overlap(a._half_width, b._half_width, X_AB)
 
 
-@checked_late
+@checked
 class Aabb(_Bounds):
     """A box along the axes of its hierarchy's frame H."""
 
@@ -199,7 +199,7 @@ class Aabb(_Bounds):
         return copy.copy(self)
 
 
-@checked_late
+@checked
 class Obb(_Bounds):
     """A box in any pose in its hierarchy's frame H."""
 
@@ -241,7 +241,7 @@ def bounding_box(shape: Shape) -> Obb | None:
     return shape._box
 
 
-@checked_late
+@checked
 def CalcObb(shape: Shape) -> Obb | None:
     """A bounding box of a shape in its frame; None for a half space.
 
@@ -281,7 +281,7 @@ def _chosen(mesh: TriangleSurfaceMesh | VolumeMesh, vertices: Iterable[int]) -> 
     return mesh._vertices[sorted(vertices)]
 
 
-@checked_late
+@checked
 def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[int]) -> Aabb:
     """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
     points = _chosen(mesh_M, vertices)
@@ -289,19 +289,19 @@ def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[i
     return Aabb((low + high) / 2.0, (high - low) / 2.0)
 
 
-@checked_late
+@checked
 def ComputeAabbForVolumeMesh(mesh_M: VolumeMesh, vertices: Iterable[int]) -> Aabb:
     """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
     return ComputeAabbForTriangleMesh(mesh_M, vertices)  # type: ignore[arg-type]
 
 
-@checked_late
+@checked
 def ComputeObbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[int]) -> Obb:
     """A box in any orientation about some vertices (a set of numbers) of a mesh."""
     return _obb_of_points(_chosen(mesh_M, vertices))
 
 
-@checked_late
+@checked
 def ComputeObbForVolumeMesh(mesh_M: VolumeMesh, vertices: Iterable[int]) -> Obb:
     """A box in any orientation about some vertices (a set of numbers) of a mesh."""
     return _obb_of_points(_chosen(mesh_M, vertices))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import overloaded
@@ -63,7 +63,7 @@ class DrakeVisualizerParams(Options):
     use_role_channel_suffix: bool = False
 
 
-@checked_late
+@checked
 class DrakeVisualizer(LeafSystem):
     """Publishes the geometries of one role, and their poses every `publish_period` of simulated time.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_template import TemplateClass
@@ -151,7 +151,7 @@ ImageLabel16I, ImageGrey8U = _make(PixelType.kLabel16I), _make(PixelType.kGrey8U
 TOO_FAR, SCALE = 65535, 1000.0  # 16-bit depth is in millimetres; nothing measured: too close (0) or too far
 
 
-@checked_late
+@checked
 def ConvertDepth32FTo16U(input: _Image, output: _Image) -> None:
     """Depth in metres to whole millimetres; NaN and what is beyond 65.534 m count as too far."""
     output.resize(input.width(), input.height())
@@ -161,7 +161,7 @@ def ConvertDepth32FTo16U(input: _Image, output: _Image) -> None:
     output._data[...] = np.clip(near, 0, TOO_FAR).astype(np.uint16)
 
 
-@checked_late
+@checked
 def ConvertDepth16UTo32F(input: _Image, output: _Image) -> None:
     """Depth in whole millimetres to metres; too far is infinity."""
     output.resize(input.width(), input.height())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry._meshes.mass_properties import MassProperties, of_triangles
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._shape_types import type_of
@@ -28,7 +28,7 @@ def mass_properties(shape: Shape | TriangleSurfaceMesh) -> MassProperties:
     raise ValueError(f"CalcSpatialInertia: {shape.type_name()} is not yet supported")
 
 
-@checked_late
+@checked
 def CalcVolume(shape: Shape) -> float:
     """Volume of a shape [m^3]; infinite for a half space."""
     if isinstance(shape, HalfSpace):

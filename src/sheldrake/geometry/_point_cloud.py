@@ -33,6 +33,7 @@ class BaseField(enum.IntEnum):
         return f"BaseField.{self.name}"
 
 
+@checked
 class Fields:
     """A set of BaseFields.
 
@@ -85,6 +86,7 @@ def _unset(field: BaseField, size: int) -> np.ndarray:
     return np.full((size, 3), np.nan if dtype is np.float32 else 0, dtype)
 
 
+@checked
 class PointCloud:
     """Points with positions, normals and colors, as far as its fields say. New points are NaN, and black.
 

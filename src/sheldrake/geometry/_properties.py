@@ -175,6 +175,7 @@ class PerceptionProperties(GeometryProperties):
     """Properties of a geometry that simulated sensors see: colour, texture, label."""
 
 
+@checked
 def MakePhongIllustrationProperties(diffuse: ArrayLike) -> IllustrationProperties:
     """Illustration properties with the colour `diffuse` (r, g, b, a), each in [0, 1], shape (4,)."""
     properties = IllustrationProperties()

@@ -132,6 +132,7 @@ def AddCompliantHydroelasticProperties(
     properties.AddProperty(HYDRO, RESOLUTION_HINT, _number("resolution_hint", resolution_hint))
 
 
+@checked
 def AddCompliantHydroelasticPropertiesForHalfSpace(
     slab_thickness: float, hydroelastic_modulus: float, properties: ProximityProperties
 ) -> None:

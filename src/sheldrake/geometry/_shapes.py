@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._overloads import Mismatch, in_order
 from sheldrake.common._text import arguments, number
 from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
 
@@ -211,6 +211,7 @@ class Ellipsoid(Shape):
         return self._c
 
 
+@checked
 class HalfSpace(Shape):
     """Everything below the plane z = 0 of G; Gz points out of it."""
 
@@ -389,11 +390,15 @@ class Convex(_MeshShape):
         if isinstance(points, (str, os.PathLike, InMemoryMesh, MeshSource)) or points is None:
             super().__init__(*_source_and_scale("Convex", args, kwargs))
         else:
-            super().__init__(*_points_and_scale(*args, **kwargs))
+            given = in_order(("points", "label", "scale", "scale3"), args, kwargs, {"scale": 1.0, "scale3": None})
+            if given is None or not isinstance(given[1], str):
+                wanted = "(points, label: str, scale=1.0 | scale3)"
+                raise Mismatch(f"Convex(): incompatible constructor arguments; expected {wanted}.")
+            super().__init__(*_points_and_scale(*given))
 
 
 def _points_and_scale(
-    points: ArrayLike, label: str, scale: float | ArrayLike = 1.0, scale3: ArrayLike | None = None
+    points: ArrayLike, label: str, scale: float | ArrayLike, scale3: ArrayLike | None
 ) -> tuple[InMemoryMesh, ArrayLike]:
     from sheldrake.common import MemoryFile
 

@@ -11,6 +11,7 @@ except ModuleNotFoundError as error:
         "sheldrake.gym needs Gymnasium: pip install 'sheldrake[gym]'.", name=error.name
     ) from error
 
+from sheldrake.common._names import show_as_own
 from sheldrake.gym._adapters import StableBaselinesVecEnv
 from sheldrake.gym._drake_gym_env import DrakeGymEnv
 from sheldrake.gym._drake_vector_env import DrakeVectorEnv
@@ -24,3 +25,5 @@ for _name in ("CartPoleSwingUp", "QuadrupedStand", "ArmReach"):
     )
 
 __all__ = ["DrakeGymEnv", "DrakeVectorEnv", "StableBaselinesVecEnv", "Streams"]
+
+show_as_own(globals())

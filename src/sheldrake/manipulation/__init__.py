@@ -1,5 +1,6 @@
 """Drivers, grippers and messages of robot arms."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.manipulation._config import IiwaDriver, SchunkWsgDriver, ZeroForceDriver
 from sheldrake.manipulation._drivers import (
     ApplyDriverConfig,
@@ -82,6 +83,4 @@ __all__ = [
     "torque_enabled",
 ]
 
-for _name in __all__:
-    if callable(globals()[_name]):
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

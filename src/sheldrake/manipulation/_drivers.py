@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.lcm import DrakeLcmInterface
 from sheldrake.lcm._messages import (
@@ -61,7 +61,7 @@ _WSG_STATUS_PERIOD = 0.05
 """How often the gripper's status goes out [s]."""
 
 
-@checked_late
+@checked
 class SimIiwaDriver(Diagram):
     """Simulates an iiwa's control cabinet: from commands and the arm's state to its actuation.
 
@@ -170,7 +170,7 @@ class SimIiwaDriver(Diagram):
         return driver
 
 
-@checked_late
+@checked
 def BuildIiwaControl(
     builder: DiagramBuilder,
     lcm: DrakeLcmInterface,
@@ -219,7 +219,7 @@ def BuildIiwaControl(
     connect(sender.get_output_port(), publisher.get_input_port())
 
 
-@checked_late
+@checked
 def BuildSchunkWsgControl(
     plant: MultibodyPlant,
     wsg_instance: ModelInstanceIndex,
@@ -298,6 +298,7 @@ def _wrist(sim_plant: MultibodyPlant, arm: Any, name: str) -> Frame:
     return GetScopedFrameByName(sim_plant, name)
 
 
+@checked
 def ApplyDriverConfig(
     driver_config: Any,
     model_instance_name: str,
@@ -374,6 +375,7 @@ def ApplyDriverConfigs(
         apply(config, name, sim_plant, models, lcm_buses, builder)
 
 
+@checked
 def ApplyNamedPositionsAsDefaults(input: dict[str, dict[str, Any]], plant: MultibodyPlant) -> None:
     """Sets default positions of joints.
 

@@ -31,16 +31,19 @@ class IiwaControlMode(IndexEnum):
     kPositionAndTorque = 2
 
 
+@checked
 def position_enabled(control_mode: IiwaControlMode) -> bool:
     """Whether positions are commanded."""
     return control_mode is not IiwaControlMode.kTorqueOnly
 
 
+@checked
 def torque_enabled(control_mode: IiwaControlMode) -> bool:
     """Whether torques are commanded."""
     return control_mode is not IiwaControlMode.kPositionOnly
 
 
+@checked
 def ParseIiwaControlMode(control_mode: str) -> IiwaControlMode:
     """The mode of this name: "position_only", "torque_only" or "position_and_torque".
 
@@ -143,6 +146,7 @@ class IiwaCommandReceiver(LeafSystem):
     get_time_output_port = output_port("time", "The message's time [s].")
 
 
+@checked
 class IiwaCommandSender(LeafSystem):
     """From positions and torques to command messages.
 

@@ -37,6 +37,7 @@ def _checked_mode(control_mode: int) -> int:
     return mode
 
 
+@checked
 class PandaCommandReceiver(LeafSystem):
     """From command messages to vectors; before the first message, where the arm was, no velocity and no torque.
 
@@ -164,6 +165,7 @@ _STATUS = {
 """The field of each port."""
 
 
+@checked
 class PandaStatusSender(LeafSystem):
     """From what a Panda measures and was commanded to status messages.
 

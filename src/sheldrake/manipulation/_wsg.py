@@ -61,6 +61,7 @@ def path(start: float, target: float) -> PiecewisePolynomial:
     return PiecewisePolynomial.FirstOrderHold(times, knots)
 
 
+@checked
 class SchunkWsgTrajectoryGenerator(LeafSystem):
     """From the desired distance of the fingers [m] to its negative and rate now, on the way there.
 
@@ -137,6 +138,7 @@ _DESIRED = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
 """The mean stays in the middle; the target is of the negative distance."""
 
 
+@checked
 class SchunkWsgController(Diagram):
     """Forces on the fingers of a gripper that follows command messages: a PID controller, and a limit of the grip.
 
@@ -223,6 +225,7 @@ class _PdController(LeafSystem):
         return RuntimeError(f"{self._describe()}: the force limit must be positive, it is {limit} N.")
 
 
+@checked
 class SchunkWsgPositionController(Diagram):
     """Holds the distance of a gripper's fingers.
 

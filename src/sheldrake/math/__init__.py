@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sheldrake.common._names import _MangledName
+from sheldrake.common._names import _MangledName, show_as_own
 from sheldrake.math import _rotation_matrix
 from sheldrake.math._arrays import eq, ge, gt, inv, le, lt, matmul, ne
 from sheldrake.math._barycentric_mesh import BarycentricMesh
@@ -152,6 +152,8 @@ __all__ = [
     "tanh",
     "wrap_to",
 ]
+
+show_as_own(globals())
 
 _rotation_matrix.RollPitchYaw_ = RollPitchYaw_
 

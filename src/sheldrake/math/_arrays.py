@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._scalars import autodiff_class
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def _as_matrix(value: ArrayLike) -> np.ndarray:
     return array[:, None] if array.ndim == 1 else array
 
 
+@checked
 def matmul(a: ArrayLike, b: ArrayLike) -> np.ndarray:
     """Matrix product of arrays of any scalars; a vector counts as a column.
 

@@ -82,6 +82,7 @@ def IsSymmetric(matrix: Scalars, precision: float = _EPSILON) -> bool:
     return M.shape[0] == M.shape[1] and bool((np.abs(M - M.T) <= precision).all())
 
 
+@checked
 def IsPositiveDefinite(matrix: Scalars, tolerance: float = 0.0, symmetry_tolerance: float = 0.0) -> bool:
     """Whether a matrix is symmetric and no eigenvalue is less than `tolerance`.
 

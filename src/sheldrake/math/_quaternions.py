@@ -76,6 +76,7 @@ def AreQuaternionsEqualForOrientation(quat1: Quaternion, quat2: Quaternion, tole
     return result if is_symbolic(T) else bool(result)
 
 
+@checked
 def IsQuaternionValid(quat: Quaternion, tolerance: float) -> bool:
     """Whether the length is one to `tolerance`."""
     T = _scalar_of("IsQuaternionValid", quat)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._point_cloud import PointCloud
 from sheldrake.lcm._messages import lcmt_point_cloud, lcmt_point_cloud_field
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 _ALIGNMENT = 16  # of the points in an encoded message [bytes]
 
 
+@checked
 class PointCloudToLcm(LeafSystem):
     """Turns point clouds into messages that viewers know; points that are not finite are left out.
 

@@ -1,5 +1,6 @@
 """Trajectories by optimization, and diagrams of one robot."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.planning._body_shapes import BodyShapeDescription, MakeBodyShapeDescription
 from sheldrake.planning._clearance import EdgeMeasure, RobotClearance, RobotCollisionType
 from sheldrake.planning._clique_cover import IrisFromCliqueCoverOptions, IrisInConfigurationSpaceFromCliqueCover
@@ -84,6 +85,4 @@ __all__ = [
 RobotDiagram_ = SystemTemplate("RobotDiagram_", RobotDiagram, scope=__name__, own=True)
 RobotDiagramBuilder_ = SystemTemplate("RobotDiagramBuilder_", RobotDiagramBuilder, scope=__name__, own=True)
 
-for _name in __all__:
-    if not _name.endswith("_"):
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -67,6 +67,7 @@ class BodyShapeDescription:
         return self._body_name
 
 
+@checked
 def MakeBodyShapeDescription(
     plant: MultibodyPlant, plant_context: Context, geometry_id: GeometryId
 ) -> BodyShapeDescription:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.multibody.tree import BodyIndex
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@checked
 class RobotCollisionType(BoundEnum):
     """Whether a robot touches its environment, itself, both or nothing."""
 
@@ -30,6 +32,7 @@ class RobotCollisionType(BoundEnum):
         return RobotCollisionType(int(environment) + 2 * int(own))
 
 
+@checked
 class EdgeMeasure:
     """How long an edge is, and which part of it, from its start, is free of collisions.
 
@@ -86,6 +89,7 @@ class EdgeMeasure:
         return self._alpha if self.partially_free() else float(default_value)
 
 
+@checked
 class RobotClearance:
     """A table of distances between bodies of the robot and others.
 

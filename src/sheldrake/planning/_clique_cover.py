@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import Parallelism
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
 from sheldrake.geometry.optimization import AffineBall, HPolyhedron, Hyperellipsoid, Hyperrectangle, IrisNp, IrisOptions
 from sheldrake.planning._cliques import (
@@ -56,6 +57,7 @@ class IrisFromCliqueCoverOptions(Options):
     point_in_set_tol: float = 1e-6
 
 
+@checked
 def IrisInConfigurationSpaceFromCliqueCover(
     checker: CollisionChecker,
     options: IrisFromCliqueCoverOptions,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def _matrix(call: str, adjacency_matrix: ArrayLike) -> np.ndarray:
     return A
 
 
+@checked
 class MaxCliqueSolverBase:
     """Finds large cliques; derived classes write `DoSolveMaxClique(adjacency_matrix)`."""
 
@@ -50,6 +51,7 @@ class MaxCliqueSolverBase:
         return np.asarray(self.DoSolveMaxClique(adjacency_matrix), dtype=bool)
 
 
+@checked
 class MaxCliqueSolverViaGreedy(MaxCliqueSolverBase):
     """Takes the vertex with the most neighbours among the candidates, and keeps its neighbours as candidates."""
 
@@ -65,6 +67,7 @@ class MaxCliqueSolverViaGreedy(MaxCliqueSolverBase):
         return chosen
 
 
+@checked
 class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
     """Finds a largest clique with whole numbers: max sum x, x_i + x_j <= 1 where there is no edge.
 
@@ -116,6 +119,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         return result.GetSolution(x) > 0.5
 
 
+@checked
 class MinCliqueCoverSolverBase:
     """Covers graphs by cliques; derived classes write `DoSolveMinCliqueCover(adjacency_matrix, partition)`."""
 
@@ -137,6 +141,7 @@ class MinCliqueCoverSolverBase:
         return self.DoSolveMinCliqueCover(adjacency_matrix, partition)
 
 
+@checked
 class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
     """Takes large cliques of what is not yet covered, one after the other.
 
@@ -185,7 +190,7 @@ class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
         return out
 
 
-@checked_late
+@checked
 def VisibilityGraph(
     checker: CollisionChecker, points: np.ndarray, parallelize: Parallelism | int | bool = True
 ) -> scipy.sparse.csc_matrix:

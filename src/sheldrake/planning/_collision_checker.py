@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import Parallelism
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._copies import Cloned
 from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._no_constructor import no_constructor
@@ -118,6 +118,7 @@ class CollisionCheckerContext(Cloned):
 
 
 @no_constructor()
+@checked
 class CollisionChecker:
     """Checks configurations and edges for collisions; its kinds say how. Not made directly."""
 
@@ -216,7 +217,7 @@ class CollisionChecker:
     def _all_contexts(self) -> list[CollisionCheckerContext]:
         return [*self._contexts, *self._standalone]
 
-    @checked_late
+    @checked
     def PerformOperationAgainstAllModelContexts(
         self, operation: Callable[[Any, CollisionCheckerContext], None]
     ) -> None:
@@ -270,7 +271,7 @@ class CollisionChecker:
 
     # More shapes
 
-    @checked_late
+    @checked
     def AddCollisionShape(self, group_name: str, description: BodyShapeDescription) -> bool:
         """Adds a shape to the body that a description names, as part of a group; tells whether it could.
 
@@ -289,13 +290,13 @@ class CollisionChecker:
             return {name: self.AddCollisionShapes(name, shapes) for name, shapes in group.items()}
         return sum(self.AddCollisionShape(group, description) for description in descriptions)
 
-    @checked_late
+    @checked
     def AddCollisionShapeToFrame(self, group_name: str, frameA: Frame, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a frame to the frame's body; tells whether it could."""
         X_BA = frameA.GetFixedPoseInBodyFrame()
         return self.AddCollisionShapeToBody(group_name, frameA.body(), shape, X_BA @ X_AG)
 
-    @checked_late
+    @checked
     def AddCollisionShapeToBody(self, group_name: str, bodyA: Any, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a body; tells whether it could."""
         added = self._add_shape(bodyA, shape, X_AG)
@@ -310,7 +311,7 @@ class CollisionChecker:
         """Returns the shapes that were added, by group."""
         return {name: [s[2] for s in shapes] for name, shapes in self._added.items()}
 
-    @checked_late
+    @checked
     def RemoveAllAddedCollisionShapes(self, group_name: str | None = None) -> None:
         """Removes the shapes of a group, or of all groups."""
         for name in [*self._added] if group_name is None else [group_name]:
@@ -327,7 +328,7 @@ class CollisionChecker:
         self.UpdateContextPositions(model_context, q)
         return self._is_free(model_context)
 
-    @checked_late
+    @checked
     def CheckConfigsCollisionFree(self, configs: list, parallelize: Any = None) -> list[int]:
         """Returns for each configuration whether (1) or not (0) it is free of collisions.
 
@@ -353,7 +354,7 @@ class CollisionChecker:
             found.append(next((k for k, is_free in enumerate(free) if not is_free), len(way)))
         return found
 
-    @checked_late
+    @checked
     def CalcRobotClearance(
         self, q: ArrayLike, influence_distance: float, context_number: int | None = None
     ) -> RobotClearance:
@@ -369,7 +370,7 @@ class CollisionChecker:
         """
         return self.CalcContextRobotClearance(self.model_context(context_number), q, influence_distance)
 
-    @checked_late
+    @checked
     def CalcRobotClearances(
         self, configs: Sequence[Any], influence_distance: float, parallelize: Parallelism | int | bool | None = None
     ) -> list[RobotClearance]:
@@ -393,7 +394,7 @@ class CollisionChecker:
             )
         return [self.CalcRobotClearance(q, influence_distance) for q in rows]
 
-    @checked_late
+    @checked
     def CalcContextRobotClearance(
         self, model_context: CollisionCheckerContext, q: ArrayLike, influence_distance: float
     ) -> RobotClearance:
@@ -405,22 +406,22 @@ class CollisionChecker:
         self.UpdateContextPositions(model_context, q)
         return self._clearance(model_context, influence_distance)
 
-    @checked_late
+    @checked
     def MaxNumDistances(self, context_number: int | None = None) -> int:
         """Returns the most rows that `CalcRobotClearance` can have."""
         return self.MaxContextNumDistances(self.model_context(context_number))
 
-    @checked_late
+    @checked
     def MaxContextNumDistances(self, model_context: CollisionCheckerContext) -> int:
         """Returns the most rows that `CalcContextRobotClearance` can have."""
         return self._max_num_distances(model_context)
 
-    @checked_late
+    @checked
     def ClassifyBodyCollisions(self, q: ArrayLike, context_number: int | None = None) -> list[RobotCollisionType]:
         """Returns for each body of the plant how it collides; those of the environment never do."""
         return self.ClassifyContextBodyCollisions(self.model_context(context_number), q)
 
-    @checked_late
+    @checked
     def ClassifyContextBodyCollisions(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> list[RobotCollisionType]:
@@ -467,7 +468,7 @@ class CollisionChecker:
             raise RuntimeError(f"CollisionChecker.{call}(): body index {index} is out of range.")
         return index
 
-    @checked_late
+    @checked
     def IsPartOfRobot(self, body: Any = None, *, body_index: Any = None) -> bool:
         """Tells whether a body, given itself or by index, is part of the robot."""
         return bool(self._robot[self._index("IsPartOfRobot", body if body_index is None else body_index)])
@@ -503,7 +504,7 @@ class CollisionChecker:
         """Returns the paddings of all pairs [m]."""
         return self._padding.copy()
 
-    @checked_late
+    @checked
     def SetPaddingMatrix(self, collision_padding: ArrayLike) -> None:
         """Sets the paddings of all pairs [m].
 
@@ -539,17 +540,17 @@ class CollisionChecker:
             return np.logical_and.outer(robot, robot) & ~np.eye(len(robot), dtype=bool)
         return np.logical_xor.outer(robot, robot)
 
-    @checked_late
+    @checked
     def SetPaddingAllRobotEnvironmentPairs(self, padding: float) -> None:
         """Sets the padding between the robot and its environment [m]."""
         self._padding[self._robot_pairs(False)] = _finite("SetPaddingAllRobotEnvironmentPairs", padding)
 
-    @checked_late
+    @checked
     def SetPaddingAllRobotRobotPairs(self, padding: float) -> None:
         """Sets the padding between bodies of the robot [m]."""
         self._padding[self._robot_pairs(True)] = _finite("SetPaddingAllRobotRobotPairs", padding)
 
-    @checked_late
+    @checked
     def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: BodyIndex, padding: float) -> None:
         """Sets the padding between one body of the robot and the environment [m].
 
@@ -606,7 +607,7 @@ class CollisionChecker:
         matrix[i, j] = matrix[j, i] = int(bool(filtered))
         self._set_filter(matrix)
 
-    @checked_late
+    @checked
     def SetCollisionFilteredWithAllBodies(self, body: Any = None, *, body_index: Any = None) -> None:
         """Leaves out all pairs with a body of the robot.
 
@@ -621,7 +622,7 @@ class CollisionChecker:
         matrix[i, i] = -1
         self._set_filter(matrix)
 
-    @checked_late
+    @checked
     def SetCollisionFilterMatrix(self, filter_matrix: ArrayLike) -> None:
         """Sets which pairs are not looked at.
 
@@ -662,7 +663,7 @@ class CollisionChecker:
         """Returns what tells distances of configurations, and what is between them."""
         return self._provider
 
-    @checked_late
+    @checked
     def SetDistanceAndInterpolationProvider(self, provider: DistanceAndInterpolationProvider) -> None:
         """Sets what tells distances of configurations, and what is between them."""
         self._provider = provider
@@ -675,7 +676,7 @@ class CollisionChecker:
             )
         return FunctionProvider(self._provider.distance, self._provider.interpolation)
 
-    @checked_late
+    @checked
     def SetConfigurationDistanceFunction(self, distance_function: Callable) -> None:
         """Sets what tells distances, if the checker was made with such a function.
 
@@ -686,7 +687,7 @@ class CollisionChecker:
         provider.distance = distance_function
         self._provider = provider
 
-    @checked_late
+    @checked
     def SetConfigurationInterpolationFunction(self, interpolation_function: Callable | None) -> None:
         """Sets what is between configurations, None for straight lines; if the checker was made with functions.
 
@@ -747,7 +748,7 @@ class CollisionChecker:
         way = self._path(q1, q2)[1][:, None]
         return all(self._first_collisions([*way[-1:], *way[:-1]], self._threads(parallelize)))
 
-    @checked_late
+    @checked
     def CheckEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[int]:
         """Returns for each pair of configurations whether (1) or not (0) the way is free.
 
@@ -789,7 +790,7 @@ class CollisionChecker:
         free = self._first_collisions(list(way[:, None]), self._threads(parallelize))
         return _measure(distance, free.index(0) if 0 in free else len(way), len(way) - 1)
 
-    @checked_late
+    @checked
     def MeasureEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[EdgeMeasure]:
         """Returns for each pair of configurations how much of the way is free.
 

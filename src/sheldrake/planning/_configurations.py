@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.tree._index import JointIndex
 
 
+@checked
 class DistanceAndInterpolationProvider:
     """How far configurations are apart, and what is between them; derived classes write the two `Do...`."""
 
@@ -62,7 +63,7 @@ def _pair(call: str, a: ArrayLike, b: ArrayLike) -> tuple[np.ndarray, np.ndarray
     return a, b
 
 
-@checked_late
+@checked
 class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
     """The norm of weighted differences, and straight lines; quaternions by their angle, and along great circles.
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._kernels.collocation import (
     CURVATURE,
@@ -148,7 +147,7 @@ class Defects:
         return work.curvature.reshape(len(z), z.shape[1], z.shape[1]).copy()
 
 
-@checked_late
+@checked
 class DirectCollocationConstraint(Opaque, WithSlopes, Constraint):
     """The slope of the cubic between two samples is the dynamics in their middle; of (h, x0, x1, u0, u1).
 
@@ -192,7 +191,7 @@ class DirectCollocationConstraint(Opaque, WithSlopes, Constraint):
         return values[0], J[0]
 
 
-@checked_late
+@checked
 def AddDirectCollocationConstraint(
     constraint: DirectCollocationConstraint,
     time_step: np.ndarray,
@@ -207,7 +206,7 @@ def AddDirectCollocationConstraint(
     return prog.AddConstraint(constraint, np.concatenate([_arrays.variable_vector(p) for p in parts]))
 
 
-@checked_late
+@checked
 class DirectCollocation(MultipleShooting):
     """Trajectory optimization with cubic states and linear inputs between samples, exact to third order in the step.
 

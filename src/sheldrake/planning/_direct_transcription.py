@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, LinearEqualityConstraint
@@ -115,7 +115,7 @@ class TimeStep:
 TimeStep.__qualname__ = "DirectTranscription.TimeStep"
 
 
-@checked_late
+@checked
 class DirectTranscription(MultipleShooting):
     """Trajectory optimization with states and inputs at samples; each state follows from the last.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sheldrake.multibody.tree._index import ModelInstanceIndex
 
 
-@checked_late
+@checked
 class DofMask:
     """For each position of a plant, whether it is selected.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import overloaded
 from sheldrake.geometry.optimization import CartesianProduct, ConvexSet, HPolyhedron, Point
 from sheldrake.geometry.optimization._gcs_elements import ALL, COSTS, Transcription, constraints
@@ -401,7 +401,7 @@ class Part:
                 edge.AddConstraint(Binding[Constraint](exact, vars), EXACT)
 
 
-@checked_late
+@checked
 class Subgraph(Part):
     """Regions and the edges between those that meet; made by `AddRegions`."""
 
@@ -581,7 +581,7 @@ class Subgraph(Part):
             raise RuntimeError("Cannot add continuity constraint of order greater than the set order.")
 
 
-@checked_late
+@checked
 class EdgesBetweenSubgraphs(Part):
     """Edges from the regions of one subgraph to those of another; made by `AddEdges`."""
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, count, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry.optimization import (
@@ -44,7 +43,7 @@ _NO_TIME = 1e-8  # [s]: so near to zero solvers leave a duration that may be zer
 _DURATIONS = {"h_min": (number, 1e-6), "h_max": (number, 20.0), "name": (text, "")}
 
 
-@checked_late
+@checked
 class GcsTrajectoryOptimization:
     """Finds a trajectory of Bézier curves, one in each region that it passes.
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import expect
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
@@ -82,7 +82,7 @@ class _Composed(Opaque, Constraint):
         return self._of._jacobian(q) @ slope
 
 
-@checked_late
+@checked
 def IrisNp2(
     checker: CollisionChecker,
     starting_ellipsoid: Hyperellipsoid,

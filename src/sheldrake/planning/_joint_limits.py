@@ -28,6 +28,7 @@ def _plant(value: Any) -> Any:
     return value
 
 
+@checked
 class JointLimits:
     """Limits of positions, velocities and accelerations of a robot.
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import BsplineBasis, KnotVectorType
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-@checked_late
+@checked
 class KinematicTrajectoryOptimization:
     """Optimizes q(t) = r(t / T) for a B-spline r on [0, 1] and a duration T.
 

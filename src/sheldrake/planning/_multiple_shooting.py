@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import overload, overloaded
@@ -43,7 +42,7 @@ def _placeholders(rows: int, name: str) -> np.ndarray:
     return traverse.object_array([Variable(f"{name}({i})") for i in range(rows)])
 
 
-@checked_late
+@checked
 @no_constructor()
 class MultipleShooting:
     """Decision variables for states, inputs and, maybe, time steps at N samples, and costs and constraints on them.

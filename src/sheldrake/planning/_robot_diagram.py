@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant_
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 
 @no_constructor()
+@checked
 class RobotDiagram(Diagram):
     """A diagram with one plant and one SceneGraph. Made by `RobotDiagramBuilder.Build`."""
 
@@ -65,6 +67,7 @@ class RobotDiagram(Diagram):
     mutable_scene_graph_context = scene_graph_context
 
 
+@checked
 class RobotDiagramBuilder:
     """Builds a RobotDiagram: add models to the plant, systems to the builder, then call `Build`.
 
@@ -155,6 +158,7 @@ class RobotDiagramBuilder:
                 self._builder.ExportOutput(output, f"{system.get_name()}_{output.get_name()}")
 
 
+@checked
 def GetContinuousRevoluteJointIndices(plant: MultibodyPlant) -> list[int]:
     """Places in q of angles without limits: of revolute, ball, universal, planar and rpy floating joints."""
     out: list[int] = []

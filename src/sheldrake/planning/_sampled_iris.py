@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import Parallelism
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import count, instance_of
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import overload, overloaded
@@ -331,7 +331,7 @@ class IrisZoOptions(Options):
     parameterization: IrisParameterizationFunction = IrisParameterizationFunction()
 
 
-@checked_late
+@checked
 def IrisZo(
     checker: CollisionChecker,
     starting_ellipsoid: Hyperellipsoid,

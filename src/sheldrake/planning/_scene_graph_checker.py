@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry import (
     CollisionFilterDeclaration,
     GeometryInstance,
@@ -59,7 +59,7 @@ def _settings(checker: CollisionChecker, params: CollisionCheckerParams | None, 
     return CollisionCheckerParams(**kwargs) if params is None else params
 
 
-@checked_late
+@checked
 class SceneGraphCollisionChecker(CollisionChecker):
     """Checks collisions by the distances of a SceneGraph.
 
@@ -241,7 +241,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
                 scene_graph.RemoveGeometry(context.scene_graph_context(), source, geometry)
 
 
-@checked_late
+@checked
 class UnimplementedCollisionChecker(CollisionChecker):
     """A checker that refuses each check; for classes that are given one and do not use it.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.trajectories import ExponentialPlusPiecewisePolynomial, PiecewisePolynomial
 from sheldrake.trajectories._exponential import MatrixExponential
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sheldrake.trajectories import Trajectory
 
 
-@checked_late
+@checked
 class ZmpPlanner:
     """Plans the motion of a center of mass at constant height so that the zero-moment point follows a trajectory."""
 

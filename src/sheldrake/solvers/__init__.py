@@ -7,6 +7,7 @@ simplex method, nonlinear ones to an own SQP method.
 
 import sys
 
+from sheldrake.common._names import show_as_own
 from sheldrake.solvers._engines.augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
 from sheldrake.solvers._engines.branch_and_bound import MixedIntegerBranchAndBound
 from sheldrake.solvers._engines.choose import (
@@ -177,6 +178,4 @@ __all__ = [
 ]
 
 Binding._scope = sys.modules[__name__]  # type: ignore[attr-defined]  # to type checkers it is a generic class
-for _name in __all__:
-    if _name != "Binding":
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

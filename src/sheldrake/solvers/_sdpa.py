@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers._ids import ProgramAttribute
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -300,7 +300,7 @@ class SdpaForm:
         return "\n".join(lines) + "\n"
 
 
-@checked_late
+@checked
 def GenerateSDPA(
     prog: MathematicalProgram,
     file_name: str,

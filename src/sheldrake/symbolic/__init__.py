@@ -1,5 +1,6 @@
 """Symbolic computation: variables, expressions, formulas, polynomials."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.symbolic import (
     _arguments,
     _build,
@@ -188,6 +189,4 @@ _pickled.allow()
 _formula._functions, _formula._traverse = _functions, _traverse
 _monomial._polynomial = _polynomial
 
-for _name in (*__all__, "_reduce_add", "_reduce_mul"):
-    if hasattr(globals()[_name], "__module__"):
-        globals()[_name].__module__ = __name__
+show_as_own(globals(), "_reduce_add", "_reduce_mul")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._keys import Sums, keys_for, number_or
 from sheldrake.symbolic._polynomial import Polynomial
 
 
-@checked_late
+@checked
 def CalcPolynomialWLowerTriangularPart(monomial_basis: Any, gram_lower: Any) -> Polynomial:
     """Returns m' Q m for a vector of monomials m and a symmetric matrix Q, given by the columns of its lower half.
 

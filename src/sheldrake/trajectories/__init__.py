@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sheldrake.common._names import _MangledName
+from sheldrake.common._names import _MangledName, show_as_own
 from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.trajectories._base import Trajectory
@@ -80,7 +80,7 @@ PiecewisePose_ = ScalarTemplate("PiecewisePose_", PiecewisePose, scope=__name__)
 PiecewiseQuaternionSlerp_ = ScalarTemplate("PiecewiseQuaternionSlerp_", PiecewiseQuaternionSlerp, scope=__name__)
 StackedTrajectory_ = ScalarTemplate("StackedTrajectory_", StackedTrajectory, scope=__name__)
 _WrappedTrajectory_ = ScalarTemplate("_WrappedTrajectory_", _WrappedTrajectory, scope=__name__)
-ExponentialPlusPiecewisePolynomial.__module__ = __name__
+show_as_own(globals())
 ExponentialPlusPiecewisePolynomial_ = TemplateClass("ExponentialPlusPiecewisePolynomial_")
 ExponentialPlusPiecewisePolynomial_.__doc__ = (
     "The class ExponentialPlusPiecewisePolynomial for each scalar type (float only)."

@@ -32,6 +32,7 @@ def spline_query_of_many(knots: list, points: np.ndarray, shape: tuple[int, int]
     return query_of_many(spline_at_times, np.array(knots), points, work, shape=shape)
 
 
+@checked
 class BsplineTrajectory(Trajectory):
     """A matrix that follows a B-spline.
 

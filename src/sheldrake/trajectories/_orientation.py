@@ -49,6 +49,7 @@ _ASKED_OF_POSES = (0, 1, "pose", "velocity")
 _ROUNDING_OF_DOT = 1e-15  # of two unit quaternions: what is equal must be so with a tolerance of zero
 
 
+@checked
 class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     """An orientation that turns at constant angular velocity from one sample to the next.
 
@@ -271,6 +272,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         return family._of(velocities, self._breaks)
 
 
+@checked
 class PiecewisePose(PiecewiseTrajectory):
     """A pose: a position and an orientation over the same segments.
 

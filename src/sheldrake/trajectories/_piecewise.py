@@ -18,6 +18,7 @@ EPSILON_TIME = 2.220446049250313e-16
 """Breaks closer than this [s] are not told apart."""
 
 
+@checked
 class PiecewiseTrajectory(Trajectory):
     """A trajectory made of segments, one from each break in time to the next."""
 

@@ -1,5 +1,6 @@
 """Looking at things: models and plants in the page, plots of logs."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.plant._multibody_plant import draw_plants_with
 from sheldrake.systems.framework import Diagram, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
@@ -43,3 +44,5 @@ __all__ = [
     "plot_sublevelset_expression",
     "plot_sublevelset_quadratic",
 ]
+
+show_as_own(globals())

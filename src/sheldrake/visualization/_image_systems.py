@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import RenderLabel, Rgba
 from sheldrake.systems.framework import InputPort, LeafSystem
@@ -142,7 +142,7 @@ class ColorizeLabelImage(LeafSystem):
         output.set_value(image)
 
 
-@checked_late
+@checked
 class ConcatenateImages(LeafSystem):
     """Puts images side by side, in rows and columns.
 

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from sheldrake.common._checked import checked
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.tree import RevoluteJoint
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -94,6 +96,63 @@ class Speed:
     @checked
     def set(self, value: float, limit: float | None = None) -> tuple:
         return value, limit
+
+
+class _Fast(Speed):
+    pass
+
+
+class Fast(_Fast):
+    @checked
+    def set(self, value: float, limit: float | None = None, *, more: int = 0) -> tuple:
+        return super().set(value, limit)
+
+
+class Faster(Fast):
+    pass
+
+
+def test_errors_name_the_class_that_people_use():
+    with pytest.raises(TypeError, match=r"^Faster\.set\(\): .*value must be float, not None"):
+        Faster().set(None)
+    with pytest.raises(TypeError, match=r"^RevoluteJoint\.__init__\(\): .*name must be str, not None"):
+        RevoluteJoint(None, None, None, [0, 0, 1])
+    plant = MultibodyPlant(0.0)
+    joint = plant.AddJoint(RevoluteJoint("j", plant.world_frame(), plant.AddRigidBody("b").body_frame(), [0, 0, 1]))
+    with pytest.raises(TypeError, match=r"^RevoluteJoint\.set_default_damping\(\): .*damping must be float, not str"):
+        joint.set_default_damping("x")
+    with pytest.raises(TypeError, match=r"^MultibodyPlant\.AddRigidBody\(\): .*name must be str, not None"):
+        plant.AddRigidBody(None)
+
+
+@checked
+class Pair:
+    def __init__(self, first: Speed, second: Speed | None = None) -> None:
+        self.both = first, second
+
+    def swap(self, first: Speed) -> tuple:
+        return first, self.both
+
+    @classmethod
+    def make(cls, first: Speed) -> Pair:
+        return cls(first)
+
+    @staticmethod
+    def one(first: Speed) -> Speed:
+        return first
+
+    def _own(self, first: Speed) -> Speed:
+        return first
+
+
+def test_a_class_is_checked_by_its_constructor_and_public_methods():
+    speed = Speed()
+    pair = Pair(speed, second=None)
+    assert pair.swap(speed) == (speed, (speed, None)) and Pair.make(speed).both == (speed, None)
+    assert Pair.one(speed) is speed and pair._own(3) == 3
+    for call in (Pair, pair.swap, Pair.make, Pair.one):
+        with pytest.raises(TypeError, match="first must be Speed, not int"):
+            call(3)
 
 
 @pytest.mark.parametrize("value", [1, True, np.float32(1), np.int64(1), np.float64(1), np.array(1.0), np.array(1)])

@@ -182,3 +182,11 @@ def test_small_documents_do_not_stand_for_large_ones():
     with pytest.raises(yaml.YAMLError, match="nested too deeply"):
         yaml_load(data="[" * 5000)
     assert yaml_load(data="[&a {b: 1}, {<<: *a, c: 2}]") == [{"b": 1}, {"b": 1, "c": 2}]
+
+
+def test_numbers_of_base_60_have_a_length():
+    assert yaml_load(data="[1:30, 190:20:30.15, -1:00:00]") == [90, 685230.15, -3600]
+    for end in ("", ".5"):
+        with pytest.raises(yaml.YAMLError, match="more than 1000 parts between colons"):
+            yaml_load(data=":".join(["5"] * 1002) + end)
+    assert isinstance(yaml_load(data=f'"{":".join(["5"] * 5000)}"'), str)

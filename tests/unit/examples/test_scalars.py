@@ -41,7 +41,7 @@ def test_linearized_acrobot_agrees_with_differences():
 
 def test_limit_cycle_closes():
     cycle = VanDerPolOscillator.CalcLimitCycle()
-    assert cycle.shape == (2, 171)  # Drake's number of steps
+    assert cycle.shape == (2, 171) and cycle.flags.writeable  # Drake's number of steps
     assert np.abs(cycle[:, 0] - cycle[:, -1]).max() < 0.03
     assert np.abs(cycle[0]).max() == pytest.approx(2.009, abs=2e-3)  # amplitude for mu = 1 (Andersen and Geer 1982)
 

@@ -33,6 +33,7 @@ GLTF = {
 }
 VIEW, ACCESSOR, PRIMITIVE = ("bufferViews", 0), ("accessors", 0), ("meshes", 0, "primitives", 0)
 END = "the end of accessors[0] ({}) is {}; expected at most 48, the length of its bufferView"
+ZEROS = {"componentType": 5126, "count": 3_000_000, "type": "VEC3"}
 WRONG_GLTF = [
     (*VIEW, "byteStride", 3, "bufferViews[0].byteStride is 3; expected a whole number from 12"),
     (*VIEW, "byteStride", 0, "bufferViews[0].byteStride is 0; expected a whole number from 12"),
@@ -45,7 +46,9 @@ WRONG_GLTF = [
     (*ACCESSOR, "count", 5, END.format("5 elements of 12 bytes, 12 apart", 60)),
     (*ACCESSOR, "count", "4", 'accessors[0].count is "4"; expected a whole number from 1'),
     (*ACCESSOR, "count", None, "accessors[0].count is null; expected a whole number from 1"),
-    (*ACCESSOR, "count", 10**9, "accessors[0].count is 1000000000; expected at most 100000000"),
+    (*ACCESSOR, "count", 10**9, END.format("1000000000 elements of 12 bytes, 12 apart", 12 * 10**9)),
+    (*ACCESSOR, ZEROS | {"count": 10**7}, "accessors[0].count is 10000000; expected at most 100000000 bytes of all"),
+    ("accessors", [ZEROS, ZEROS, ZEROS], "accessors[2].count is 3000000; expected at most 100000000 bytes of all"),
     (*ACCESSOR, "componentType", 9, "accessors[0].componentType is 9; expected one of 5120, 5121"),
     (*ACCESSOR, "componentType", [], "accessors[0].componentType is []; expected one of 5120, 5121"),
     (*ACCESSOR, "type", "VEC9", 'accessors[0].type is "VEC9"; expected one of SCALAR, VEC2'),

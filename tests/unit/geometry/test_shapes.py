@@ -76,3 +76,11 @@ def test_mesh_scale_and_source(tmp_path):
     with pytest.raises(RuntimeError, match="file"):
         mesh.source().in_memory()
     assert repr(pickle.loads(pickle.dumps(tall))) == repr(tall)
+
+
+def test_convex_of_points_wants_a_label():
+    points = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    for call in (lambda: g.Convex(points), lambda: g.Convex(points, 2.0), lambda: g.Convex(points=points, scale=2.0)):
+        with pytest.raises(TypeError, match=r"Convex\(\): .*expected \(points, label: str, scale=1.0 \| scale3\)"):
+            call()
+    assert g.Convex(points=points, label="corner", scale=2.0).scale() == 2.0

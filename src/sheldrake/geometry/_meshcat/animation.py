@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 
 from .tree import full_path
 
@@ -26,7 +26,7 @@ def _javascript_type(value: Any) -> tuple[str, Any]:
     return "vector", [float(v) for v in value]
 
 
-@checked_late
+@checked
 class MeshcatAnimation:
     """Records where things are at each frame; Meshcat.SetAnimation() plays it.
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of a number, by its component type
 _NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_MOST = 100_000_000  # numbers in one place: trimesh makes room for as many zeros as a file says it has
+_MOST_ZEROS = 100_000_000  # [bytes] that a file may have without holding them: whoever reads it makes room for all
 _DEEPEST = 10_000  # nodes below each other: trimesh follows each from the root
 _LONGEST_STRIDE = 252  # [bytes]
 _PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")  # what hides the numbers themselves
@@ -128,16 +128,19 @@ class _GltfCheck:
                 self._say(where, f"bytes {offset} to {offset + size}", f"at most {most}, the length of its buffer")
 
     def _accessors(self) -> None:
+        zeros = 0
         for where, accessor in self._rows("accessors"):
             count = self._whole(where, accessor, "count", 1)
-            if count > _MOST:
-                self._fail(f"{where}.count", count, f"at most {_MOST}")
             size = self._choice(where, accessor, "componentType", _BYTES)
             size *= self._choice(where, accessor, "type", _NUMBERS)
             offset = self._whole(where, accessor, "byteOffset", 0, 0)
             if "bufferView" not in accessor:
                 if "bufferViews" not in self._document:
                     self._fail("bufferViews", None, "a list: without it accessors have no numbers")
+                zeros += count * size
+                if zeros > _MOST_ZEROS:
+                    most = f"at most {_MOST_ZEROS} bytes of all accessors without a bufferView, which are zeros"
+                    self._fail(f"{where}.count", count, most)
                 continue
             view = self._index(where, accessor, "bufferView", "bufferViews")
             stride, place = view.get("byteStride", size), f"bufferViews[{accessor['bufferView']}].byteStride"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
@@ -43,7 +43,7 @@ class SurfacePolygon:
         return self._vertices[i]
 
 
-@checked_late
+@checked
 class PolygonSurfaceMesh:
     """A surface of flat convex polygons in a frame M.
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import expect
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
@@ -57,6 +56,7 @@ class SurfaceTriangle:
         return f"SurfaceTriangle(v0={self._v[0]}, v1={self._v[1]}, v2={self._v[2]})"
 
 
+@checked
 class TriangleSurfaceMesh:
     """A surface of triangles in a frame M.
 
@@ -167,7 +167,7 @@ class TriangleSurfaceMesh:
         return copy.copy(self)
 
 
-@checked_late
+@checked
 def ReadObjToTriangleSurfaceMesh(
     filename: str | PathLike[str], scale: float | ArrayLike = 1.0, scale3: ArrayLike | None = None
 ) -> TriangleSurfaceMesh:

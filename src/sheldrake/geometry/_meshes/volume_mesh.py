@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 from .mesh_files import boundary_triangles
@@ -50,6 +49,7 @@ class VolumeElement:
         return copy.copy(self)
 
 
+@checked
 class VolumeMesh:
     """A volume of tetrahedra in a frame M.
 
@@ -140,7 +140,7 @@ class VolumeMesh:
         return copy.copy(self)
 
 
-@checked_late
+@checked
 def ConvertVolumeToSurfaceMesh(volume: VolumeMesh) -> TriangleSurfaceMesh:
     """The surface of a volume mesh: faces that belong to one tetrahedron only; unused vertices are dropped."""
     triangles = boundary_triangles(volume._elements)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._properties import PerceptionProperties
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
 
-@checked_late
+@checked
 class RenderEngine:
     """Draws pictures of the geometry with the perception role that is registered with it.
 

@@ -7,7 +7,7 @@ import logging
 import os
 from typing import Any
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry._rgba import Rgba
 
 from .engine import RenderEngine
@@ -20,7 +20,7 @@ kHasRenderEngineVtk = kHasRenderEngineGl = kHasRenderEngineGltfClient = True
 """Whether there are engines of these kinds."""
 
 
-@checked_late
+@checked
 def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
     """A render engine with the colours and lights of Drake's VTK engine, drawn without a graphics library.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._kernels.raster_image import draw
 from sheldrake.geometry._kernels.raster_scene import (
@@ -56,7 +56,7 @@ class EngineOptions:
     lights: tuple[LightParameter, ...]
 
 
-@checked_late
+@checked
 class RasterEngine(RenderEngine):
     """Draws with a z-buffer on the processor; spheres, cylinders, capsules and ellipsoids are exact.
 

@@ -53,6 +53,7 @@ class GeometryFrame:
         return copy.copy(self)
 
 
+@checked
 class GeometryInstance:
     """A shape with a pose in its parent frame, a name, and the properties of the roles it should play."""
 

@@ -1,5 +1,6 @@
 """Convex sets, and programs about them."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace
 from sheldrake.geometry.optimization._angles import (
     CheckIfSatisfiesConvexityRadius,
@@ -86,5 +87,4 @@ __all__ = [
     "VPolytope",
 ]
 
-for _name in __all__:
-    globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-@checked_late
+@checked
 class AffineSubspace(ConvexSet):
     """Points translation + basis y for all y.
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import anything, flag
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -61,7 +60,7 @@ def _ends(s: ConvexSet, dimension: int) -> tuple[float, float]:
     return found[0], found[1]
 
 
-@checked_late
+@checked
 def CheckIfSatisfiesConvexityRadius(convex_set: ConvexSet, continuous_revolute_joints: list[int]) -> bool:
     """Tells whether a set is narrower than half a turn in each of its angles.
 
@@ -178,7 +177,7 @@ _JOINTS = {"continuous_revolute_joints": _places}
         parallelism=_TIME["parallelism"],
     ),
 )
-@checked_late
+@checked
 def ComputePairwiseIntersections(
     A: list[ConvexSet],
     B: list[ConvexSet],

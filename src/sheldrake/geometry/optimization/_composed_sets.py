@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from sheldrake.math._rigid_transform import RigidTransform
 
 
+@checked
 class MinkowskiSum(ConvexSet):
     """Sums of points, one of each set.
 
@@ -100,6 +101,7 @@ def _sum(points: list[np.ndarray | None]) -> np.ndarray | None:
     return np.sum(known, axis=0) if len(known) == len(points) else None
 
 
+@checked
 class Intersection(ConvexSet):
     """Points that all sets have in common; made as `()`, `(sets)` or `(setA, setB)`.
 
@@ -143,6 +145,7 @@ class Intersection(ConvexSet):
         return None
 
 
+@checked
 class CartesianProduct(ConvexSet):
     """Points put together of points of each set: the x with A x + b in the product of the sets.
 

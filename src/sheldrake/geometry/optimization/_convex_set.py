@@ -55,6 +55,7 @@ def checked_box(call: str, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np
 
 
 @no_constructor()
+@checked
 class ConvexSet:
     """A convex set in a space of some dimension. Not made directly: its kinds are."""
 

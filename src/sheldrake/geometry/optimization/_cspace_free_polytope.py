@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from sheldrake.common import Parallelism
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
@@ -228,6 +229,7 @@ class CspaceFreePolytopeBase:
         return self._y.copy()
 
 
+@checked
 class CspaceFreePolytope(CspaceFreePolytopeBase):
     """Proves polytopes {s | C s <= d, s_lower <= s <= s_upper} free of collisions, and makes them large.
 

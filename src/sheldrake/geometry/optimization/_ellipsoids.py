@@ -52,6 +52,7 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
+@checked
 class AffineBall(ConvexSet):
     """B u + center for |u| <= 1; may be flat, but is bounded and not empty.
 
@@ -200,6 +201,7 @@ class AffineBall(ConvexSet):
         return Hyperellipsoid(self)._shape()
 
 
+@checked
 class Hyperellipsoid(ConvexSet):
     """(x - center)' A'A (x - center) <= 1; may be unbounded, but is not empty.
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from sheldrake.common import Parallelism, RandomGenerator
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._options import Options
 from sheldrake.geometry.optimization import _gcs_elements as elements
 from sheldrake.geometry.optimization._affine import Known
@@ -243,7 +242,7 @@ def graphviz(
 _log = logging.getLogger("drake")
 
 
-@checked_late
+@checked
 class GraphOfConvexSets:
     """A directed graph: each vertex has a point in its convex set, costs and constraints are on vertices and edges."""
 

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 _DEEP = 1e-6  # How deep inside a point must be, relative to how far it is from the origin.
 
 
+@checked
 class HPolyhedron(ConvexSet):
     """A x <= b.
 

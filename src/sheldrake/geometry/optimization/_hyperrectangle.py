@@ -9,7 +9,6 @@ import numpy as np
 
 from sheldrake.common import quick
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Box
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
 
-@checked_late
+@checked
 class Hyperrectangle(ConvexSet):
     """lb <= x <= ub with finite bounds; made as `()` or `(lb, ub)`.
 

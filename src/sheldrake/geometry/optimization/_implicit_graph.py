@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry.optimization._gcs_elements import Edge, Vertex
 from sheldrake.geometry.optimization._graph_of_convex_sets import GraphOfConvexSets
 
 
-@checked_late
+@checked
 class ImplicitGraphOfConvexSets:
     """A graph whose edges from a vertex are made when asked for; derived classes write `DoSuccessors(v)`."""
 
@@ -49,7 +49,7 @@ class ImplicitGraphOfConvexSets:
                     waiting.append(edge._v)
 
 
-@checked_late
+@checked
 class ImplicitGraphOfConvexSetsFromExplicit(ImplicitGraphOfConvexSets):
     """Copies of a graph's vertices and edges, made when asked for.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._roles import Role
@@ -131,7 +131,7 @@ def tangent(ellipsoid: Hyperellipsoid, point: np.ndarray) -> tuple[np.ndarray, f
     return a, float(a @ point)
 
 
-@checked_late
+@checked
 def Iris(
     obstacles: list[ConvexSet], sample: ArrayLike, domain: HPolyhedron, options: IrisOptions | None = None
 ) -> HPolyhedron:
@@ -190,6 +190,7 @@ def set_of_shape(query_object: QueryObject, geometry: GeometryId, frame: Frame) 
     raise RuntimeError(f"MakeIrisObstacles(): {type(shape).__name__} is not supported.")
 
 
+@checked
 def MakeIrisObstacles(query_object: QueryObject, reference_frame: Any = None) -> list[ConvexSet]:
     """Returns all geometries with a proximity role, where they are, as convex sets.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import RandomGenerator
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry.optimization._counterexamples import closest, violations
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-@checked_late
+@checked
 def IrisNp(plant: MultibodyPlant, context: Context, options: IrisOptions | None = None) -> HPolyhedron:
     """Returns a large region of configurations without collisions, around that in a context.
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry._shapes import Shape
 
 
+@checked
 class Point(ConvexSet):
     """A single point.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ def _numbers(values: Iterable[float]) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
 
 
+@checked
 def SaveIrisRegionsYamlFile(
     filename: str | PathLike[str], regions: dict[str, HPolyhedron], child_name: str | None = None
 ) -> None:
@@ -38,6 +40,7 @@ def SaveIrisRegionsYamlFile(
     pathlib.Path(filename).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+@checked
 def LoadIrisRegionsYamlFile(filename: str | PathLike[str], child_name: str | None = None) -> dict[str, HPolyhedron]:
     """Returns named regions from a YAML file.
 

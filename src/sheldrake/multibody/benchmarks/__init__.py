@@ -1,8 +1,8 @@
 """Mechanisms whose motion is known, to measure simulations by."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.benchmarks._mass_damper_spring import MassDamperSpringAnalyticalSolution
 
 __all__ = ["MassDamperSpringAnalyticalSolution"]
 
-for _name in __all__:
-    globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -1,5 +1,6 @@
 """Positions of a plant that satisfy constraints, and velocities that follow an end effector."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.inverse_kinematics._center_of_mass import ComInPolyhedronConstraint, ComPositionConstraint
 from sheldrake.multibody.inverse_kinematics._differential import (
     DifferentialInverseKinematicsParameters,
@@ -69,5 +70,4 @@ __all__ = [
     "UnitQuaternionConstraint",
 ]
 
-for _name in __all__:
-    globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
 from sheldrake.solvers import Constraint
 
@@ -39,7 +39,7 @@ class _CenterOfMass(KinematicFunction):
         return self._plant.CalcJacobianCenterOfMassTranslationalVelocity(*arguments)
 
 
-@checked_late
+@checked
 class ComPositionConstraint(_CenterOfMass, Constraint):
     """The center of mass is where the last three variables say: p_EC(q) = x[-3:].
 
@@ -69,7 +69,7 @@ class ComPositionConstraint(_CenterOfMass, Constraint):
         return np.hstack((self._com_slope(), -np.eye(3)))
 
 
-@checked_late
+@checked
 class ComInPolyhedronConstraint(_CenterOfMass, Constraint):
     """lb <= A p_EC <= ub for the center of mass C.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._bound_calls import BoundCalls
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import anything, called, instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
@@ -39,6 +39,7 @@ class DifferentialInverseKinematicsStatus(BoundEnum):
     kStuck = 2
 
 
+@checked
 class DifferentialInverseKinematicsResult:
     """Velocities of the joints, shape (nv,), or None; and how it ended."""
 
@@ -57,7 +58,7 @@ class _Bounds(NamedTuple):
     upper: np.ndarray
 
 
-@checked_late
+@checked
 class DifferentialInverseKinematicsParameters:
     """Limits, gains and the time step of differential inverse kinematics.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 from sheldrake.common.value import Value
 from sheldrake.math import RigidTransform
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger("drake")
 
 
+@checked
 class DifferentialInverseKinematicsSystem(LeafSystem):
     """Gives velocities that move goal frames as desired, by solving the program of a recipe.
 
@@ -229,6 +231,7 @@ def _frame(plant: MultibodyPlant, name: str) -> Frame:
     return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model)) if model else plant.GetFrameByName(frame)
 
 
+@checked
 class DifferentialInverseKinematicsIntegrator(LeafSystem):
     """Integrates the velocities that move frame E to the wanted pose; its output are joint positions.
 
@@ -373,6 +376,7 @@ def _all_positions(active: DofMask) -> SelectorParams:
     )
 
 
+@checked
 class DifferentialInverseKinematicsController(Diagram):
     """Integrates the velocities of a `DifferentialInverseKinematicsSystem` to positions that a robot can be sent.
 

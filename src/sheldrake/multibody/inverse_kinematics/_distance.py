@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.multibody.inverse_kinematics._kernels.forms import distance_slope
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.plant._parts import parts_of
@@ -69,7 +69,7 @@ class _Distances(KinematicFunction):
         return self._by_q(ask(np.concatenate((p_WCa, p_WCb, nhat_W))))
 
 
-@checked_late
+@checked
 class DistanceConstraint(_Distances, Constraint):
     """The signed distance of two geometries is bounded [m].
 
@@ -216,7 +216,7 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         return self._influence
 
 
-@checked_late
+@checked
 class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
     """All pairs of geometries that may collide are at least this far from each other.
 
@@ -248,7 +248,7 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
         self._set_distances(robot, bound, context, influence_distance_offset, penalty_function)
 
 
-@checked_late
+@checked
 class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
     """Some pair of geometries that may collide is at most this far apart.
 

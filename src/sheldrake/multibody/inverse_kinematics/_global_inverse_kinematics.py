@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options as _Options
 from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.math import RigidTransform, RotationMatrix
@@ -173,7 +173,7 @@ def _about(axis: np.ndarray, angle: float) -> Quaternion:
 _Approach = MixedIntegerRotationConstraintGenerator.Approach
 
 
-@checked_late
+@checked
 class GlobalInverseKinematics:
     """A program for the poses of all bodies of a plant, whose rotations are relaxed.
 

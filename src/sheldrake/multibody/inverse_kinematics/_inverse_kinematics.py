@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.multibody.inverse_kinematics import _distance as distance
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from sheldrake.solvers._functions.evaluators import Constraint, Cost
 
 
-@checked_late
+@checked
 class InverseKinematics:
     """Positions of a plant as decision variables, and methods that add what they should satisfy.
 

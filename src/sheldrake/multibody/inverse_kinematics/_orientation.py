@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, form, unit3
 from sheldrake.solvers import Constraint, Cost
 
@@ -50,7 +50,7 @@ class _Turn(KinematicFunction):
         return [form(turn=factor * (self._R_BbarB @ self._R_AAbar).T, constant=constant)]
 
 
-@checked_late
+@checked
 class OrientationConstraint(_Turn, Constraint):
     """The angle between frames A and B is bounded; its value is the trace of R_AB, 2 cos(angle) + 1.
 
@@ -89,7 +89,7 @@ class OrientationConstraint(_Turn, Constraint):
         return self._trace_form(1.0, 0.0)
 
 
-@checked_late
+@checked
 class OrientationCost(_Turn, Cost):
     """c (1 - cos(angle)) of the angle between frames A and B.
 
@@ -145,7 +145,7 @@ class _Angle(KinematicFunction):
         return [form(turn=factor * np.outer(self._a, self._b), constant=constant)]
 
 
-@checked_late
+@checked
 class AngleBetweenVectorsConstraint(_Angle, Constraint):
     """The angle between two directions is bounded; its value is the cosine.
 
@@ -186,7 +186,7 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
         return self._cos_form(1.0, 0.0)
 
 
-@checked_late
+@checked
 class AngleBetweenVectorsCost(_Angle, Cost):
     """c (1 - cos(angle)) of the angle between two directions.
 

@@ -134,6 +134,7 @@ def add_limits_and_quaternions(
     return out
 
 
+@checked
 def AddMultibodyPlantConstraints(
     plant: MultibodyPlant, q: VariablesLike, prog: MathematicalProgram, plant_context: Context | None = None
 ) -> list:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import RigidTransform
@@ -34,7 +34,7 @@ BOX = {"p_AQ_lower": POINT, "p_AQ_upper": POINT}
 _IN_B = {"frameB": FRAME, "p_BQ": POINT, "plant_context": anything}
 
 
-@checked_late
+@checked
 class PositionConstraint(KinematicFunction, Constraint):
     """A point Q fixed to frame B is in a box of frame A.
 
@@ -104,7 +104,7 @@ class PositionConstraint(KinematicFunction, Constraint):
         self._set_bounds(self._lower, _arrays.float_vector(new_ub))
 
 
-@checked_late
+@checked
 class PositionCost(KinematicFunction, Cost):
     """e' C e with e from a point P of frame A to a point Q of frame B, in A.
 
@@ -144,7 +144,7 @@ class PositionCost(KinematicFunction, Cost):
         return [form(p_AS=self._p_AP, p_BQ=self._p_BQ, square=0.5 * (self._C + self._C.T))]
 
 
-@checked_late
+@checked
 class PointToPointDistanceConstraint(KinematicFunction, Constraint):
     """The distance of a point of one frame from a point of another; its value is the square [m²].
 
@@ -198,7 +198,7 @@ def squared_bounds(call: str, lower: float, upper: float) -> tuple[np.ndarray, n
     return np.array([lower * lower]), np.array([upper * upper])
 
 
-@checked_late
+@checked
 class PointToLineDistanceConstraint(KinematicFunction, Constraint):
     """The distance of a point from a line of another frame; its value is the square [m²].
 
@@ -245,7 +245,7 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
         return [form(p_AS=self._Q, p_BQ=self._P, square=self._across)]  # a projection: its square is itself
 
 
-@checked_late
+@checked
 class PolyhedronConstraint(KinematicFunction, Constraint):
     """A (p_FP1, p_FP2, ...) <= b for points fixed to frame G, seen from frame F.
 
@@ -288,7 +288,7 @@ class PolyhedronConstraint(KinematicFunction, Constraint):
         return self._A @ np.concatenate([self._point_slope(self._G, p, self._F) for p in self._points.T])
 
 
-@checked_late
+@checked
 class GazeTargetConstraint(KinematicFunction, Constraint):
     """A target T of frame B is in a cone of frame A with apex S.
 

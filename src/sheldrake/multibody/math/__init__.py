@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sheldrake.common._names import _MangledName
+from sheldrake.common._names import _MangledName, show_as_own
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_
 from sheldrake.multibody.math._spatial_inertia import SpatialInertia, SpatialInertia_
 from sheldrake.multibody.math._spatial_vectors import (
@@ -33,6 +33,8 @@ __all__ = [
     "UnitInertia",
     "UnitInertia_",
 ]
+
+show_as_own(globals())
 
 
 def __getattr__(name: str) -> Any:

@@ -1,5 +1,6 @@
 """A plant in the viewer: contact forces as arrows, joints as sliders, bodies pulled by the mouse."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
@@ -21,3 +22,5 @@ __all__ = [
     "JointSliders_",
     "MeshcatMouseSpring",
 ]
+
+show_as_own(globals())

@@ -1,5 +1,6 @@
 """Time along paths, and constraints on motion and balance of a plant."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.optimization._contact_wrench import ContactWrench, ContactWrenchFromForceInWorldFrameEvaluator
 from sheldrake.multibody.optimization._motion_constraints import (
     CentroidalMomentumConstraint,
@@ -21,5 +22,4 @@ __all__ = [
     "ToppraDiscretization",
 ]
 
-for _name in __all__:
-    globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kernels.generic import cos, sin, sqrt
 from sheldrake.common._overloads import incompatible
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
@@ -71,7 +71,7 @@ class CentroidalMomentumConstraint(KinematicFunction, Constraint):
         return h.get_coeffs()[: self._size] - more[nv:]
 
 
-@checked_late
+@checked
 class SpatialVelocityConstraint(KinematicFunction, Constraint):
     """Bounds the velocity of a frame C fixed to frame B, measured and expressed in frame A; variables (q, v).
 

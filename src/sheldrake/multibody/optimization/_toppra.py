@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import incompatible
@@ -57,7 +57,7 @@ class CalcGridPointsOptions(Options):
     min_points: int = 100
 
 
-@checked_late
+@checked
 class Toppra:
     """Finds the fastest traversal s(t) of a path q(s) under limits (TOPP by reachability analysis, Pham and Pham 2018).
 

@@ -1,5 +1,7 @@
 """Robot descriptions (URDF, SDFormat, MJCF, model directives) to a MultibodyPlant."""
 
+from sheldrake.common._names import show_as_own
+
 from ._collision_filter_groups import CollisionFilterGroups
 from ._directives.directives import (
     AddCollisionFilterGroup,
@@ -42,3 +44,5 @@ __all__ = [
     "Parser",
     "ProcessModelDirectives",
 ]
+
+show_as_own(globals())

@@ -1,9 +1,9 @@
 """Names that reach into model instances: `arm::gripper::finger`."""
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 
 
-@checked_late
+@checked
 def GetScopedFrameByName(plant, full_name: str):
     """The frame of a possibly scoped name.
 
@@ -21,7 +21,7 @@ def GetScopedFrameByName(plant, full_name: str):
     return frame
 
 
-@checked_late
+@checked
 def GetScopedFrameByNameMaybe(plant, full_name: str):
     """The frame of a possibly scoped name, or None.
 

@@ -1,5 +1,6 @@
 """MultibodyPlant: bodies, joints, geometry and contact as a system."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
@@ -73,3 +74,5 @@ __all__ = [
     "Wing",
     "Wing_",
 ]
+
+show_as_own(globals())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch, overload, overloaded
@@ -58,7 +58,7 @@ def _choice(what: str, choices: dict[str, Any], value: str) -> Any:
     return choices[value]
 
 
-@checked_late
+@checked
 def ApplyMultibodyPlantConfig(config: MultibodyPlantConfig, plant: MultibodyPlant) -> None:
     """Configures a plant, except for its time_step, which must agree.
 
@@ -93,7 +93,7 @@ class PlantAndSceneGraph(NamedTuple):
     scene_graph: SceneGraph
 
 
-@checked_late
+@checked
 def AddMultibodyPlantSceneGraph(
     builder: Any,
     plant: Any = None,

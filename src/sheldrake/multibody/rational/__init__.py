@@ -1,5 +1,6 @@
 """Poses of bodies as rational functions of half angles: what convex optimization asks of kinematics."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.rational._rational_forward_kinematics import (
     RationalForwardKinematics,
     RationalForwardKinematicsPose,
@@ -8,4 +9,4 @@ from sheldrake.multibody.rational._rational_forward_kinematics import (
 
 __all__ = ["RationalForwardKinematics", "RationalForwardKinematicsPose", "RationalForwardKinematicsPose_"]
 
-RationalForwardKinematics.__module__ = RationalForwardKinematicsPose.__module__ = __name__
+show_as_own(globals())

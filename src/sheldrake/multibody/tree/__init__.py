@@ -1,5 +1,6 @@
 """Bodies, frames, joints, actuators and force elements, and the algorithms on trees of them."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.multibody.math import (
     RotationalInertia,
     RotationalInertia_,
@@ -154,3 +155,5 @@ __all__ = [
     "world_index",
     "world_model_instance",
 ]
+
+show_as_own(globals())

@@ -91,6 +91,7 @@ class DoorHinge(JointElement):
         return forces.hinge_torque(numbers, 0, 0.0, angular_rate)
 
 
+@checked
 class LinearBushingRollPitchYaw(ForceElement):
     """Springs and dampers between frames A and C for all six relative motions."""
 

@@ -100,6 +100,7 @@ class JointElement(ForceElement):
         return (self._joint,)
 
 
+@checked
 class _JointSpring(JointElement):
     """A torsion or compression spring on a joint of one degree of freedom."""
 
@@ -113,6 +114,7 @@ class _JointSpring(JointElement):
         return [self._stiffness, self._nominal]
 
 
+@checked
 class RevoluteSpring(_JointSpring):
     """Torque k (theta_0 - theta) on a revolute joint."""
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Shape, TriangleSurfaceMesh
 from sheldrake.geometry._mass_properties import mass_properties
 from sheldrake.multibody.math import RotationalInertia, SpatialInertia
 
 
-@checked_late
+@checked
 def CalcSpatialInertia(
     shape: Shape | TriangleSurfaceMesh | None = None,
     density: float | None = None,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.solvers._engines.highs import variable_bounds
 from sheldrake.solvers._program.program import MathematicalProgram
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-@checked_late
+@checked
 class _AugmentedLagrangian:
     def __init__(self, prog: MathematicalProgram, include_x_bounds: bool):
         self._prog, self._include = prog, bool(include_x_bounds)
@@ -99,7 +99,7 @@ def _vector(items: list) -> np.ndarray:
     return out if any(not isinstance(i, (float, np.floating)) for i in items) else out.astype(float)
 
 
-@checked_late
+@checked
 class AugmentedLagrangianNonsmooth(_AugmentedLagrangian):
     """The augmented Lagrangian in x alone, slacks being s = max(c(x) - lambda / mu, 0).
 
@@ -124,7 +124,7 @@ class AugmentedLagrangianNonsmooth(_AugmentedLagrangian):
         return _plain(self._sum(cost, inner, lambda_val, mu)), _vector(found), _plain(cost)
 
 
-@checked_late
+@checked
 class AugmentedLagrangianSmooth(_AugmentedLagrangian):
     """The augmented Lagrangian in x and slacks s >= 0 of the inequalities, c(x) - s = 0.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.solvers._engines.choose import MakeSolver
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._ids import SolutionResult, SolverId
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _INTEGRAL = 1e-5  # So far from 0 or 1 a binary variable may be.
 
 
-@checked_late
+@checked
 class MixedIntegerBranchAndBound:
     """Solves a program with binary variables by programs in which they are between 0 and 1, some of them fixed.
 

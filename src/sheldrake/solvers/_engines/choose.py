@@ -82,6 +82,7 @@ def GetAvailableSolvers(prog_type: ProgramType) -> list[SolverId]:
     return [cls.id() for cls in _BEST[prog_type] if _usable(cls)]
 
 
+@checked
 def ChooseBestSolver(prog: MathematicalProgram) -> SolverId:
     """Returns the solver to use for a program.
 
@@ -145,6 +146,7 @@ def _relaxed_solver(kind: ProgramType) -> str:
     return next((cls.__name__ for cls in _BEST[relaxed] if _usable(cls)), "ClarabelSolver")
 
 
+@checked
 def MakeSolver(id: SolverId) -> SolverInterface:
     """Returns a solver of a name.
 
@@ -172,6 +174,7 @@ def MakeFirstAvailableSolver(solver_ids: list[SolverId]) -> SolverInterface:
     raise RuntimeError(f"MakeFirstAvailableSolver(): none of the solvers {names} is available and enabled.")
 
 
+@checked
 def Solve(
     prog: MathematicalProgram, initial_guess: ArrayLike | None = None, solver_options: SolverOptions | None = None
 ) -> MathematicalProgramResult:

@@ -92,6 +92,7 @@ class SolverInterface:
         """Returns why it cannot solve a program; empty if it can."""
         raise self._lacks("ExplainUnsatisfiedProgramAttributes")
 
+    @checked
     def Solve(
         self,
         prog: MathematicalProgram,

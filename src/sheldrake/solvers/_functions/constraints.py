@@ -9,7 +9,6 @@ import numpy as np
 
 from sheldrake.common import quick
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._text import number
@@ -42,6 +41,7 @@ def _not_finite(cls: type) -> RuntimeError:
     return RuntimeError(f"{cls.__name__}: A has entries that are not finite.")
 
 
+@checked
 class LinearConstraint(Constraint):
     """lb <= A x <= ub.
 
@@ -212,6 +212,7 @@ _inside_rows = quick.short_way(
 )
 
 
+@checked
 class LinearEqualityConstraint(LinearConstraint):
     """Aeq x = beq.
 
@@ -239,6 +240,7 @@ class LinearEqualityConstraint(LinearConstraint):
         return "\n".join(rows) + "\n"
 
 
+@checked
 class BoundingBoxConstraint(LinearConstraint):
     """lb <= x <= ub.
 
@@ -327,7 +329,7 @@ class BoundingBoxConstraint(LinearConstraint):
         return latex_matrix(vars, precision)
 
 
-@checked_late
+@checked
 class QuadraticConstraint(Constraint):
     """lb <= 1/2 x' Q x + b' x <= ub.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import same_count
 from sheldrake.solvers._functions.evaluators import Changes, Cost, Many
@@ -83,7 +82,7 @@ class _NormCost(Cost):
         return rf"\left|{latex_matrix(self._z_symbols(_arrays.symbols(vars)), precision)}\right|_{self._norm}"
 
 
-@checked_late
+@checked
 class _DenseNormCost(_NormCost):
     def A(self) -> np.ndarray:
         """Returns the matrix of z = A x + b, shape `(m, n)`."""

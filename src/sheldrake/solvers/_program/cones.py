@@ -12,7 +12,6 @@ from typing import overload as typing_overload
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, Ways, overload
 from sheldrake.solvers import _kinds as kinds
@@ -75,7 +74,7 @@ def _stack(
     return M, np.concatenate((rows.c, b)), traverse.object_array(everything)
 
 
-@checked_late
+@checked
 class ProgramCones:
     """Adds constraints that are Lorentz, exponential and matrix cones.
 

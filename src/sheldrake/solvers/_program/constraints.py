@@ -12,7 +12,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import Mismatch, Ways, kind, overload
 from sheldrake.solvers import _kinds as kinds
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from sheldrake.symbolic import Formula
 
 
-@checked_late
+@checked
 class ProgramConstraints:
     """Adds constraints that are no cones, and callbacks.
 

@@ -11,7 +11,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import flag, instance_of, text
 from sheldrake.common._overloads import Ways, kind, overload
 from sheldrake.solvers import _kinds as kinds
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from sheldrake.solvers._arrays import VariablesLike
 
 
-@checked_late
+@checked
 class ProgramCosts:
     """Adds costs.
 

@@ -13,7 +13,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import count, instance_of, text
 from sheldrake.common._nonnegative_least_squares import nonnegative_least_squares
@@ -65,7 +65,7 @@ def _basis(value: ArrayLike) -> np.ndarray:
     return array.ravel()
 
 
-@checked_late
+@checked
 class ProgramPolynomials:
     """Free and nonnegative polynomials.
 

@@ -116,6 +116,7 @@ class ProgramVariables:
             self._append_indeterminate(v)
         return _objects(new, shape)
 
+    @checked
     def NewSymmetricContinuousVariables(self, rows: int, name: str = "Symmetric") -> np.ndarray:
         """Returns a symmetric matrix of new continuous variables, shape `(rows, rows)`."""
         out = np.empty((rows, rows), dtype=object)

@@ -1,5 +1,6 @@
 """Simulators and integrators."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.analysis._batch import BatchEvalTimeDerivatives, BatchEvalUniquePeriodicDiscreteUpdate
 from sheldrake.systems.analysis._batch_simulator import BatchSimulator, WorldFailure, WorldsFailed
 from sheldrake.systems.analysis._config import (
@@ -77,6 +78,4 @@ __all__ = [
     "WorldsProgress",
 ]
 
-for _name in __all__:
-    if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._native.binding import HERE
 from sheldrake.common._thread_team import ThreadTeam, threads_of
 from sheldrake.systems.framework import InputPortSelection, PortDataType, System
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._port import InputPort
 
 
-@checked_late
+@checked
 def BatchEvalTimeDerivatives(
     system: System,
     context: Context,
@@ -69,7 +69,7 @@ def BatchEvalTimeDerivatives(
     return _columns(found, len(states))
 
 
-@checked_late
+@checked
 def BatchEvalUniquePeriodicDiscreteUpdate(
     system: System,
     context: Context,

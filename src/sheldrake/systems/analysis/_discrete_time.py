@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.systems.analysis._config import ApplySimulatorConfig, SimulatorConfig
 from sheldrake.systems.analysis._simulator import Simulator
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType, System
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-@checked_late
+@checked
 def DiscreteTimeApproximation(
     system: System | None = None,
     time_period: float = 0.0,

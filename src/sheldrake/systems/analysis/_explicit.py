@@ -22,6 +22,7 @@ class RungeKutta3Integrator(IntegratorBase):
         self._set_up(system, context)
 
 
+@checked
 class RungeKutta2Integrator(IntegratorBase):
     """Explicit trapezoid (Heun), second order, steps of the maximum size."""
 
@@ -32,6 +33,7 @@ class RungeKutta2Integrator(IntegratorBase):
         self.set_maximum_step_size(max_step_size)
 
 
+@checked
 class ExplicitEulerIntegrator(IntegratorBase):
     """Explicit Euler, first order, steps of the maximum size."""
 
@@ -42,6 +44,7 @@ class ExplicitEulerIntegrator(IntegratorBase):
         self.set_maximum_step_size(max_step_size)
 
 
+@checked
 class _TableauIntegrator(IntegratorBase):
     """Explicit, with error control, by a Butcher tableau: nodes, coefficients, weights, and weights of lower order."""
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
 from sheldrake.systems.analysis._rates import Rates
@@ -40,6 +41,7 @@ TITLES = (
 )
 
 
+@checked
 class ImplicitIntegrator(IntegratorBase):
     """What implicit integrators share: memory of Newton's method, which a kernel of the event loop uses; statistics."""
 

@@ -49,6 +49,7 @@ def _positive(call: str, number: Any) -> float:
 
 
 @no_constructor()
+@checked
 class IntegratorBase:
     """Integrates the continuous state of a system's context.
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._thread_team import in_parallel, threads_of
 
@@ -29,7 +29,7 @@ class RandomSimulationResult:
         return result
 
 
-@checked_late
+@checked
 def RandomSimulation(
     make_simulator: Callable, output: Callable, final_time: float, generator: RandomGenerator
 ) -> float:
@@ -45,7 +45,7 @@ def RandomSimulation(
     return _run(simulator, output, final_time)
 
 
-@checked_late
+@checked
 def MonteCarloSimulation(
     make_simulator: Callable,
     output: Callable,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
 from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
@@ -39,7 +39,7 @@ class RegionOfAttractionOptions(Options):
     certificate_tolerance: float = 1e-6
 
 
-@checked_late
+@checked
 def RegionOfAttraction(
     system: System, context: Context, options: RegionOfAttractionOptions | None = None
 ) -> Expression:

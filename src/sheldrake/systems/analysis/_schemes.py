@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.systems.analysis._explicit import (
     BogackiShampine3Integrator,
     ExplicitEulerIntegrator,
@@ -36,7 +36,7 @@ def GetIntegrationSchemes() -> list[str]:
     return sorted([*SCHEMES, *_FROM_ABOVE])
 
 
-@checked_late
+@checked
 def ResetIntegratorFromFlags(simulator: Simulator, scheme: str, max_step_size: float) -> IntegratorBase:
     """Gives a simulator the integrator of this name, with this maximum step size [s].
 

@@ -1,5 +1,6 @@
 """Controllers: PID, linear quadratic regulators, inverse dynamics."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.controllers._dynamic_programming import (
     DynamicProgrammingOptions,
     FittedValueIteration,
@@ -38,5 +39,4 @@ __all__ = [
     "PidController",
 ]
 
-for _name in __all__:
-    globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -65,6 +65,7 @@ class DynamicProgrammingOptions(Options):
     PeriodicBoundaryCondition = PeriodicBoundaryCondition
 
 
+@checked
 def FittedValueIteration(
     simulator: Simulator,
     cost_function: Callable[[Any], float],

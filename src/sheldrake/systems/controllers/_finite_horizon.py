@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
 from sheldrake.systems.analysis import SimulatorConfig
 from sheldrake.systems.controllers._kernels.regulators import regulate
@@ -273,7 +273,7 @@ def _slopes_at_ends(parts: np.ndarray, h: np.ndarray) -> np.ndarray:
     return np.stack((4.0 * middle - 3.0 * start - end, 3.0 * end - 4.0 * middle + start)) / h[:, None, None]
 
 
-@checked_late
+@checked
 def FiniteHorizonLinearQuadraticRegulator(
     system: System,
     context: Context,
@@ -349,7 +349,7 @@ class _Regulator(LeafSystem):
         output.SetFromVector(r.u0.value(t)[:, 0] - r.K.value(t) @ deviation - r.k0.value(t)[:, 0])
 
 
-@checked_late
+@checked
 def MakeFiniteHorizonLinearQuadraticRegulator(
     system: System,
     context: Context,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.plant import MultibodyPlant
@@ -80,6 +81,7 @@ class _PlantKeeper(LeafSystem):
     get_input_port_estimated_state = input_port("estimated_state", "Returns the input for the plant's state.")
 
 
+@checked
 class InverseDynamics(_PlantKeeper):
     """Generalized forces that give a plant desired accelerations, or that hold it against gravity.
 
@@ -152,6 +154,7 @@ def _require_fully_actuated(call: str, plant: MultibodyPlant, *gains: np.ndarray
             raise RuntimeError(f"{call}(): {n} positions need {n} gains of each kind, got {gain.size}.")
 
 
+@checked
 class InverseDynamicsController(Diagram):
     """Tracks a desired state: inverse dynamics of the accelerations that a PID law asks for.
 
@@ -225,6 +228,7 @@ class InverseDynamicsController(Diagram):
     )
 
 
+@checked
 class JointStiffnessController(_PlantKeeper):
     """Makes the joints of a plant springs and dampers about a desired state, gravity compensated.
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.controllers._dynamic_programming import (
     DynamicProgrammingOptions,
@@ -16,6 +17,7 @@ from sheldrake.systems.controllers._dynamic_programming import (
 )
 
 
+@checked
 def LinearProgrammingApproximateDynamicProgramming(
     simulator: Simulator,
     cost_function: Callable[[Any], float],

@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, called, instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.common._scalars import any_array
@@ -198,6 +199,7 @@ def LinearQuadraticRegulator(
     return K @ basis.T, basis @ S @ basis.T
 
 
+@checked
 def DiscreteTimeLinearQuadraticRegulator(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
 ) -> tuple[np.ndarray, np.ndarray]:

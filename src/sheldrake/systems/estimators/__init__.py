@@ -1,5 +1,6 @@
 """Estimators of states: Luenberger observers, steady-state Kalman filters."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.estimators._luenberger import (
     DiscreteTimeSteadyStateKalmanFilter,
     LuenbergerObserver,
@@ -19,6 +20,4 @@ LuenbergerObserver_ = SystemTemplate(
     "LuenbergerObserver_", LuenbergerObserver, scope=__name__, own=True, base=LeafSystem_
 )
 
-for _name in __all__:
-    if hasattr(globals()[_name], "__module__"):
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -1,5 +1,6 @@
 """Systems, diagrams, contexts, ports, events: the framework that models are built in."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.framework._cache import CacheEntry, CacheEntryValue, ValueProducer
 from sheldrake.systems.framework._context.base import ContextBase
 from sheldrake.systems.framework._context.context import Context, LeafContext
@@ -157,6 +158,4 @@ __all__ = [
     "kUseDefaultName",
 ]
 
-for _name in __all__:
-    if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

@@ -10,7 +10,6 @@ import operator
 from typing import Any, TypeVar
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.systems.framework._diagram import Diagram
 from sheldrake.systems.framework._engine.topology import Topology
@@ -27,7 +26,7 @@ from sheldrake.systems.framework._system import System
 _System = TypeVar("_System", bound=System)
 
 
-@checked_late
+@checked
 class DiagramBuilder:
     """Collects systems and connections; `Build` makes a Diagram of them, once."""
 

@@ -85,6 +85,7 @@ class State:
         return State._view(self._continuous.Clone(), self._discrete.Clone(), self._abstract.Clone())
 
 
+@checked
 class Parameters(Cloned):
     """What is constant during a simulation: groups of numbers, and abstract values.
 

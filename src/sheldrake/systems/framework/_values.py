@@ -28,6 +28,7 @@ def _index(what: str, index: SupportsIndex, count: int) -> int:
     return i
 
 
+@checked
 class AbstractValues(Cloned):
     """A list of abstract values.
 

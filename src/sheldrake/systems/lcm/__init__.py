@@ -1,5 +1,6 @@
 """Diagrams that send and receive messages (LCM)."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.lcm._buses import ApplyLcmBusConfig, LcmBuses
 from sheldrake.systems.lcm._scope import LcmScopeSystem
 from sheldrake.systems.lcm._serializer import PySerializer, SerializerInterface
@@ -16,5 +17,4 @@ __all__ = [
     "SerializerInterface",
 ]
 
-for _name in __all__:
-    globals()[_name].__module__ = __name__
+show_as_own(globals())

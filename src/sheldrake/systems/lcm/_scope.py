@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_scope
 from sheldrake.systems.framework import LeafSystem, OutputPort
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder
 
 
-@checked_late
+@checked
 class LcmScopeSystem(LeafSystem):
     """Makes an `lcmt_scope` message of a vector.
 

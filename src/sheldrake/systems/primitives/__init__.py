@@ -3,6 +3,7 @@
 Sums, gains, filters, delays, linear systems, sources and logs. Most are kernels: a diagram of them advances natively.
 """
 
+from sheldrake.common._names import show_as_own
 from sheldrake.systems.framework import Diagram_, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem, MatrixGain
@@ -188,6 +189,4 @@ __all__ = [
     "ZeroOrderHold_",
 ]
 
-for _name in __all__:
-    if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
-        globals()[_name].__module__ = __name__
+show_as_own(globals())

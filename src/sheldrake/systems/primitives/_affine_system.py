@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._engine.memory import RootView
 
 
+@checked
 class AffineSystem(LeafSystem):
     """x' = A x + B u + f0 (or the next x), y = C x + D u + y0.
 

@@ -10,6 +10,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import called, count, flag, instance_of, integers
 from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.common._scalars import float_vector, scalar
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._index import UseDefaultName
 
 
+@checked
 class Adder(LeafSystem):
     """Sum of inputs.
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._engine.memory import RootView
 
 
+@checked
 class DiscreteDerivative(LeafSystem):
     """(newest sample - the one before) / time step.
 
@@ -71,6 +72,7 @@ class DiscreteDerivative(LeafSystem):
             discrete.set_value(2, [2.0])
 
 
+@checked
 class StateInterpolatorWithDiscreteDerivative(Diagram):
     """Positions, and velocities by differences of samples of positions.
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kinds import called, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._scalars import float_vector, scalar
@@ -224,7 +223,7 @@ class DiscreteTimeIntegrator(LeafSystem):
         return self._dt
 
 
-@checked_late
+@checked
 class WrapToSystem(LeafSystem):
     """The input, with chosen elements wrapped into an interval.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import IndexEnum
 from sheldrake.common._kinds import instance_of, integers, list_of
 from sheldrake.common._overloads import overload, overloaded
@@ -47,7 +47,7 @@ def _slope(kind: PerceptronActivationType, y: np.ndarray) -> np.ndarray:
     return np.ones_like(y) if kind is PerceptronActivationType.kIdentity else (y > 0).astype(float)
 
 
-@checked_late
+@checked
 class MultilayerPerceptron(LeafSystem):
     """Layers y = activation(W x + b); all W and b are one group of numeric parameters.
 

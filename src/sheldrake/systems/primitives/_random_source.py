@@ -12,7 +12,6 @@ import numpy as np
 
 from sheldrake.common import RandomDistribution, RandomGenerator
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common._kernels.twister import SIZE
 from sheldrake.common.value import Value
 from sheldrake.systems.framework import LeafSystem, PortDataType
@@ -171,7 +170,7 @@ class RandomSource(LeafSystem):
         x.SetFromVector(sampler.draw(x.size()))
 
 
-@checked_late
+@checked
 def AddRandomInputs(sampling_interval_sec: float, builder: DiagramBuilder) -> int:
     """Feeds every unconnected input port that was declared with a distribution from a RandomSource; says how many."""
     count = 0

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 
+@checked
 class SymbolicVectorSystem(LeafSystem):
     """x' = dynamics (or the next x), y = output, as expressions of time, state, input and parameters.
 

@@ -160,6 +160,7 @@ def value_at(trajectory: Trajectory, t: Any) -> np.ndarray:
     return filled(np.asarray(value, float), np.multiply.outer(np.asarray(slope, float).ravel(), t.derivatives()))
 
 
+@checked
 class TrajectoryAffineSystem(LeafSystem):
     """x' = A(t) x + B(t) u + f0(t) (or the next x), y = C(t) x + D(t) u + y0(t).
 
@@ -316,6 +317,7 @@ class TrajectoryAffineSystem(LeafSystem):
             add_normal_noise(context, self._covariance, generator)
 
 
+@checked
 class TrajectoryLinearSystem(TrajectoryAffineSystem):
     """x' = A(t) x + B(t) u (or the next x), y = C(t) x + D(t) u.
 

@@ -176,6 +176,7 @@ def write_mcap(path: str | os.PathLike, channels: list[Channel], call: str) -> N
 # ---- logs
 
 
+@checked
 class VectorLog:
     """Samples of a vector with their times.
 

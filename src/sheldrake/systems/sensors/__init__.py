@@ -1,5 +1,6 @@
 """Sensors: encoders, inertial sensors, cameras, and their images."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.geometry._image import (
     ConvertDepth16UTo32F,
@@ -63,3 +64,5 @@ __all__ = [
     "RotaryEncoders",
     "RotaryEncoders_",
 ]
+
+show_as_own(globals())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.geometry._image import PixelType
 from sheldrake.lcm._messages import lcmt_image_array
 from sheldrake.systems.lcm import LcmBuses, LcmPublisherSystem
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import DiagramBuilder
 
 
-@checked_late
+@checked
 def ApplyCameraConfig(
     config: CameraConfig,
     builder: DiagramBuilder,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, QueryObject
 from sheldrake.geometry._image import ConvertDepth32FTo16U, ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
@@ -45,7 +45,7 @@ class CameraPorts:
     image_time_output_port = output_port("image_time", "When the images were taken [s], shape (1,).")
 
 
-@checked_late
+@checked
 class CameraSystem(CameraPorts, LeafSystem):
     """A camera whose mounting is a parameter; derived classes declare the outputs.
 

@@ -6,6 +6,7 @@ import string
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._image import Image, PixelType
 from sheldrake.systems.framework import InputPort, LeafSystem
@@ -26,6 +27,7 @@ _OF_PORT = ("port_name", "image_type")
 _OF_IMAGE = ("time_double", "time_usec", "time_msec", "count")
 
 
+@checked
 class ImageWriter(LeafSystem):
     """Writes the images at its input ports, which `DeclareImageInputPort()` makes, into files, periodically."""
 

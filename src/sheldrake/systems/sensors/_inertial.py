@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, DiagramBuilder, InputPort
 
 
+@checked
 class _OnBody(LeafSystem):
     """What both have in common.
 
@@ -56,6 +57,7 @@ class _OnBody(LeafSystem):
     get_measurement_output_port = output_port(0, "The measurement, shape (3,).")
 
 
+@checked
 class Accelerometer(_OnBody):
     """Acceleration of a point of a body without gravity, in the sensor's frame [m/s^2].
 
@@ -101,6 +103,7 @@ class Accelerometer(_OnBody):
         return sensor
 
 
+@checked
 class Gyroscope(_OnBody):
     """Angular velocity of a body in the sensor's frame [rad/s].
 

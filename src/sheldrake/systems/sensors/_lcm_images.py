@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import flag, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.cpp_template import TemplateMethod
@@ -108,6 +109,7 @@ def unpacked_image(message: Any) -> Any:
     return image
 
 
+@checked
 class ImageToLcmImageArrayT(LeafSystem):
     """Makes one message of the images at its input ports.
 

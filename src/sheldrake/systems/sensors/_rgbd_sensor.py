@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import called, flag, instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
@@ -82,6 +83,7 @@ class RgbdSensor(CameraSystem):
         return self._in_millimetres(self.depth_image_32F_output_port().Eval(context))
 
 
+@checked
 class RgbdSensorDiscrete(CameraPorts, Diagram):
     """An RgbdSensor that takes pictures periodically and shows the last ones in between.
 

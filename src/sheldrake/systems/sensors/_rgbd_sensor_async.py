@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, SceneGraph
 from sheldrake.geometry._image import ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
@@ -35,6 +36,7 @@ class Exposures(NamedTuple):
     coming: Exposure = Exposure()
 
 
+@checked
 class RgbdSensorAsync(CameraSystem):
     """A camera that takes pictures at capture_offset + k / fps and shows them output_delay later.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import count, integers
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.systems.framework import BasicVector, LeafSystem, LeafSystem_
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
+@checked
 class RotaryEncoders(LeafSystem):
     """Selects angles [rad] from its input, subtracts calibration offsets, and rounds down to whole ticks.
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.plant._building.elements import ConstraintRecord, Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
@@ -24,7 +23,7 @@ from sheldrake.systems.framework import Context
 from sheldrake.systems.framework._vector import plain
 
 
-@checked_late
+@checked
 class DistanceConstraintParams:
     """What a distance constraint keeps: points P of body A and Q of body B at a distance, with a spring and damper."""
 

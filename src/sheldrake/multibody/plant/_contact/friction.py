@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.multibody.contact_solvers._kernels.laws import harmonic_mean
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 
-@checked_late
+@checked
 def CalcContactFrictionFromSurfaceProperties(
     surface_properties1: CoulombFriction, surface_properties2: CoulombFriction
 ) -> CoulombFriction:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._checked_late import checked_late
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import GeometryId, SceneGraph
 from sheldrake.geometry._query.contact_surface import ContactSurface
@@ -126,7 +126,7 @@ def _polygons(surface: ContactSurface) -> tuple[np.ndarray, list[float], list[in
     return np.array([polygons.vertex(v) for v in numbers]), [field.EvaluateAtVertex(v) for v in numbers], faces
 
 
-@checked_late
+@checked
 def ConnectContactResultsToDrakeVisualizer(
     builder: DiagramBuilder,
     plant: MultibodyPlant,

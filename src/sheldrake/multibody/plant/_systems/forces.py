@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialForce, SpatialForce_, SpatialVelocity_
@@ -174,7 +173,7 @@ class Propeller(LeafSystem):
         value._held = list(map(_applied, self._indices, self._points, F_Bq_W))
 
 
-@checked_late
+@checked
 class Wing(LeafSystem):
     """Lift and drag of a flat plate, c_L = 2 sin a cos a and c_D = 2 sin² a, on a body of a plant.
 

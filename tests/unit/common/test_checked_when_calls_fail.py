@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sheldrake.common._checked import checked
-from sheldrake.common._checked_late import checked_late
 from sheldrake.geometry.optimization import AffineSubspace
+from sheldrake.symbolic import Expression, Variable
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
@@ -22,21 +22,21 @@ class Thing:
     size = 2
 
 
-@checked_late
+@checked
 def half(thing: Thing, by: int = 2, note: str | None = None) -> int:
     if by == 0:
         raise RuntimeError("half(): by is zero.")
     return thing.size // by
 
 
-@checked_late
+@checked
 def ends(values: ArrayLike, call: Any = None) -> Any:
     if call is not None:
         call(values)
     return float(values)  # type: ignore[arg-type]
 
 
-@checked_late
+@checked
 class Pair:
     def __init__(self, thing: Thing) -> None:
         self.twice = 2 * thing.size
@@ -52,11 +52,13 @@ class Pair:
         return thing.size
 
 
-def test_what_succeeds_is_not_looked_at():
+def test_what_would_succeed_is_of_the_classes_that_are_named_too():
     class Other:
         size = 6
 
-    assert half(Other()) == 3 and half(Thing(), by=1) == 2  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="thing must be Thing, not Other"):
+        half(Other())  # type: ignore[arg-type]
+    assert half(Thing(), by=1) == 2
 
 
 @pytest.mark.parametrize("wrong", [None, "text", 3, [1.0]])
@@ -92,14 +94,14 @@ def test_text_is_no_array():
         ends("text")
 
 
-@checked_late
+@checked
 def first_size(items: Sequence[Thing], size: int = 1, scale: float = 1.0, call: Callable[..., Any] = print) -> int:
     if not scale or not items or size in (0, 10**30):
         raise RuntimeError("first_size(): nothing to scale.")
     return items[0].size // size
 
 
-@checked_late
+@checked
 def sixth(values: ArrayLike) -> Any:
     return np.asarray(values)[5]
 
@@ -135,6 +137,17 @@ def test_arguments_of_checked_calls_are_looked_at_when_the_body_stumbles():
         first(np.zeros(0))
     with pytest.raises(RuntimeError, match="more"):  # numbers one by one are no arrays, and none need be
         first([1.0], 2.0)
+
+
+def test_a_symbol_for_a_number_that_is_compared_is_a_type_error():
+    @checked
+    def positive(value: float, symbol: Expression | None = None) -> float:
+        return value if value > 0 or (symbol is not None and symbol > 0) else 0.0
+
+    with pytest.raises(TypeError, match=r"value must be float, not Variable"):
+        positive(Variable("a"))  # type: ignore[arg-type]
+    with pytest.raises(RuntimeError, match="no truth value"):  # the symbol was asked for
+        positive(-1.0, Expression(Variable("a")))
 
 
 def test_errors_of_a_callers_function_are_the_callers():
