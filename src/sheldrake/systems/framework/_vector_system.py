@@ -56,6 +56,9 @@ class VectorSystem(LeafSystem):
         derivatives.SetFromVector(xdot)
 
     def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: DiscreteValues) -> None:
+        if any(event._has_callback() for event in events):
+            super().DoCalcDiscreteVariableUpdates(context, events, discrete_state)
+            return
         if not discrete_state.num_groups():
             return
         x_next = _zeros_like(discrete_state.get_vector()._v)
