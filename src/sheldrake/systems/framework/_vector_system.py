@@ -56,7 +56,8 @@ class VectorSystem(LeafSystem):
         derivatives.SetFromVector(xdot)
 
     def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: DiscreteValues) -> None:
-        if any(event._has_callback() for event in events):
+        overridden = type(self).DoCalcVectorDiscreteVariableUpdates
+        if overridden is VectorSystem.DoCalcVectorDiscreteVariableUpdates and any(e._has_callback() for e in events):
             super().DoCalcDiscreteVariableUpdates(context, events, discrete_state)
             return
         if not discrete_state.num_groups():
@@ -77,7 +78,7 @@ class VectorSystem(LeafSystem):
     def DoCalcVectorDiscreteVariableUpdates(
         self, context: Context, u: np.ndarray, x: np.ndarray, x_next: np.ndarray
     ) -> None:
-        """Computes the next discrete state, into `x_next`; to be overridden."""
+        """Computes the next discrete state, into `x_next`; to be overridden, or the update declared with a function."""
         raise NotImplementedError(
             f"{self._describe()} must override DoCalcVectorDiscreteVariableUpdates(context, u, x, x_next)."
         )
