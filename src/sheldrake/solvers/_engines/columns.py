@@ -92,8 +92,17 @@ class Columns(NamedTuple):
         """The same with lists."""
         return self._replace(data=self.data.tolist(), indices=self.indices.tolist(), indptr=self.indptr.tolist())
 
+    @property
+    def nnz(self) -> int:
+        """Numbers that are kept, as SciPy says it."""
+        return len(self.data)
+
+    def in_32_bits(self) -> Columns:
+        """The same with places of 32 bits, which solvers in C take."""
+        return self._replace(indices=self.indices.astype(np.int32), indptr=self.indptr.astype(np.int32))
+
     def for_scipy(self) -> scipy.sparse.csc_matrix:
         """The same, for solvers that ask for SciPy's own."""
         from scipy.sparse import csc_matrix
 
-        return csc_matrix((self.data, self.indices.astype(np.int32), self.indptr.astype(np.int32)), shape=self.shape)
+        return csc_matrix(self.in_32_bits()[:3], shape=self.shape)

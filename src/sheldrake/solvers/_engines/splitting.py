@@ -90,11 +90,12 @@ class _OsqpForm:
     """
 
     def __init__(self, prog: MathematicalProgram) -> None:
-        n, Q = prog.num_vars(), np.triu(quadratic_form(prog))
+        n, Q = prog.num_vars(), quadratic_form(prog)
         self.table = LinearRows(prog, [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()])
         shape, (i, j) = (self.table.num_rows, n), Q.nonzero()
-        self.P = Columns.of_triplets(i, j, Q[i, j], (n, n)).for_scipy()
-        self.A = Columns.of_triplets(*self.table.entries, shape).for_scipy()
+        i, j = i[i <= j], j[i <= j]
+        self.P = Columns.of_triplets(i, j, Q[i, j], (n, n)).in_32_bits()
+        self.A = Columns.of_triplets(*self.table.entries, shape).in_32_bits()
         self.matrices: tuple[Any, Any] | None = None  # P and A as OSQP has them, once it was asked
         self._objective = LinearObjective(prog)
         self.q, self.constant = self._objective.now()

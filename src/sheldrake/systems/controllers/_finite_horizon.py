@@ -237,7 +237,7 @@ def _solve(problem: _Problem, pairs: np.ndarray) -> _Solution:
     G = B @ R_inverse @ np.swapaxes(B, -1, -2)
     H = hamiltonian(A1, G, Q1).reshape(3, a.size, 2 * A.shape[-1], -1)
     final, h = problem.final(), b - a
-    S = np.concatenate((maps_of(H[0], H[1], H[2], h).to_the_end()(final), final[None]))
+    S = np.concatenate((maps_of(H[0], H[1], H[2], h).back_from(final), final[None]))
 
     def ends(parts: np.ndarray) -> np.ndarray:
         return parts.reshape(3, a.size, *parts.shape[1:])[::2]

@@ -3,7 +3,7 @@
 S' = -(Q + S A + A' S - S G S) is linear in X and Y with S = Y X^-1: their Hamiltonian matrix is [[A, -G], [-Q, -A']].
 Over a step it is integrated to fourth order in time (Magnus 1954; Blanes, Casas and Ros 2000) and exactly where it is
 constant, however fast its modes. A step back in time is S -> H + E' S (1 + G S)^-1 E, and so are two in a row, which is
-how they are composed, twice as many with each pass (Anderson 1978).
+how they are composed (Anderson 1978): pairs of steps are solved as steps, and then what is in their middles.
 """
 
 from __future__ import annotations
@@ -36,14 +36,21 @@ class Maps(NamedTuple):
         V_E, V_G, E_T = V[..., :n], V[..., n:], _transposed(self.E)
         return Maps(later.E @ V_E, later.G + later.E @ V_G @ _transposed(later.E), self.H + E_T @ later.H @ V_E)
 
-    def to_the_end(self) -> Maps:
-        """The maps from the very end to the start of each stretch."""
-        maps, step = self, 1
-        while step < len(self.E):
-            joined = Maps(*(m[:-step] for m in maps)).after(Maps(*(m[step:] for m in maps)))
-            maps = Maps(*(np.concatenate((new, m[-step:])) for new, m in zip(joined, maps)))
-            step *= 2
-        return maps
+    def back_from(self, S: np.ndarray) -> np.ndarray:
+        """S at the start of each stretch, from that at the very end."""
+        if len(self.E) == 1:
+            return self(S)
+        alone = len(self.E) % 2
+        firsts, seconds = self._part(slice(alone, None, 2)), self._part(slice(alone + 1, None, 2))
+        starts = np.empty_like(self.E)
+        starts[alone::2] = firsts.after(seconds).back_from(S)
+        starts[alone + 1 :: 2] = seconds(np.concatenate((starts[alone + 2 :: 2], S[None])))
+        if alone:
+            starts[:1] = self._part(slice(1))(starts[1:2])
+        return starts
+
+    def _part(self, which: slice) -> Maps:
+        return Maps(*(m[which] for m in self))
 
 
 def _transposed(matrices: np.ndarray) -> np.ndarray:

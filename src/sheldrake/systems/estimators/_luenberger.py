@@ -34,7 +34,7 @@ class LuenbergerObserver(LeafSystem):
 
     Args:
         observed_system: With one output, at most one input, and continuous state or one group of discrete state.
-        observed_system_context: Its parameters; its state is the first estimate.
+        observed_system_context: Its parameters. The first estimate is zero, whatever state it holds.
         observer_gain: L, shape `(n, num_outputs)`.
 
     Raises:
@@ -55,9 +55,9 @@ class LuenbergerObserver(LeafSystem):
         self._system, self._context = observed_system, observed_system_context.Clone()
         self._discrete = self._context.has_only_discrete_state()
         if self._discrete:
-            x = np.array(self._context.get_discrete_state_vector().CopyToVector())
+            x = np.zeros(self._context.get_discrete_state_vector().size())
         elif self._context.has_only_continuous_state():
-            x = np.array(self._context.get_continuous_state_vector().CopyToVector())
+            x = np.zeros(self._context.num_continuous_states())
         else:
             raise RuntimeError("LuenbergerObserver(): the state must be continuous, or one group of discrete state.")
         size = observed_system.get_output_port().size()
@@ -98,30 +98,27 @@ class LuenbergerObserver(LeafSystem):
 
     def _correction(self, context: Context, x: np.ndarray) -> np.ndarray:
         """Puts estimate and input into the copy; returns L times the error of the output."""
+        system, copy = self._system, self._context
         if self._discrete:
-            self._context.SetDiscreteState(x)
+            copy.SetDiscreteState(x)
         else:
-            self._context.SetContinuousState(x)
-        self._context.SetTime(context.get_time())
-        if self._system.num_input_ports():
-            u = np.array(self.get_observed_system_input_input_port().Eval(context))
-            self._system.get_input_port(0).FixValue(self._context, u)
-        y = np.array(self.get_observed_system_output_input_port().Eval(context))
-        return self._gain @ (y - np.array(self._system.get_output_port().Eval(self._context)))
+            copy.SetContinuousState(x)
+        copy.SetTime(context.get_time())
+        if system.num_input_ports():
+            system.get_input_port(0).FixValue(copy, self.get_input_port(1).Eval(context))
+        return self._gain @ (self.get_input_port(0).Eval(context) - system.get_output_port(0).Eval(copy))
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """The derivative of the estimate."""
         if self._discrete:
             return
-        x = np.array(context.get_continuous_state_vector().CopyToVector())
-        correction = self._correction(context, x)
-        rates = np.array(self._system.EvalTimeDerivatives(self._context).CopyToVector())
+        correction = self._correction(context, context.get_continuous_state_vector().CopyToVector())
+        rates = self._system.EvalTimeDerivatives(self._context).CopyToVector()
         derivatives.get_mutable_vector().SetFromVector(rates + correction)
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        x = np.array(context.get_discrete_state_vector().CopyToVector())
-        correction = self._correction(context, x)
-        following = np.array(self._system.EvalUniquePeriodicDiscreteUpdate(self._context).value())
+        correction = self._correction(context, context.get_discrete_state_vector().CopyToVector())
+        following = self._system.EvalUniquePeriodicDiscreteUpdate(self._context).value()
         discrete_state.set_value(following + correction)
 
     def L(self) -> np.ndarray:

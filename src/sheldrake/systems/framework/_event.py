@@ -169,6 +169,10 @@ class Event:
         """Why it happens."""
         return self._trigger
 
+    def _has_callback(self) -> bool:
+        """Whether it was declared with what is to be done."""
+        return self._callback is not None or self._system_callback is not None
+
     def _call(self, system: System, context: Context, *args: Any) -> Any:
         if self._system_callback is not None:
             return self._system_callback(system, context, self, *args)

@@ -56,6 +56,10 @@ class VectorSystem(LeafSystem):
         derivatives.SetFromVector(xdot)
 
     def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: DiscreteValues) -> None:
+        overridden = type(self).DoCalcVectorDiscreteVariableUpdates
+        if overridden is VectorSystem.DoCalcVectorDiscreteVariableUpdates and any(e._has_callback() for e in events):
+            super().DoCalcDiscreteVariableUpdates(context, events, discrete_state)
+            return
         if not discrete_state.num_groups():
             return
         x_next = _zeros_like(discrete_state.get_vector()._v)
@@ -74,7 +78,7 @@ class VectorSystem(LeafSystem):
     def DoCalcVectorDiscreteVariableUpdates(
         self, context: Context, u: np.ndarray, x: np.ndarray, x_next: np.ndarray
     ) -> None:
-        """Computes the next discrete state, into `x_next`; to be overridden."""
+        """Computes the next discrete state, into `x_next`; to be overridden, or the update declared with a function."""
         raise NotImplementedError(
             f"{self._describe()} must override DoCalcVectorDiscreteVariableUpdates(context, u, x, x_next)."
         )

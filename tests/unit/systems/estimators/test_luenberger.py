@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from sheldrake.examples import PendulumPlant
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.estimators import (
     DiscreteTimeSteadyStateKalmanFilter,
@@ -88,3 +89,27 @@ def test_errors():
     ):
         with pytest.raises(RuntimeError, match=words):
             wrong()
+
+
+@pytest.mark.parametrize("period", [0.0, 0.1])
+def test_the_first_estimate_is_zero_wherever_it_was_made(period):
+    system = plant(period)
+    context = system.CreateDefaultContext()
+    (context.SetDiscreteState if period else context.SetContinuousState)([0.3, -0.2])
+    observer = LuenbergerObserver(system, context, [[1.0], [0.5]])
+    found = observer.get_estimated_state_output_port().Eval(observer.CreateDefaultContext())
+    np.testing.assert_array_equal(found, [0.0, 0.0])
+
+
+def test_an_observer_of_a_pendulum_moves_as_the_model_corrected():
+    pendulum = PendulumPlant()
+    context, gain = pendulum.CreateDefaultContext(), np.array([[3.0, 0.5], [0.2, 4.0]])
+    observer = LuenbergerObserver(pendulum, context, gain)
+    own, estimate = observer.CreateDefaultContext(), np.array([0.4, -0.3])
+    own.SetContinuousState(estimate)
+    observer.get_observed_system_output_input_port().FixValue(own, [0.5, 0.1])
+    observer.get_observed_system_input_input_port().FixValue(own, [0.7])
+    pendulum.get_input_port().FixValue(context, [0.7])
+    context.SetContinuousState(estimate)
+    expected = pendulum.EvalTimeDerivatives(context).CopyToVector() + gain @ ([0.5, 0.1] - estimate)
+    np.testing.assert_allclose(observer.EvalTimeDerivatives(own).CopyToVector(), expected, rtol=1e-15)

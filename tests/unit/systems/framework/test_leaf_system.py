@@ -86,6 +86,25 @@ def test_an_overridden_dispatcher_gets_what_happens_together():
     assert system.story == [1]
 
 
+def test_a_vector_system_may_declare_its_update_with_a_function():
+    class Counter(VectorSystem):
+        def __init__(self):
+            super().__init__(0, 1, False)
+            self.DeclareDiscreteState(1)
+            self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, self.count)
+
+        def count(self, context, x_next):
+            x_next[0] = context.get_discrete_state_vector()[0] + 1.0
+
+        def DoCalcVectorOutput(self, context, u, x, y):
+            y[:] = x
+
+    system = Counter()
+    simulator = Simulator(system)
+    simulator.AdvanceTo(0.55)
+    assert system.get_output_port().Eval(simulator.get_context()) == [6.0]
+
+
 @pytest.mark.parametrize(
     ("answer", "state", "updates"),
     [(None, 3.0, 3), (EventStatus.Succeeded(), 3.0, 3), (EventStatus.DidNothing(), 0.0, 0)],
