@@ -179,6 +179,7 @@ def make_solver_work(
         ),
         Factor(
             integers(max(nv, num_trees)),
+            integers(num_trees),
             integers(num_trees, records.Block.SIZE),
             integers(num_trees, records.Node.SIZE),
             integers(blocks, records.Entry.SIZE),

@@ -538,7 +538,7 @@ def add_free_contact(factor, contact, k):
     put_products(GJ, J, contact.G, own)
     add_square(L, column.diagonal, J, own, GJ)
     if contact.sixes > 1:
-        other = factor.trees[contact.tree_a if of_B else contact.tree_b].place
+        other = factor.place[contact.tree_a if of_B else contact.tree_b]
         if other > k:
             add_square(L, factor.blocks[other].at, J, others, GJ)
 
@@ -551,7 +551,7 @@ def columns_in(model, factor, constraint, k):
         return 0, constraint.width, 0, constraint.width
     split = columns_of(model, constraint, a)
     own = factor.blocks[k].tree == a
-    comes_first = factor.trees[b if own else a].place > k
+    comes_first = factor.place[b if own else a] > k
     if own:
         return 0, constraint.width if comes_first else split, 0, split
     return split, constraint.width, 0 if comes_first else split, constraint.width

@@ -67,7 +67,7 @@ def coupled(problem, factor, constraints, of_island):
         if constraint.tree_a != a or constraint.tree_b != b:
             a, b = constraint.tree_a, constraint.tree_b
             if a >= 0 and b >= 0 and a != b:
-                yield factor.trees[a].place, factor.trees[b].place
+                yield factor.place[a], factor.place[b]
 
 
 @kernel
@@ -442,7 +442,7 @@ def sort_columns(factor, n):
 def lay_out_alone(model, problem, factor):
     """The only block of an island that is one tree."""
     t = problem.trees[problem.trees_begin].order
-    factor.trees[t].place = 0
+    factor.place[t] = 0
     block = factor.blocks[0]
     block.tree = t
     block.size = model.trees[t].num_dofs
@@ -463,7 +463,7 @@ def lay_out_trees(model, problem, contacts, rows, factor):
     begin = problem.trees_begin
     n = problem.trees_end - begin
     for i in range(n):
-        factor.trees[problem.trees[begin + i].order].place = i
+        factor.place[problem.trees[begin + i].order] = i
     entries = order_trees(problem, contacts, rows, factor)
     if entries < 0:
         return NOBODY
@@ -475,10 +475,10 @@ def lay_out_trees(model, problem, contacts, rows, factor):
         block.below_begin = node.rows_begin
         block.below_end = node.rows_end
         block.held = 0
-        factor.trees[block.tree].place = place
+        factor.place[block.tree] = place
     for e in range(entries):
         entry = factor.entries[e]
-        entry.place = factor.trees[problem.trees[begin + entry.node].order].place
+        entry.place = factor.place[problem.trees[begin + entry.node].order]
     sort_columns(factor, n)
     size = 0
     for place in range(n):
@@ -539,7 +539,7 @@ def count_touching(constraints, begin, end, factor, kind):
     """Adds to `ends` of each block how many of the constraints at these places touch its tree."""
     for place in range(begin, end):
         for t in trees_touched(constraints[constraints[place].order]):
-            factor.blocks[factor.trees[t].place].ends[kind] += 1
+            factor.blocks[factor.place[t]].ends[kind] += 1
 
 
 @kernel
@@ -548,7 +548,7 @@ def list_touching(constraints, begin, end, factor, kind):
     for place in range(begin, end):
         c = constraints[place].order
         for t in trees_touched(constraints[c]):
-            ends = factor.blocks[factor.trees[t].place].ends
+            ends = factor.blocks[factor.place[t]].ends
             factor.graph[ends[kind]] = c
             ends[kind] += 1
 
@@ -596,7 +596,7 @@ def columns_of(model, constraint, t):
 def block_of(model, factor, t):
     """A tree's place, first dof and size, and the address of its diagonal block less its first dof's row and column."""
     tree = model.trees[t]
-    place = factor.trees[t].place
+    place = factor.place[t]
     return place, tree.first_dof, tree.num_dofs, factor.blocks[place].diagonal - (tree.num_dofs + 1) * tree.first_dof
 
 

@@ -6,7 +6,7 @@ that stop it.
 """
 
 from sheldrake.common._kernels.generic import has_slopes, in_any, sqrt
-from sheldrake.common._kernels.vec import add_six, dot3, load_six, magnitude, neg3, store_six
+from sheldrake.common._kernels.vec import SIX, add_six, dot3, dot_six, load_six, magnitude, neg3, store_six, times_six
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import (
     advance,
@@ -40,7 +40,7 @@ from sheldrake.multibody.contact_solvers._kernels.delassus import (
     step_of_impulses,
     touches_once,
 )
-from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
+from sheldrake.multibody.contact_solvers._kernels.factor import CONTACTS, symbolic_factor, trees_touched
 from sheldrake.multibody.contact_solvers._kernels.laws import (
     LAGGED,
     closing_speed,
@@ -344,6 +344,10 @@ def has_parts(model, problem, soft):
 @kernel
 def gradient_of_tree(model, problem, t):
     """Its square, weighted by the mobilities [J]."""
+    tree = model.trees[t]
+    if tree.num_dofs == SIX:
+        g = load_six(problem.gradient, tree.first_dof)
+        return dot_six(times_six(g, load_six(problem.mobility, tree.first_dof)), g)
     square = 0.0
     for k in dofs_of_tree(model, t):
         square += problem.gradient[k] * problem.gradient[k] * problem.mobility[k]
@@ -352,13 +356,21 @@ def gradient_of_tree(model, problem, t):
 
 @kernel
 def block_of_tree(factor, t):
-    return factor.blocks[factor.trees[t].place]
+    return factor.blocks[factor.place[t]]
 
 
 @kernel
 def may_move(factor, t):
     """Whether there is a tree t that is not held."""
     return t >= 0 and block_of_tree(factor, t).held == 0
+
+
+@kernel
+def contacts_of_tree(factor, t):
+    """The numbers of the contacts that touch tree t, as `list_constraints` left them."""
+    block = block_of_tree(factor, t)
+    for i in range(block.constraints_begin, block.ends[CONTACTS]):
+        yield factor.graph[i]
 
 
 @kernel(outline=True)
@@ -370,14 +382,12 @@ def choose_part(model, problem, contacts, factor, residual):
         block.held = HELD
         if gradient_of_tree(model, problem, t) > far:
             block.held = 0
-    for contact in contacts_of_island(problem, contacts):
-        a, b = contact.tree_a, contact.tree_b
-        if a >= 0 and b >= 0:
-            first, second = block_of_tree(factor, a), block_of_tree(factor, b)
-            if first.held == 0 and second.held == HELD:
-                second.held = JOINS
-            elif second.held == 0 and first.held == HELD:
-                first.held = JOINS
+    for t in trees_of_island(problem):
+        if may_move(factor, t):
+            for c in contacts_of_tree(factor, t):
+                for u in trees_touched(contacts[c]):
+                    if block_of_tree(factor, u).held == HELD:
+                        block_of_tree(factor, u).held = JOINS
     count = 0
     for t in trees_of_island(problem):
         block = block_of_tree(factor, t)

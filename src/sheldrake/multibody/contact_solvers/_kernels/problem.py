@@ -237,19 +237,21 @@ class RowState(Record):
 
 
 class Block(Record):
-    """A block column of the factor: the tree at this place of the elimination order."""
+    """A block column of the factor: the tree at this place of the elimination order.
 
-    tree = integer("which tree")
+    What columns before it ask of its row comes first: it is in one line of the cache.
+    """
+
     first_slot = integer("place of its first dof in `rhs`")
     size = integer("dofs of the tree")
-    triangle = integer("see `triangle_in_A`")
-    below_begin = integer("its blocks below the diagonal: `entries` from here")
-    below_end = integer("to here")
-    diagonal = integer("address of the diagonal block in L")
-    of_tree = integer("see `PlaceOfTree`: counted by trees")
-    row = integer("first entry of its row, -1 for none; see `Entry.next`")
     at = integer("while a column is made: address of its block in this row")
     held = integer("not 0: its tree keeps its velocity, and has no part in the matrix, see `settle_parts`")
+    diagonal = integer("address of the diagonal block in L")
+    below_begin = integer("its blocks below the diagonal: `entries` from here")
+    below_end = integer("to here")
+    row = integer("first entry of its row, -1 for none; see `Entry.next`")
+    tree = integer("which tree")
+    triangle = integer("see `triangle_in_A`")
     constraints_begin = integer("in `graph`, once there is an order: numbers of the contacts that touch its tree,")
     ends = array(2, "to here, and behind them those of rows", dtype=int)
 
@@ -272,12 +274,6 @@ class Node(Record):
     parent = integer("the first row of its column", same_as=joined)
     hanging = integer("how many trees hang on it, with it", same_as=seen)
     free = integer("the place behind those for what hangs on it that is not placed yet", same_as=middle)
-
-
-class PlaceOfTree(Record):
-    """A tree by its number in the plant."""
-
-    place = integer("its place in the elimination order", same_as=Block.of_tree)
 
 
 class Entry(Record):
@@ -360,14 +356,16 @@ class Factor(NamedTuple):
     """Work of a sparse factor, Cholesky's or (kTamsi) L U, with a block row and column for each tree of an island.
 
     L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
-    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, see `Node`,
-    and then which constraints touch the tree of a block, see `Block`. The others are for few contacts with one tree,
-    see `delassus`: J L^-1, three rows a contact and a column a dof; W by blocks, and the roots of G; and the factor of
-    the matrix of three rows a contact. While blocks are put together, `spread` has G J of a contact of free bodies.
+    the place of each dof in `rhs`, the right-hand side and solution; `place` that of each tree in the elimination
+    order. `graph` tells who is coupled to whom, see `Node`, and then which constraints touch the tree of a block, see
+    `Block`. The others are for few contacts with one tree, see `delassus`: J L^-1, three rows a contact and a column a
+    dof; W by blocks, and the roots of G; and the factor of the matrix of three rows a contact. While blocks are put
+    together, `spread` has G J of a contact of free bodies.
     """
 
     slot: IntVector
-    block: Annotated[IntMatrix, Items("blocks", Block), Items("trees", PlaceOfTree)]
+    place: IntVector
+    block: Annotated[IntMatrix, Items("blocks", Block)]
     node: Annotated[IntMatrix, Items("nodes", Node)]
     below: Annotated[IntMatrix, Items("entries", Entry)]
     graph: IntVector

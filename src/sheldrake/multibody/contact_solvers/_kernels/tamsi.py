@@ -155,7 +155,7 @@ def add_contact(factor, contact, places):
     width = contact.width
     below = above = address  # rows of the second tree, columns of the first; the other way round
     if split < width:
-        if factor.trees[contact.tree_b].place > factor.trees[contact.tree_a].place:
+        if factor.place[contact.tree_b] > factor.place[contact.tree_a]:
             above += first[1] * second[1]
         else:
             below += first[1] * second[1]
