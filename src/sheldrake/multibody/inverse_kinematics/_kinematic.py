@@ -37,6 +37,8 @@ class KinematicFunction(Opaque, WithSlopes):
     _thread_safe = False
     _plant: MultibodyPlant
     _context: Any
+    _A: Any  # where there are forms: their frames
+    _B: Any
     _num_outputs: int
     _num_vars: int
     _nq: int
@@ -66,7 +68,7 @@ class KinematicFunction(Opaque, WithSlopes):
 
     def _frames(self) -> tuple[Frame, Frame]:
         """A and B of the forms."""
-        raise NotImplementedError
+        return self._A, self._B
 
     _own_forms: Forms | None = None
 

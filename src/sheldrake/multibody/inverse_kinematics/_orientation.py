@@ -31,19 +31,16 @@ class _Turn(KinematicFunction):
         R_BbarB: RotationMatrix,
         context: Context,
     ) -> None:
-        self._Abar, self._Bbar = Abar, Bbar
+        self._A, self._B = Abar, Bbar
         self._R_AAbar, self._R_BbarB = R_AbarA.matrix().T, R_BbarB.matrix()
         self._set_plant(plant, context, 1)
 
     def _R(self) -> np.ndarray:
-        return self._R_AAbar @ self._rotation(self._Abar, self._Bbar) @ self._R_BbarB
+        return self._R_AAbar @ self._rotation(self._A, self._B) @ self._R_BbarB
 
     def _trace(self) -> Any:
         R = self._R()
         return R[0, 0] + R[1, 1] + R[2, 2]
-
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._Abar, self._Bbar
 
     def _trace_form(self, factor: float, constant: float) -> list[np.ndarray]:
         """factor * trace + constant."""
@@ -136,9 +133,6 @@ class _Angle(KinematicFunction):
 
     def _cos(self) -> Any:
         return self._a @ (self._rotation(self._A, self._B) @ self._b)
-
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._A, self._B
 
     def _cos_form(self, factor: float, constant: float) -> list[np.ndarray]:
         """factor * cos + constant."""

@@ -79,9 +79,6 @@ class PositionConstraint(KinematicFunction, Constraint):
         p_AbarB = self._point(self._B, np.zeros(3), self._A)
         return self._R @ (p_AbarB + self._rotation(self._A, self._B) @ more) + self._p
 
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._A, self._B
-
     def _forms(self) -> list[np.ndarray] | None:
         if self._p_BQ is None:
             return None
@@ -137,9 +134,6 @@ class PositionCost(KinematicFunction, Cost):
         e = self._point(self._B, self._p_BQ, self._A) - self._p_AP
         return np.atleast_1d(e @ (self._C @ e))
 
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._A, self._B
-
     def _forms(self) -> list[np.ndarray]:
         return [form(p_AS=self._p_AP, p_BQ=self._p_BQ, square=0.5 * (self._C + self._C.T))]
 
@@ -171,17 +165,14 @@ class PointToPointDistanceConstraint(KinematicFunction, Constraint):
         plant_context: Context,
     ):
         call = "PointToPointDistanceConstraint"
-        self._B1, self._B2 = frame1, frame2
+        self._A, self._B = frame1, frame2
         self._P1, self._P2 = vector3(call, "p_B1P1", p_B1P1), vector3(call, "p_B2P2", p_B2P2)
         self._set_plant(plant, plant_context, 1)
         self._set_bounds(*squared_bounds(call, distance_lower, distance_upper))
 
     def _value(self, more: np.ndarray) -> np.ndarray:
-        d = self._point(self._B2, self._P2, self._B1) - self._P1
+        d = self._point(self._B, self._P2, self._A) - self._P1
         return np.atleast_1d(d @ d)
-
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._B1, self._B2
 
     def _forms(self) -> list[np.ndarray]:
         return [form(p_AS=self._P1, p_BQ=self._P2, square=np.eye(3))]
@@ -227,7 +218,7 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
         plant_context: Context,
     ):
         call = "PointToLineDistanceConstraint"
-        self._B1, self._B2 = frame_point, frame_line
+        self._A, self._B = frame_line, frame_point
         self._P, self._Q = vector3(call, "p_B1P", p_B1P), vector3(call, "p_B2Q", p_B2Q)
         n = unit3(call, "n_B2", n_B2)
         self._across = np.eye(3) - np.outer(n, n)
@@ -235,11 +226,8 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
         self._set_bounds(*squared_bounds(call, distance_lower, distance_upper))
 
     def _value(self, more: np.ndarray) -> np.ndarray:
-        d = self._across @ (self._point(self._B1, self._P, self._B2) - self._Q)
+        d = self._across @ (self._point(self._B, self._P, self._A) - self._Q)
         return np.atleast_1d(d @ d)
-
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._B2, self._B1
 
     def _forms(self) -> list[np.ndarray]:
         return [form(p_AS=self._Q, p_BQ=self._P, square=self._across)]  # a projection: its square is itself
@@ -272,20 +260,20 @@ class PolyhedronConstraint(KinematicFunction, Constraint):
         self._F, self._G = frameF, frameG
         points = np.array(p_GP, dtype=float)
         self._points = points.reshape(3, 1) if points.ndim == 1 else points
-        self._A, b = np.array(A, dtype=float), np.atleast_1d(np.array(b, dtype=float))
-        if self._A.ndim != 2 or self._A.shape != (b.size, 3 * self._points.shape[1]):
+        self._rows, b = np.array(A, dtype=float), np.atleast_1d(np.array(b, dtype=float))
+        if self._rows.ndim != 2 or self._rows.shape != (b.size, 3 * self._points.shape[1]):
             raise RuntimeError(
-                f"PolyhedronConstraint: A has shape {self._A.shape}, expected {(b.size, 3 * self._points.shape[1])}."
+                f"PolyhedronConstraint: A has shape {self._rows.shape}, expected {(b.size, 3 * self._points.shape[1])}."
             )
         self._set_plant(plant, plant_context, b.size)
         self._set_bounds(np.full(b.size, -np.inf), b)
 
     def _value(self, more: np.ndarray) -> np.ndarray:
         p_FP = self._plant.CalcPointsPositions(self._context, self._G, self._points, self._F)
-        return self._A @ p_FP.ravel(order="F")
+        return self._rows @ p_FP.ravel(order="F")
 
     def _slope(self, more: np.ndarray) -> np.ndarray:
-        return self._A @ np.concatenate([self._point_slope(self._G, p, self._F) for p in self._points.T])
+        return self._rows @ np.concatenate([self._point_slope(self._G, p, self._F) for p in self._points.T])
 
 
 @checked
@@ -333,9 +321,6 @@ class GazeTargetConstraint(KinematicFunction, Constraint):
     def _value(self, more: np.ndarray) -> np.ndarray:
         p = self._point(self._B, self._T, self._A) - self._S
         return np.array([self._n @ p, p @ (self._M @ p)])
-
-    def _frames(self) -> tuple[Frame, Frame]:
-        return self._A, self._B
 
     def _forms(self) -> list[np.ndarray]:
         ends = {"p_AS": self._S, "p_BQ": self._T}
