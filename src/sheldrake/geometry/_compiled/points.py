@@ -6,6 +6,7 @@ family, materials after defaults.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -65,10 +66,10 @@ def compile_proximity(
     if cells:
         pairs, partner = _pairs_with_half_spaces(kind), _partners(excluded, body)
         cell = np.array([width_of_cells(size[:, Size.bound])])
+        pair, family = _by_family(_that_may_touch(pairs, excluded, kind, body), kind)
     else:
-        pairs, partner = _all_pairs(len(ids)), np.zeros(0, np.int64)
-        cell = np.zeros(0)
-    pair, family = _by_family(_that_may_touch(pairs, excluded, kind, body), kind)
+        partner, cell = np.zeros(0, np.int64), np.zeros(0)
+        pair, family = _pairs_of(kind.tobytes(), body.tobytes(), excluded.tobytes())
     vertex, face, loop, topology = hulls.arrays(geometry)
     margin = np.zeros(Margins.SIZE)
     margin[Margins.skin] = _skin(size[:, Size.bound])
@@ -76,6 +77,16 @@ def compile_proximity(
         geometry, size, material, X_BG, pair, margin, family, vertex, face, loop, topology, cell, partner
     )
     return model, ids
+
+
+@functools.lru_cache(64)
+def _pairs_of(kinds: bytes, bodies: bytes, filtered: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of all geometries that may touch, by family, and where each family begins; of scenes alike the same."""
+    kind, body, excluded = (np.frombuffer(numbers, np.int64) for numbers in (kinds, bodies, filtered))
+    found = _by_family(_that_may_touch(_all_pairs(len(kind)), excluded.reshape(-1, 2), kind, body), kind)
+    for array in found:
+        array.flags.writeable = False
+    return found
 
 
 def _skin(bounds: np.ndarray) -> float:

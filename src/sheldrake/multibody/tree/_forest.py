@@ -35,10 +35,7 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
     Raises:
         RuntimeError: joints form a loop, or a joint would have to be reversed that cannot be.
     """
-    incident: dict[int, list[Any]] = {id(b): [] for b in bodies}
-    for joint in joints:
-        incident[id(joint.parent_body())].append(joint)
-        incident[id(joint.child_body())].append(joint)
+    incident = _joints_of(bodies, joints)
     steps: list[Step] = []
     seen = {id(bodies[0])}
     used: set[int] = set()
@@ -47,8 +44,10 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
         stack = [(root, iter(incident[id(root)]))]
         while stack:
             body, rest = stack[-1]
-            joint = next((j for j in rest if id(j) not in used), None)
-            if joint is None:
+            for joint in rest:
+                if id(joint) not in used:
+                    break
+            else:
                 stack.pop()
                 continue
             used.add(id(joint))
@@ -70,10 +69,19 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
         grow(body)
 
     grow(bodies[0])
-    for body in _bases(bodies, joints, incident):
+    for body in _bases(bodies, joints, incident) if len(seen) < len(bodies) else ():
         if id(body) not in seen:
             float_body(body)
     return steps
+
+
+def _joints_of(bodies: Sequence[Any], joints: Sequence[Any]) -> dict[int, list[Any]]:
+    """The joints at each body, by its id."""
+    incident: dict[int, list[Any]] = {id(b): [] for b in bodies}
+    for joint in joints:
+        incident[id(joint.parent_body())].append(joint)
+        incident[id(joint.child_body())].append(joint)
+    return incident
 
 
 class Cut(NamedTuple):
@@ -96,10 +104,7 @@ def find_cuts(bodies: Sequence[Any], joints: Sequence[Any]) -> list[Cut]:
     Raises:
         RuntimeError: a joint would have to be reversed that cannot be.
     """
-    incident: dict[int, list[Any]] = {id(b): [] for b in bodies}
-    for joint in joints:
-        incident[id(joint.parent_body())].append(joint)
-        incident[id(joint.child_body())].append(joint)
+    incident = _joints_of(bodies, joints)
     cuts: list[Cut] = []
     depth: dict[int, int] = {}
     used: set[int] = set()

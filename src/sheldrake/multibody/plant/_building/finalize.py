@@ -72,9 +72,11 @@ def freeze(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) ->
 def _span(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) -> list[Step]:
     """The forest; bodies that no joint holds float."""
     floating: list[Joint] = []
-    taken = {(int(j.model_instance()), j.name()) for j in elements.joints}
+    taken: set[tuple[int, str]] = set()
 
     def float_body(body: RigidBody) -> Joint:
+        if not floating:
+            taken.update((int(j.model_instance()), j.name()) for j in elements.joints)
         instance, name = int(body.model_instance()), body.name()
         while (instance, name) in taken:
             name = f"_{name}"

@@ -71,6 +71,8 @@ def can_touch(model: GeometryModel, hydro_model: HydroModel | None) -> bool:
 
 def touches_at_several_points(model: GeometryModel) -> bool:
     """Whether there is a pair of geometries that may touch at several points."""
+    if not len(model.pair) and not len(model.cell):
+        return False
     multi = model.geometry[:, Geometry.multi_point] == 1
     return bool(np.any(multi[model.pair].all(axis=1))) or (len(model.cell) > 0 and multi.sum() > 1)
 

@@ -83,7 +83,7 @@ def _declared_by(system: Any) -> Hashable:
     return system._scalar, inputs, *calcs, *sizes, *tickets, *traits, *counts
 
 
-def _kind_of(calc: Any) -> Hashable:
+def _kind_of(calc: Any) -> Any:
     """What layouts know of what computes something: which kernel it is, of others only their type."""
     return calc if calc is None or isinstance(calc, (Kernel, str)) else type(calc)
 

@@ -92,6 +92,8 @@ _OWN = frozenset({"systems", "structures", "stores", "prototypes", "_chosen", "r
 class Layout(Memory):
     """The `rows` and the `program` of a root system, whose first rows are the output ports in order."""
 
+    rows: list[Row]
+
     def __init__(
         self, root: System, overrides: frozenset[tuple[int, int]] = frozenset(), structures: dict | None = None
     ):
@@ -159,7 +161,7 @@ class Layout(Memory):
         self._ask_systems()
         self._take_work()
         self.structured = [n for n in self.leaves if self.systems[n]._structured]
-        self.rows: list[Row] = []
+        self.rows = []
         self.logs: list[tuple[int, Span]] = []
         self.log_of: dict[int, int] = {}
         self._stages: dict[int, list[int]] = {}
