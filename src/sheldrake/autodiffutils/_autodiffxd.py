@@ -14,6 +14,7 @@ from sheldrake.common.quick import Slots, short_way
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
+    from sheldrake.common.quick import Form
 
 _REAL = (float, int, np.floating, np.integer, np.bool_)
 _EMPTY = np.zeros(0)
@@ -31,7 +32,7 @@ class _Sized(dict):
 
     def __missing__(self, size: int):
         dual = Slots(AutoDiffXd, {"_v": float, "_d": (size,)})
-        takes = [*[dual] * self._operands, float, *[float] * self._factors]
+        takes: list[Form] = [*[dual] * self._operands, float, *[float] * self._factors]
         self[size] = short_way(self, size, self._kernel, *takes, gives=dual)
         return self[size]
 

@@ -243,9 +243,8 @@ def DecomposeQuadraticPolynomial(
     for key, coefficient in poly._part.items():
         value = coefficient if coefficient.__class__ is float else coefficient.Evaluate()
         if keys.degree(key) > 2:
-            raise RuntimeError(
-                f"{keys.monomial(key)} has order higher than 2 and it cannot be handled by DecomposeQuadraticPolynomial."
-            )
+            m = keys.monomial(key)
+            raise RuntimeError(f"{m} has order higher than 2 and it cannot be handled by DecomposeQuadraticPolynomial.")
         at = [map_var_to_index[v.get_id()] for v, exponent in keys.powers(key) for _ in range(exponent)]
         if len(at) == 2:
             Q[at[0], at[1]] += value

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common import _ieee as ieee
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, instance_of
 from sheldrake.common._overloads import Mismatch, overload, overloaded
@@ -133,7 +134,7 @@ class Monomial:
         out = 1.0
         try:
             for v, exponent in self._powers.items():
-                out *= env[v] if exponent == 1 else env[v] ** exponent
+                out *= env[v] if exponent == 1 else ieee.power(env[v], exponent)
         except KeyError:
             raise RuntimeError(
                 f"Monomial {self} cannot be evaluated with the given environment which does not provide an entry "
@@ -160,7 +161,7 @@ class Monomial:
         out, rest = 1.0, {}
         for v, exponent in self._powers.items():
             if v in values:
-                out *= values[v] ** exponent
+                out *= ieee.power(values[v], exponent)
             else:
                 rest[v] = exponent
         return out, Monomial._ordered(rest)
@@ -172,6 +173,7 @@ class Monomial:
             del powers[v]
         return Monomial._ordered(powers) if v in self._powers else Monomial._of(powers)
 
+    @checked
     def pow_in_place(self, p: int) -> Monomial:
         """Raises it to a power and returns it."""
         if p < 0:
@@ -193,6 +195,7 @@ class Monomial:
             return NotImplemented
         return self is other or self._powers == other._powers
 
+    @checked
     def __pow__(self, p: int) -> Monomial:
         return Monomial._of(self._powers).pow_in_place(p)
 

@@ -8,6 +8,7 @@ from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common import _ieee as ieee
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import expect, overload, overloaded
@@ -251,7 +252,7 @@ class Polynomial:
             for v, x in given:
                 n = keys.exponent(key, v)
                 if n:
-                    value *= x**n
+                    value *= ieee.power(x, n)
                     key = keys.without(key, v, n)
             add_to(out, key, scaled(value, c if c.__class__ is float else number_or(substitute([c], env)[0])))
         return Polynomial._of(keys, out, self._known_numeric or None, loose=True)
@@ -363,8 +364,8 @@ class Polynomial:
         for key, c in part.items():
             n = keys.exponent(key, x) + 1
             rest, c = keys.without(key, x, n - 1), scaled(1.0 / n, c)
-            add_to(out, rest, scaled(end**n, c))
-            add_to(out, rest, scaled(-(start**n), c))
+            add_to(out, rest, scaled(ieee.power(end, n), c))
+            add_to(out, rest, scaled(-ieee.power(start, n), c))
         return Polynomial._of(keys, _decompose.expanded(out), self._known_numeric, loose=True)
 
     def Expand(self) -> Polynomial:
@@ -560,6 +561,7 @@ class Polynomial:
         negatives = {key: negated(c) for key, c in self._part.items()}
         return Polynomial._of(self._keys, negatives, self._known_numeric, self._is_loose, self._decided)
 
+    @checked
     def __pow__(self, n: int) -> Polynomial:
         if n < 0:
             raise RuntimeError(f"Polynomial.__pow__(): the exponent must not be negative, got {n}.")

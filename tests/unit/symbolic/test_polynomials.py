@@ -297,3 +297,24 @@ def test_sines_of_sums_with_a_rest():
         assert not e_of_sc.GetVariables().include(x)
         value = e_of_sc.Evaluate({**at, s: np.sin(0.7), c: np.cos(0.7)})
         assert value == pytest.approx(wanted.Evaluate({**at, x: 0.7}), rel=1e-13)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.7, "2"])
+def test_exponents_are_whole_numbers(exponent):
+    x = Variable("x")
+    for base in (Polynomial(x**2 + 1.0), Monomial(x, 2)):
+        with pytest.raises(TypeError, match="must be int"):
+            base**exponent
+        assert (base ** np.int64(2)).EqualTo(base * base)
+    with pytest.raises(TypeError, match="must be int"):
+        Monomial(x, 2).pow_in_place(exponent)
+
+
+def test_values_that_are_too_large_are_infinite():
+    x, y = Variable("x"), Variable("y")
+    p = Polynomial(-(x**3) * y)
+    assert p.Evaluate({x: 1e300, y: 1.0}) == -np.inf
+    assert Monomial(x, 3).Evaluate({x: -1e300}) == -np.inf
+    (coefficient,) = p.EvaluatePartial(x, 1e300).monomial_to_coefficient_map().values()
+    (integral,) = p.Integrate(x, 0.0, 1e300).monomial_to_coefficient_map().values()
+    assert coefficient.Evaluate() == integral.Evaluate() == -np.inf
