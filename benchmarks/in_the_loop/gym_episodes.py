@@ -81,7 +81,7 @@ def program():
     for seed in range(4):
         obs, _ = env.reset(seed=seed)
         rng = np.random.default_rng(seed)
-        total, steps = 0.0, 0
+        total, steps, term, trunc = 0.0, 0, False, False
         for _ in range(120):
             obs, r, term, trunc, _ = env.step(rng.uniform(-20, 20, 1))
             total, steps = total + r, steps + 1

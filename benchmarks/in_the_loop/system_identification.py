@@ -17,8 +17,8 @@ def program():
     q, v, vd = (sym.MakeVectorVariable(2, n) for n in ("q", "v", "vd"))
     m1, m2 = sym.Variable("m1"), sym.Variable("m2")
     one, two = (eng.GetBodyByName(n) for n in ("cart", "pole"))
-    one.SetMass(c, m1)
-    two.SetMass(c, m2)
+    one.SetMass(c, m1)  # type: ignore  # annotations speak of floats; a context of symbols takes symbols
+    two.SetMass(c, m2)  # type: ignore
     eng.SetPositionsAndVelocities(c, np.r_[q, v])
 
     f = MultibodyForces_[sym.Expression](eng)
