@@ -13,7 +13,11 @@ pytest.importorskip("pydrake")
 pytestmark = pytest.mark.peer
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PROGRAMS = "inverse_dynamics_loop", "model_questions", "monte_carlo", "reading_results", "swing_up"
+PROGRAMS = (
+    "furuta_pendulum", "gym_episodes", "hopper", "inverse_dynamics_loop", "model_questions", "monte_carlo",
+    "net_in_the_wind", "observers", "particle_filter", "reading_results", "rimless_wheel", "swing_up",
+    "system_identification", "unscented_filter", "vehicle",
+)  # fmt: skip
 
 
 def numbers(library, script):
