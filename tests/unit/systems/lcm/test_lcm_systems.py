@@ -176,7 +176,7 @@ def test_a_period_is_not_negative(period):
 def test_what_is_no_connection_and_no_settings_is_refused():
     with pytest.raises(TypeError, match="is no DrakeLcmInterface"):
         LcmInterfaceSystem(None)
-    with pytest.raises(TypeError, match="LcmSubscriberSystem.*None is no DrakeLcmInterface"):
+    with pytest.raises(TypeError, match=r"LcmSubscriberSystem.*None is no DrakeLcmInterface"):
         LcmSubscriberSystem.Make("C", lcmt_scope, None)
     builder = DiagramBuilder()
     with pytest.raises(TypeError, match="bus 'b': 3 is no DrakeLcmParams"):
