@@ -68,7 +68,8 @@ def _members(annotation: Any, names: dict[str, Any]) -> Iterator[Any]:
     try:
         value = eval(code, names)
     except (NameError, AttributeError):
-        value = _classes_named_in(annotation).get(annotation, ...)
+        is_class = isinstance(tree, ast.Name) and annotation not in _ARRAYS
+        value = _classes_named_in(annotation).get(annotation, ...) if is_class else ...
     yield from _members(value, names) if _is_union(value) or isinstance(value, TypeVar) else [value]
 
 
@@ -276,9 +277,9 @@ def _sequence_test(of_item: Test | None) -> Test:
 
 
 def _classes_named_in(annotation: str) -> dict[str, Any]:
-    """Classes of the library by the names in an annotation, which its module may know for type checkers alone."""
+    """Public classes of the library by the names in an annotation, which a module may know for type checkers alone."""
     found: dict[str, set[Any]] = {name: set() for name in re.findall(r"\w+", annotation)}
-    for module in [module for name, module in sys.modules.items() if name.startswith("sheldrake.")]:
+    for module in [m for name, m in sys.modules.items() if name.startswith("sheldrake.") and "._" not in name]:
         for name, meanings in found.items():
             if (meaning := vars(module).get(name)) is not None:
                 meanings.add(meaning if _is_class_of_ours(meaning) else ...)
