@@ -64,10 +64,12 @@ def _members(annotation: Any, names: dict[str, Any]) -> Iterator[Any]:
         yield from _members(ast.unparse(tree.left), names)
         yield from _members(ast.unparse(tree.right), names)
         return
+    code = compile(ast.Expression(tree), "<annotation>", "eval")
     try:
-        value = eval(compile(ast.Expression(tree), "<annotation>", "eval"), names)
+        value = eval(code, names)
     except (NameError, AttributeError):
-        value = ...
+        is_class = isinstance(tree, ast.Name) and annotation not in _ARRAYS
+        value = _classes_named_in(annotation).get(annotation, ...) if is_class else ...
     yield from _members(value, names) if _is_union(value) or isinstance(value, TypeVar) else [value]
 
 
@@ -79,7 +81,7 @@ def _takes(member: object) -> Test:
     if member is float:
         return is_number
     if member is bool:
-        return lambda value: isinstance(value, (bool, int, np.bool_, np.integer))
+        return _has_truth
     if member is int:
         return _is_whole
     if not isinstance(member, type) or member is np.ndarray:  # lists become arrays
@@ -101,8 +103,14 @@ def _not_none(value: object) -> bool:
     return value is not None
 
 
+def _has_truth(value: Any) -> bool:
+    """Whether a value counts as one of a flag, as in pydrake: numbers and None do."""
+    return value is None or (isinstance(value, (complex, float, int, np.generic, np.ndarray)) and np.size(value) == 1)
+
+
 def _is_whole(value: Any) -> bool:
-    return hasattr(type(value), "__index__") and (not isinstance(value, np.ndarray) or value.ndim == 0)
+    has_index = hasattr(type(value), "__index__") or isinstance(value, np.bool_)
+    return has_index and (not isinstance(value, np.ndarray) or value.ndim == 0)
 
 
 def is_number(value: Any) -> bool:
@@ -269,10 +277,14 @@ def _sequence_test(of_item: Test | None) -> Test:
 
 
 def _classes_named_in(annotation: str) -> dict[str, Any]:
-    """Classes of the library by the names in an annotation, which its module may know for type checkers alone."""
-    found: dict[str, set[type]] = {name: set() for name in re.findall(r"\w+", annotation)}
-    for module in [module for name, module in sys.modules.items() if name.startswith("sheldrake.")]:
-        for name, classes in found.items():
-            if isinstance(member := vars(module).get(name), type):
-                classes.add(member)
-    return {name: classes.pop() for name, classes in found.items() if len(classes) == 1}
+    """Public classes of the library by the names in an annotation, which a module may know for type checkers alone."""
+    found: dict[str, set[Any]] = {name: set() for name in re.findall(r"\w+", annotation)}
+    for module in [m for name, m in sys.modules.items() if name.startswith("sheldrake.") and "._" not in name]:
+        for name, meanings in found.items():
+            if (meaning := vars(module).get(name)) is not None:
+                meanings.add(meaning if _is_class_of_ours(meaning) else ...)
+    return {name: meanings.pop() for name, meanings in found.items() if len(meanings) == 1 and ... not in meanings}
+
+
+def _is_class_of_ours(thing: object) -> bool:
+    return isinstance(thing, type) and thing.__module__.startswith("sheldrake") and not vars(thing).get("_is_protocol")

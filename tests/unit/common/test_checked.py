@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._checked import checked
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import RevoluteJoint
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree import Joint
 
 
 class Colour(enum.Enum):
@@ -79,6 +82,38 @@ def test_what_fits_is_passed_on():
 def test_what_does_not_is_named(call, says):
     with pytest.raises(TypeError, match=f"Car.*incompatible function arguments.*{says}"):
         call(Car())
+
+
+def test_classes_that_are_named_for_type_checkers_alone_are_known():
+    @checked
+    def at(joint: Joint, note: Unheard | None = None) -> str:  # type: ignore[name-defined]  # noqa: F821
+        return joint
+
+    plant = MultibodyPlant(0.0)
+    joint = RevoluteJoint("j", plant.world_frame(), plant.AddRigidBody("b").body_frame(), [0, 0, 1])
+    assert at(joint, 3) is joint and at(joint, None) is joint
+    with pytest.raises(TypeError, match="joint must be Joint, not MultibodyPlant"):
+        at(plant)
+
+
+@checked
+def lit(flag: bool) -> str:
+    return "on" if flag else "off"
+
+
+@pytest.mark.parametrize("flag", [True, np.bool_(True), 1, 0.5, 1j, np.array(1), np.array([2.0])])
+def test_flags_are_what_has_a_truth(flag):
+    assert lit(flag) == "on" and lit(0 * flag) == lit(None) == "off"
+
+
+@pytest.mark.parametrize("wrong", ["", {}, np.array([1, 2]), AutoDiffXd(1.0), print])
+def test_what_has_none_is_no_flag(wrong):
+    with pytest.raises(TypeError, match="flag must be bool"):
+        lit(wrong)
+
+
+def test_a_truth_of_numpy_is_a_whole_number():
+    assert Car.wheels(np.bool_(True)) == 1
 
 
 def test_what_python_finds_wrong_it_says_itself():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
-from sheldrake.lcm import DrakeLcmInterface
+from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
 from sheldrake.systems.framework import AbstractStateIndex, EventStatus, LeafSystem, TriggerType
 from sheldrake.systems.lcm._serializer import PySerializer, SerializerInterface
 
@@ -71,7 +71,7 @@ class LcmPublisherSystem(LeafSystem):
     Args:
         channel: The channel.
         serializer: Writes the messages.
-        lcm: The connection, or the system that keeps it.
+        lcm: The connection, or the system that keeps it; None for a connection of its own.
         publish_triggers: When: any of kForced, kPeriodic, kPerStep. Without: forced, and periodic if there is a
             period, else in every step.
         publish_period: [s].
@@ -82,12 +82,13 @@ class LcmPublisherSystem(LeafSystem):
         self,
         channel: str,
         serializer: SerializerInterface,
-        lcm: DrakeLcmInterface,
+        lcm: DrakeLcmInterface | None,
         publish_triggers: Any = None,
         publish_period: float = 0.0,
         publish_offset: float = 0.0,
     ):
         super().__init__()
+        lcm = DrakeLcm() if lcm is None else lcm
         _checked("LcmPublisherSystem", serializer, lcm)
         if isinstance(publish_triggers, (int, float)):  # (channel, serializer, lcm, publish_period, publish_offset)
             publish_triggers, publish_period, publish_offset = None, publish_triggers, publish_period
@@ -122,7 +123,7 @@ class LcmPublisherSystem(LeafSystem):
     def Make(
         channel: str,
         lcm_type: Any,
-        lcm: DrakeLcmInterface,
+        lcm: DrakeLcmInterface | None,
         publish_period: float = 0.0,
         use_cpp_serializer: bool = False,
         *,

@@ -176,10 +176,24 @@ def test_a_period_is_not_negative(period):
 def test_what_is_no_connection_and_no_settings_is_refused():
     with pytest.raises(TypeError, match="is no DrakeLcmInterface"):
         LcmInterfaceSystem(None)
+    with pytest.raises(TypeError, match=r"LcmSubscriberSystem.*None is no DrakeLcmInterface"):
+        LcmSubscriberSystem.Make("C", lcmt_scope, None)
     builder = DiagramBuilder()
     with pytest.raises(TypeError, match="bus 'b': 3 is no DrakeLcmParams"):
         ApplyLcmBusConfig({"a": None, "b": 3}, builder)
     assert builder.empty()
+
+
+def test_a_publisher_may_have_a_connection_of_its_own(monkeypatch):
+    monkeypatch.setenv("LCM_DEFAULT_URL", "memq://")
+    publisher = LcmPublisherSystem.Make("C", lcmt_scope, lcm=None)
+    context = publisher.CreateDefaultContext()
+    publisher.get_input_port().FixValue(context, AbstractValue.Make(lcmt_scope()))
+    sent = []
+    publisher._lcm.Subscribe("C", sent.append)
+    publisher.ForcedPublish(context)
+    publisher._lcm.HandleSubscriptions(0)
+    assert sent == [lcmt_scope().encode()]
 
 
 def test_time_goes_on_where_every_step_sends_a_message():
