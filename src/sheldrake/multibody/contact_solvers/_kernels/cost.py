@@ -558,6 +558,15 @@ def columns_in(model, factor, constraint, k):
 
 
 @kernel
+def column_after(problem, factor, k):
+    """The next column that is not held, or how many columns there are."""
+    k += 1
+    while k < problem.columns and factor.blocks[k].held != 0:
+        k += 1
+    return k
+
+
+@kernel
 def ask_for_terms(problem, contacts, factor, column):
     """Asks for the memory of what a column of free bodies is made of: thousands of them do not fit into the cache."""
     for i in range(0, 21, LINE):
@@ -582,8 +591,9 @@ def put_column(model, problem, contacts, rows, factor, k):
     for e in range(column.below_begin, column.below_end):
         factor.blocks[factor.entries[e].place].at = factor.entries[e].address
     put_momentum(model, problem, factor, k)
-    if k + 1 < problem.columns and factor.blocks[k + 1].triangle >= 0:
-        ask_for_terms(problem, contacts, factor, factor.blocks[k + 1])
+    after = column_after(problem, factor, k)
+    if after < problem.columns and factor.blocks[after].triangle >= 0:
+        ask_for_terms(problem, contacts, factor, factor.blocks[after])
     for i in range(column.constraints_begin, column.ends[CONTACTS]):
         contact = contacts[factor.graph[i]]
         if resists(contact):
