@@ -201,7 +201,7 @@ def test_newtons_method_ends_where_rounding_lets_it(far):
     """The rim of a cylinder over the side of another: far from the origin they meet alike, but for rounding."""
     shift = np.array([far, -far, far])
     X = RigidTransform(RollPitchYaw(0.0, np.pi / 2, 0.0), shift)
-    Y = RigidTransform(RollPitchYaw(0.3, 0.6, 0.0), shift + [0.05, 0.04, 0.3])
+    Y = RigidTransform(RollPitchYaw(0.3, 0.6, 0.0), np.add(shift, [0.05, 0.04, 0.3]))
     scene = placed(g.Cylinder(0.1, 0.8), g.Cylinder(0.2, 0.3), X, Y)
     _, nhat_ji, _, _ = stage.separation(scene.model, scene.table, 0, 1, 1e9)
     d = tuple(RollPitchYaw(2e-3, -1e-3, 1e-3).ToRotationMatrix() @ np.negative(nhat_ji))
