@@ -9,9 +9,9 @@ from test_half_space_contacts import PointHull
 
 from sheldrake import geometry as g
 from sheldrake.geometry._kernels import separation as stage
-from sheldrake.geometry._kernels.model import BodyPoses
+from sheldrake.geometry._kernels.model import POLYGON_A, BodyPoses
 from sheldrake.geometry._kernels.polish import NARROW, SQUARE, edge_over_cap, face_against, nearby, polish
-from sheldrake.geometry._kernels.support import support
+from sheldrake.geometry._kernels.support import best_face, shown_face, support, within_face, within_polygon
 from sheldrake.geometry._kernels.table import place_geometry
 from sheldrake.math import RigidTransform, RollPitchYaw
 
@@ -194,3 +194,40 @@ def test_a_cap_all_but_flat_on_another_touches_with_its_face():
         assert found == expected
         if found:
             assert n == up and abs(depth + 1e-5) < 1e-15
+
+
+@pytest.mark.parametrize("far", [0.0, 1e3])
+def test_newtons_method_ends_where_rounding_lets_it(far):
+    """The rim of a cylinder over the side of another: far from the origin they meet alike, but for rounding."""
+    shift = np.array([far, -far, far])
+    X = RigidTransform(RollPitchYaw(0.0, np.pi / 2, 0.0), shift)
+    Y = RigidTransform(RollPitchYaw(0.3, 0.6, 0.0), np.add(shift, [0.05, 0.04, 0.3]))
+    scene = placed(g.Cylinder(0.1, 0.8), g.Cylinder(0.2, 0.3), X, Y)
+    _, nhat_ji, _, _ = stage.separation(scene.model, scene.table, 0, 1, 1e9)
+    d = tuple(RollPitchYaw(2e-3, -1e-3, 1e-3).ToRotationMatrix() @ np.negative(nhat_ji))
+    size = scene.model[0].bound + scene.model[1].bound
+    found, d, depth, p_A, p_B = polish(scene.model, scene.table, 0, 1, size, d, SQUARE)
+    assert found
+    assert extent(scene, d) == pytest.approx(depth, abs=1e-13 + 4e-16 * far)
+    # Both points are on the line along d, of which no slope is left.
+    assert np.subtract(p_A, p_B) == pytest.approx(depth * np.array(d), abs=1e-13 + 1e-15 * far)
+
+
+def test_a_point_is_within_a_cap_as_it_is_within_its_polygon():
+    """Points inside and outside of the circles around and within the polygon, and between them, with all margins."""
+    scene = placed(
+        g.Cylinder(0.3, 0.8), g.Sphere(0.1), RigidTransform(RollPitchYaw(0.3, -0.5, 0.7), [1, 2, 3]), RigidTransform()
+    )
+    model, table = scene.model, scene.table
+    face, n = best_face(model, table, 0, (0.1, 0.2, 1.0))
+    X_WG = RigidTransform(RollPitchYaw(0.3, -0.5, 0.7), [1, 2, 3])
+    rng = np.random.default_rng(3)
+    answers = set()
+    for _ in range(300):
+        turn, rho, margin = rng.uniform(0, 2 * np.pi), 0.3 * rng.uniform(0.8, 1.2), rng.choice([-0.03, 0.0, 0.03, 0.4])
+        x = tuple(X_WG @ np.array([rho * np.cos(turn), rho * np.sin(turn), 0.4]))
+        sides = shown_face(model, table, 0, face, n, POLYGON_A)
+        expected = within_polygon(table, sides, n, x, margin)
+        assert within_face(model, table, 0, face, n, x, margin) == expected
+        answers.add((bool(expected), rho < 0.3 * np.cos(np.pi / 16), rho < 0.3))
+    assert len(answers) == 6

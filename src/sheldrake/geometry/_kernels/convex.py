@@ -28,6 +28,7 @@ from .support import (
     corner_after,
     face_around,
     has_faces,
+    height_of_face,
     is_faceted,
     normal_of_face,
     shown_face,
@@ -104,9 +105,9 @@ def touching_features(model, table, i, j, nhat_ji, depth, s):
     flat_i = along_i >= 1.0 - FLAT
     flat_j = along_j >= 1.0 - FLAT
     if flat_j and stands_within(model, table, j, i, face_j, out_j):
-        return cap_contacts(model, table, j, i, out_j)
+        return cap_contacts(model, table, j, i, face_j, out_j)
     if flat_i and stands_within(model, table, i, j, face_i, out_i):
-        return cap_contacts(model, table, i, j, out_i)
+        return cap_contacts(model, table, i, j, face_i, out_i)
     emitted = 0
     if flat_j:
         sides = shown_face(model, table, j, face_j, out_j, POLYGON_A)
@@ -183,10 +184,10 @@ def stands_within(model, table, ref, inc, face, out):
 
 
 @kernel(outline=True)
-def cap_contacts(model, table, ref, inc, out):
-    """Contacts of a cap that stands within a face of `ref`, which is in POLYGON_A; how many."""
+def cap_contacts(model, table, ref, inc, face, out):
+    """Contacts of a cap that stands within a face of `ref`; how many."""
     before = table.num_contacts
-    height = dot3(out, sub3(table.poses[inc].p_WG, table.corners[POLYGON_A].p_W))
+    height = dot3(out, table.poses[inc].p_WG) - height_of_face(model, table, ref, face, out)
     cylinder_on_plane_multi(model, table, inc, ref, out, height)
     return table.num_contacts - before
 

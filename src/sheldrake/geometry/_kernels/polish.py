@@ -40,8 +40,10 @@ _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the
 _STEPS = 8
 _LAST_STEPS = 4
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
-_STILL = 1e-14  # a step that turns d by no more is not worth while [rad]
-_CONVERGED = 1e-11  # where rounding lets it come no nearer, a step that turns d by no more is the last, too [rad]
+_LEVEL = 1e-14  # relative to the size: a slope of h that is none
+_CONVERGED = (
+    1e-11  # far from the origin rounding lets it become no less: a step that turns d by no more is the last [rad]
+)
 _CLOSE = 1e-7  # after a step that turns d by no more, d goes to the nearest point of a grid [rad]
 _GRID = 16777216.0  # points of it per unit
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
@@ -66,15 +68,21 @@ def add_dyad(table, s, v):
 
 
 @kernel
-def bend_between(table, u, v):
-    """uᵀ BEND v."""
+def bend(table, v):
+    """BEND v: how w changes with the direction."""
     straight = table.bends[BEND].radii
     mixed = table.bends[BEND + 1].radii
     return (
-        u[0] * (straight[0] * v[0] + mixed[0] * v[1] + mixed[1] * v[2])
-        + u[1] * (mixed[0] * v[0] + straight[1] * v[1] + mixed[2] * v[2])
-        + u[2] * (mixed[1] * v[0] + mixed[2] * v[1] + straight[2] * v[2])
+        straight[0] * v[0] + mixed[0] * v[1] + mixed[1] * v[2],
+        mixed[0] * v[0] + straight[1] * v[1] + mixed[2] * v[2],
+        mixed[1] * v[0] + mixed[2] * v[1] + straight[2] * v[2],
     )
+
+
+@kernel
+def bend_between(table, u, v):
+    """uᵀ BEND v."""
+    return dot3(u, bend(table, v))
 
 
 @kernel
@@ -306,6 +314,17 @@ def turn(table, count, d, w):
 
 
 @kernel
+def is_level(table, count, size, d, w):
+    """Whether h has no slope along the circle square to an edge, or any, but for rounding: Newton's method is done."""
+    slope = sub3(w, scale3(d, dot3(d, w)))
+    length2 = 1.0
+    if count == 1:
+        t = cross3(table.edges[EDGE].edge, d)
+        slope, length2 = (dot3(t, w), 0.0, 0.0), dot3(t, t)
+    return dot3(slope, slope) <= _LEVEL * _LEVEL * size * size * length2
+
+
+@kernel
 def on_grid(x):
     """The nearest multiple of 1 / _GRID."""
     return float(whole(x * _GRID + (0.5 if x >= 0.0 else -0.5))) / _GRID
@@ -330,32 +349,40 @@ def polish(model, table, i, j, size, d, square):
     shown = count
     parallel = are_parallel(table, count)
     edges = 1 if parallel else count
-    again, settled = False, False
-    left = _STEPS
-    for _ in range(_STEPS + _LAST_STEPS):
-        known, d = square_to_edges(table, edges, d)
+    known, square_d = square_to_edges(table, edges, d)
+    if not known:
+        return False, d, 0.0, p_i, p_j
+    w = add3(sub3(p_i, p_j), bend(table, sub3(square_d, d)))
+    d = square_d
+    settled = edges == 2
+    if settled:
         p_i, p_j, count = show_both(model, table, i, j, d, square)
-        if not known or count != shown:
-            return False, d, 0.0, p_i, p_j
-        if edges == 2:  # once more, with the ends that are shown now: signs of zeros do not depend on where it began
-            settled, d = square_to_edges(table, edges, d)
-            break
-        convex, angle2, there = turn(table, edges, d, sub3(p_i, p_j))
-        if not convex or angle2 > _FARTHEST * _FARTHEST:
-            return False, d, 0.0, p_i, p_j
-        settled = again and angle2 <= _CONVERGED * _CONVERGED
+        # Once more, with the ends that are shown now: signs of zeros do not depend on where it began.
+        known, d = square_to_edges(table, edges, d)
+    again = False
+    left = _STEPS
+    while not settled:
+        convex, angle2, d = turn(table, edges, d, w)
         left -= 1
-        if left == 0 or (again and angle2 <= _STILL * _STILL):
-            break
-        d = there
-        if not again and angle2 <= _CLOSE * _CLOSE:
-            d = direction_on_grid(d)
+        if left == 0 or not convex or angle2 > _FARTHEST * _FARTHEST:
+            return False, d, 0.0, p_i, p_j
+        begins = not again and angle2 <= _CLOSE * _CLOSE
+        if begins:
             again, left = True, _LAST_STEPS
+            known, d = square_to_edges(table, edges, direction_on_grid(d))
+        p_i, p_j, count = show_both(model, table, i, j, d, square)
+        if count != shown:
+            return False, d, 0.0, p_i, p_j
+        w = sub3(p_i, p_j)
+        still = angle2 <= _CONVERGED * _CONVERGED
+        settled = again and not begins and (still or is_level(table, edges, size, d, w))
+    if not known or count != shown:
+        return False, d, 0.0, p_i, p_j
     w = sub3(p_i, p_j)
     depth = dot3(d, w)
     r = sub3(w, scale3(d, depth))
     s, t = meet_side_by_side(table, r) if parallel else meet(table, edges, r)
-    if not (settled and within(s) and within(t)):
+    if not (within(s) and within(t)):
         return False, d, depth, p_i, p_j
     for k in range(shown):
         part = scale3(table.edges[EDGE + k].edge, s if k == 0 else t)

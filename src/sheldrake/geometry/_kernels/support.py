@@ -18,6 +18,8 @@ _CAP = (
     *((-c, -s) for c, s in _QUARTER),
     *((s, -c) for c, s in _QUARTER),
 )
+_APOTHEM = 0.9807852804032304  # of that polygon, over its radius: the cosine of 11.25 degrees
+_SURELY = 1.0 + 1e-9  # a square that is larger by this factor is larger in spite of rounding
 _NEARLY_FLAT = 0.02  # sine of the angle between a cap's normal and the direction it is shown to
 
 
@@ -279,10 +281,16 @@ def side_of_face(table, k, sides, n_W):
 
 @kernel(outline=True)
 def within_face(model, table, g, face, n_W, x, margin):
-    """Whether x is within a face (of a cap: its polygon) of g with normal n_W, a margin away from its edges [m].
-
-    The corners of the face stay in POLYGON_A.
-    """
+    """Whether x is within a face (of a cap: its polygon) of g with normal n_W, a margin away from its edges [m]."""
+    if model[g].kind == CYLINDER:
+        r = sub3(x, table.poses[g].p_WG)
+        along = dot3(r, n_W)
+        rho2 = dot3(r, r) - along * along
+        most, least = model[g].radius - margin, _APOTHEM * model[g].radius - margin
+        if most < 0.0 or rho2 > _SURELY * most * most:
+            return False
+        if least > 0.0 and _SURELY * rho2 < least * least:
+            return True
     return within_polygon(table, shown_face(model, table, g, face, n_W, POLYGON_A), n_W, x, margin)
 
 

@@ -707,7 +707,12 @@ def contact_delassus(problem, contact):
 
 @kernel
 def largest_delassus(problem, contact):
-    """What w of a contact is at most: the trace of J diag(1/A) J^T / 3, which takes a third of the work."""
+    """What w of a contact is at most: the trace of J diag(1/A) J^T / 3, which takes a third of the work.
+
+    More than any w where no six dofs move it: w of few columns takes hardly longer.
+    """
+    if contact.in_sixes == 0:
+        return 1e300 + 0.0 * contact.n0
     total = 0.0
     at = 0
     while at < contact.in_sixes:

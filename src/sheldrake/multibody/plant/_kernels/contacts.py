@@ -196,22 +196,23 @@ def put_contact(tree_model, tree_work, contact, body_a, body_b, moved, frame, p_
 def put_contacts(tree_model, geometry_model, p, tree_work, table, contacts, count):
     """Index, Jacobian and material of all contacts.
 
-    Contacts of one pair of geometries follow each other: they share material and dofs, and the frame while the normal
-    is the same.
+    Contacts of one pair of geometries follow each other: they share the material, and the frame while the normal is the
+    same. Pairs of geometries of the same two bodies mostly do so as well: they share the dofs.
     """
-    a, b = -1, -1
+    a, b, body_a, body_b = -1, -1, -1, -1
     moved = (-1, -1, -1)
     w_A, material, reach = 0.0, (0.0, 0.0, 0.0, 0.0), 0.0
     nhat = (0.0, 0.0, 0.0)
     frame = (nhat, nhat, nhat)
     for c in range(count):
         found = table[c]
-        body_a, body_b = found.body_A, found.body_B
+        if found.body_A != body_a or found.body_B != body_b:
+            body_a, body_b = found.body_A, found.body_B
+            moved = sides(tree_model, body_a, body_b)
         if found.geometry_A != a or found.geometry_B != b:
             a, b = found.geometry_A, found.geometry_B
             w_A, material = material_of_pair(tree_model, p, geometry_model[a], geometry_model[b])
             reach = elastic_reach(geometry_model, a, b)
-            moved = sides(tree_model, body_a, body_b)
         n = found.nhat_BA_W
         if n[0] != nhat[0] or n[1] != nhat[1] or n[2] != nhat[2]:
             nhat = n
