@@ -71,7 +71,7 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
 
     def __init__(
         self,
-        recipe: ingredients.Recipe,
+        recipe: ingredients.Recipe | None,
         task_frame: str,
         collision_checker: CollisionChecker | None,
         active_dof: DofMask,
