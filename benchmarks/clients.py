@@ -462,6 +462,35 @@ def cells(lib: Any, solver: str) -> tuple[str, float]:
     return "", total
 
 
+@program("small programs")
+def small_programs(lib: Any, solver: str) -> tuple[str, float]:
+    """Twenty of two to eight variables, written anew: half by symbols, half by functions of Python."""
+    rng, names, total = np.random.default_rng(2), set(), 0.0
+    for k in range(20):
+        n = 2 + k % 7
+        a, start = rng.normal(size=(2, n)), rng.normal(size=n)
+        prog = lib.MathematicalProgram()
+        x = prog.NewContinuousVariables(n, "x")
+
+        def cost(z: Any, a: Any = a) -> Any:
+            return (a[0].dot(z) - 1.0) ** 4 + (z - a[1]).dot(z - a[1])
+
+        if k % 2:
+            prog.AddCost(cost(x))
+            prog.AddConstraint(x.dot(x) <= 1.5)
+            prog.AddConstraint(x[0] * x[1] + a[0].dot(x) == 0.2)
+        else:
+            prog.AddCost(cost, x)
+            prog.AddConstraint(
+                lambda z, a=a: np.array([z.dot(z), z[0] * z[1] + a[0].dot(z)]), [-np.inf, 0.2], [1.5, 0.2], x
+            )
+        prog.SetInitialGuess(x, start)
+        how, least = solved(lib, prog, solver)
+        names.add(how)
+        total += least
+    return "/".join(sorted(names)), total
+
+
 @program("predictive control")
 def predictive_control(lib: Any, solver: str) -> tuple[str, float]:
     """A double integrator under limits, its program written anew by symbols at each of 20 steps."""

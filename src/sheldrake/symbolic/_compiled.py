@@ -130,9 +130,7 @@ def _source(expressions: Sequence[Expression], variables: Iterable[Variable]) ->
     return _source_of(nodes(*expressions), expressions, variables)
 
 
-def _source_of(
-    order: list[Expression], expressions: Sequence[Expression], variables: Iterable[Variable]
-) -> str | None:
+def _source_of(order: list[Expression], expressions: Sequence[Expression], variables: Iterable[Variable]) -> str | None:
     """The same where the nodes of the expressions are known, those within others first."""
     places = {v.get_id(): i for i, v in enumerate(variables)}
     if len(order) > _MOST_PARTS:

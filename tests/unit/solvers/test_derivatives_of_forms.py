@@ -80,6 +80,26 @@ def test_derivatives_are_those_of_differences(make):
     np.testing.assert_allclose(form.values(y)[1], gradient(y)[0], rtol=1e-12)
 
 
+@pytest.mark.parametrize("make", [of_all_kinds, collocation, transcription])
+def test_curvature_asked_for_once_is_that_of_the_cost(make):
+    prog, y = make()
+    form = NonlinearForm(prog)
+    H = np.zeros((form.num_vars, form.num_vars))
+    np.add.at(H, (form.H_rows, form.H_cols), form.hessian(y, 1.0, np.zeros(form.num_rows)))
+    np.testing.assert_allclose(form.cost_hessian(y), H, atol=1e-4, rtol=1e-4)  # one-sided differences of step 1e-6
+
+
+def test_a_formula_at_one_point_outside_its_domain_is_not_finite():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddCost(log(x[0]) + 1.0 / x[1] ** 2)
+    form = NonlinearForm(prog)
+    with np.errstate(all="ignore"):
+        assert form.cost(np.array([0.0, 1.0]))[0] == -np.inf
+        assert form.cost(np.array([1.0, 0.0]))[0] == np.inf
+        assert np.isnan(form.cost(np.array([-1.0, 1.0]))[0])
+
+
 def test_lengths_have_derivatives_where_they_are_zero():
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(4, "x")

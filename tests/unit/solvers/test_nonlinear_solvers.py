@@ -32,9 +32,7 @@ def program():
     return prog, disc, box
 
 
-@pytest.mark.parametrize(
-    "solver, name", [(SnoptSolver, "SQP"), (IpoptSolver, "Ipopt"), (NloptSolver, "NLopt")]
-)
+@pytest.mark.parametrize("solver, name", [(SnoptSolver, "SQP"), (IpoptSolver, "Ipopt"), (NloptSolver, "NLopt")])
 def test_results_name_what_ran(solver, name):
     if not solver().available():
         pytest.skip("not installed")

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from sheldrake.solvers import MathematicalProgram, SnoptSolver, SolutionResult, Solve, SolverOptions
+from sheldrake.solvers._engines.interior_point import Ending, interior_point
 from sheldrake.solvers._engines.nonlinear import Settings
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._engines.restoration import aside, restore
 from sheldrake.solvers._engines.sqp import Sqp, suits
+from sheldrake.symbolic import sin
 
 # W. Hock and K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981): number, cost, constraints with
 # their bounds, bounds of variables, start, minimum.
@@ -213,3 +215,23 @@ def test_least_violations_inside_of_bounds_are_the_same_from_all_sides():
     assert all(one.confirms(found[0]) and (form.clip(one.y) == one.y).all() for one in found)
     # At (1, 0), the bound, the disk about (3, 0) is missed by 3, and the half plane by 1: more of squares elsewhere.
     assert found[0].squares == pytest.approx(10.0, rel=0.1)
+
+
+def test_formulas_that_the_interior_point_method_satisfies_are_not_given_up():
+    rng, solved = np.random.default_rng(5), 0
+    for _ in range(46):
+        a, b, start = 2.5 * rng.normal(size=2), rng.normal(), 2.0 * rng.normal(size=2)
+        there = rng.uniform(-0.6, 0.6, 2)
+        prog = MathematicalProgram()
+        x = prog.NewContinuousVariables(2, "x")
+        prog.AddCost((x[0] + 2.0 * x[1]) ** 4 + (x[1] - 1.0) ** 2)
+        prog.AddConstraint(sin(a.dot(x) + b) + x[0] ** 2 == np.sin(a @ there + b) + there[0] ** 2)
+        prog.AddConstraint(x.dot(x) <= there @ there + 0.01)
+        form = NonlinearForm(prog)
+        with np.errstate(all="ignore"):
+            *_, ending = interior_point(form, form.start(start), 1e-8, 1e-6, 1000)
+        if ending is Ending.CONVERGED:
+            solved += 1
+            result = Solve(prog, start)
+            assert result.is_success() and not result.GetInfeasibleConstraints(prog)
+    assert solved > 25

@@ -114,7 +114,7 @@ class KinematicFunction(Opaque, WithSlopes):
         q, more = self._split(x)
         view = self._place(q)
         asked = self._ask_forms(view)
-        if asked is not None:
+        if view is not None and asked is not None:
             found = asked.slopes()
             return found[:, 0], found[:, 1:] if view.frozen.v_is_qdot else self._by_q(found[:, 1:])
         slope = self._slope(more)

@@ -105,5 +105,6 @@ def touches(plant: MultibodyPlant, context: Context, pairs: list[tuple]) -> list
             R_BG = X_BG.rotation().matrix()
             bodies.append(body)
             points.append(Floats(R_BG @ p_GC.value + X_BG.translation(), R_BG @ p_GC.by_q))
-        out.append(Touch(*bodies, *points, n_AB_W, Floats(of_pair.value[9], of_pair.by_q[9])))
+        distance = Floats(of_pair.value[9], of_pair.by_q[9])
+        out.append(Touch(bodies[0], bodies[1], points[0], points[1], n_AB_W, distance))
     return out

@@ -116,7 +116,8 @@ class _Postures:
         W, wrt = self.plant.world_frame(), JacobianWrtVariable.kV
         J = self.plant.CalcJacobianSpatialVelocity(self.context, wrt, body.body_frame(), np.zeros(3), W, W)
         J_WB, R_WB = floats(J, nq), self.plant.EvalBodyPoseInWorld(self.context, body).rotation().matrix()
-        return _Motion(*(Floats(*(a[k : k + 3] for a in J_WB)) for k in (0, 3)), floats(R_WB, nq))
+        J_w, J_v = (Floats(*(a[k : k + 3] for a in J_WB)) for k in (0, 3))
+        return _Motion(J_w, J_v, floats(R_WB, nq))
 
 
 class _OfPosture(KinematicFunction, Constraint):

@@ -149,7 +149,7 @@ class NonlinearForm:
 
     def _cost_slopes_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         values, J = self._costs.slopes(self._unscaled(y))
-        gradient = np.bincount(self._costs.J_cols, without_nan(J), self.num_vars)
+        gradient = _summed(self._costs.J_cols, without_nan(J), self.num_vars)
         return _sum(values), gradient * self.scale if self._is_scaled else gradient
 
     def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -164,7 +164,7 @@ class NonlinearForm:
     def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
         values, entries = self.constraints(y)
-        J = np.bincount(self._J_places, entries, self.num_rows * self.num_vars)
+        J = _summed(self._J_places, entries, self.num_rows * self.num_vars)
         return values, J.reshape(self.num_rows, self.num_vars)
 
     @functools.cached_property
@@ -184,7 +184,7 @@ class NonlinearForm:
         n, costs = self.num_vars, self._costs
         entries = without_nan(costs.rough_hessian(self._unscaled(y), np.ones(len(costs.places))))
         rows, cols = costs.where_hessian()
-        H = np.bincount(rows * n + cols, entries, n * n).reshape(n, n)
+        H = _summed(rows * n + cols, entries, n * n).reshape(n, n)
         return H * np.outer(self.scale, self.scale) if self._is_scaled else H
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -261,6 +261,11 @@ def _placed(
         out.append((evaluator, columns[column:next_column], rows[row:next_row]))
         row, column = next_row, next_column
     return out
+
+
+def _summed(places: np.ndarray, entries: np.ndarray, size: int) -> np.ndarray:
+    """A vector with entries at places, those at one place added; `bincount` of nothing would be of integers."""
+    return np.bincount(places, entries, size) if len(entries) else np.zeros(size)
 
 
 def _sum(values: np.ndarray) -> float:

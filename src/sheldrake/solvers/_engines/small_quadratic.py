@@ -138,7 +138,8 @@ _calls = BoundCalls(_bound)
 class ActiveSetSolver(Engine):
     """Solves small quadratic programs for `Solve`; leaves the result as it was begun where it cannot prove one.
 
-    Those whose constraints are equations are left to `EqualityConstrainedQPSolver`, which tries the same steps. Details are those of Clarabel, who solves what is left, the iterations being the rows that hold with equality.
+    Those whose constraints are equations are left to `EqualityConstrainedQPSolver`, which tries the same steps. Details
+    are those of Clarabel, who solves what is left, the iterations being the rows that hold with equality.
     """
 
     _name = "Active set"

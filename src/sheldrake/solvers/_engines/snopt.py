@@ -47,8 +47,8 @@ class InteriorPointSolver(NonlinearSolver):
     """Solves nonlinear programs by the interior point method of this library.
 
     Programs of few variables are tried by sequential quadratic programming first ("SQP"), and by SciPy's SLSQP where
-    that gets stuck. SLSQP is also tried where the interior point method gets stuck, or stops where constraints cannot be
-    violated less. It heeds the options of SNOPT that `SnoptSolver` names.
+    that gets stuck. SLSQP is also tried where the interior point method gets stuck, or stops where constraints cannot
+    be violated less. It heeds the options of SNOPT that `SnoptSolver` names.
     """
 
     _name = "InteriorPoint"
