@@ -6,10 +6,6 @@ Made by tools/make_stubs.py.
 from typing import Any
 
 from sheldrake.geometry import *
-from sheldrake.geometry._meshes.triangle_mesh import (
-    SurfaceTriangle as SurfaceTriangle,
-    TriangleSurfaceMesh as TriangleSurfaceMesh,
-)
 from sheldrake.geometry.optimization import *
 
 AddSoftHydroelasticProperties: Any

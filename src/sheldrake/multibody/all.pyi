@@ -12,12 +12,6 @@ from sheldrake.multibody.contact_solvers import *
 from sheldrake.multibody.inverse_kinematics import *
 from sheldrake.multibody.math import *
 from sheldrake.multibody.meshcat import *
-from sheldrake.multibody.meshcat._contact_visualizer import (
-    ContactVisualizer as ContactVisualizer,
-)
-from sheldrake.multibody.meshcat._contact_visualizer_params import (
-    ContactVisualizerParams as ContactVisualizerParams,
-)
 from sheldrake.multibody.optimization import *
 from sheldrake.multibody.parsing import *
 from sheldrake.multibody.plant import *
