@@ -69,7 +69,8 @@ class MuJoCo:
 
         import mujoco
         import mujoco.rollout
-        from pydrake.math import RigidTransform, RollPitchYaw
+
+        from sheldrake.math import RigidTransform, RollPitchYaw
 
         inertial = ElementTree.parse(URDF).getroot().find("link/inertial")
         inertia = inertial.find("inertia").attrib
