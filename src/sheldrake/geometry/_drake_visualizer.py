@@ -126,7 +126,7 @@ class DrakeVisualizer(LeafSystem):
 
     @staticmethod
     def DispatchLoadMessage(
-        scene_graph: SceneGraph, lcm: DrakeLcmInterface, params: DrakeVisualizerParams | None = None
+        scene_graph: SceneGraph, lcm: DrakeLcmInterface | None, params: DrakeVisualizerParams | None = None
     ) -> None:
         """Publishes the geometries of a SceneGraph's model once.
 

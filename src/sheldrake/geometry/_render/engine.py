@@ -6,7 +6,7 @@ The base for engines of users as well as our own (`raster_engine`). A SceneGraph
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -152,38 +152,36 @@ class RenderEngine:
         for geometry_id, pose in zip(ids, X_WG):
             self.DoUpdateVisualPose(geometry_id, RigidTransform(pose))
 
-    def RenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:
+    def RenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image | None) -> None:
         """Draws colours into an image of the camera's size.
 
         Raises:
             RuntimeError: the image has another size, or the engine draws no colours.
         """
-        self._check(camera.core(), color_image_out, "color")
-        self.DoRenderColorImage(camera, color_image_out)
+        self.DoRenderColorImage(camera, self._given(camera.core(), color_image_out, "color"))
 
-    def RenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image) -> None:
+    def RenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image | None) -> None:
         """Draws depths [m] into an image of the camera's size; 0 is too close, infinity too far or nothing.
 
         Raises:
             RuntimeError: the image has another size, or the engine draws no depths.
         """
-        self._check(camera.core(), depth_image_out, "depth")
-        self.DoRenderDepthImage(camera, depth_image_out)
+        self.DoRenderDepthImage(camera, self._given(camera.core(), depth_image_out, "depth"))
 
-    def RenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image) -> None:
+    def RenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image | None) -> None:
         """Draws labels into an image of the camera's size; kEmpty is nothing.
 
         Raises:
             RuntimeError: the image has another size, or the engine draws no labels.
         """
-        self._check(camera.core(), label_image_out, "label")
-        self.DoRenderLabelImage(camera, label_image_out)
+        self.DoRenderLabelImage(camera, self._given(camera.core(), label_image_out, "label"))
 
-    def _check(self, core: RenderCameraCore, image: _Image, kind: str) -> None:
+    def _given(self, core: RenderCameraCore, image: _Image | None, kind: str) -> _Image:
         self.ThrowIfInvalid(core.intrinsics(), image, kind)
+        return cast("_Image", image)
 
     @staticmethod
-    def ThrowIfInvalid(intrinsics: CameraInfo, image: _Image, image_type: str) -> None:
+    def ThrowIfInvalid(intrinsics: CameraInfo, image: _Image | None, image_type: str) -> None:
         """Raises RuntimeError unless the image has the camera's size."""
         if image is None:
             raise RuntimeError(f"Can't render a {image_type} image. The given output image is nullptr")

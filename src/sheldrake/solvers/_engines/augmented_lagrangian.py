@@ -137,7 +137,7 @@ class AugmentedLagrangianSmooth(_AugmentedLagrangian):
         """Returns the number of slacks."""
         return self._equal.count(False)
 
-    def Eval(self, x: ArrayLike, s: float, lambda_val: ArrayLike, mu: float) -> tuple[Any, np.ndarray, Any]:
+    def Eval(self, x: ArrayLike, s: ArrayLike, lambda_val: ArrayLike, mu: float) -> tuple[Any, np.ndarray, Any]:
         """Returns the augmented Lagrangian, the residues of the constraints with slacks, and the cost.
 
         Args:
