@@ -231,3 +231,20 @@ def test_a_point_is_within_a_cap_as_it_is_within_its_polygon():
         assert within_face(model, table, 0, face, n, x, margin) == expected
         answers.add((bool(expected), rho < 0.3 * np.cos(np.pi / 16), rho < 0.3))
     assert len(answers) == 6
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_direction_with_a_part_that_is_nothing_has_the_same_bits_from_either_side(axis):
+    """An ellipsoid beside a capsule, both along the world's axes: one part of the direction between them is 0."""
+    place = np.array([0.5, 0.4, 0.3])
+    place[axis] = 0.0
+    scene = placed(g.Ellipsoid(0.2, 0.15, 0.1), g.Capsule(0.05, 0.1), RigidTransform(), RigidTransform(place))
+    _, nhat_ji, _, _ = stage.separation(scene.model, scene.table, 0, 1, 1e9)
+    answers = set()
+    for aside in (-1e-3, -1e-5, -1e-8, -1e-15, -1e-20, 0.0, 1e-20, 1e-15, 1e-8, 1e-5, 1e-3):
+        d = -np.array(nhat_ji)
+        d[axis] += aside
+        found, d, depth, *_ = nearby(scene.model, scene.table, 0, 1, 1.0, tuple(d / np.linalg.norm(d)), 0.0)
+        assert found
+        answers.add((*d, depth))
+    assert len(answers) == 1

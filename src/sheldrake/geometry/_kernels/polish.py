@@ -327,7 +327,7 @@ def is_level(table, count, size, d, w):
 @kernel
 def on_grid(x):
     """The nearest multiple of 1 / _GRID."""
-    return float(whole(x * _GRID + (0.5 if x >= 0.0 else -0.5))) / _GRID
+    return float(whole(x * _GRID + 0.5)) / _GRID
 
 
 @kernel(outline=True)
