@@ -7,9 +7,9 @@ tried for shapes with faces alone, which is exact, and thousands of directions f
 with the kernels but the numbers of the shapes.
 
 With `--memory` contacts are sought with what was remembered of the same pairs a little elsewhere, and are the same
-bits as without, but for last digits, where two formulas say the same or a pair just touches, and for which of two sides
-of a curved shape it is where both are equally deep to EPA's accuracy. How many pairs differ, and how, is printed; one
-that is deeper, or less deep, than that is wrong.
+bits as without, but for last digits where two formulas say the same, for which of two sides of a curved shape it is
+where both are equally deep to EPA's accuracy, and for contacts that are so little deep. How many searches differ, and
+how, is printed; any other difference is wrong.
 
 Prints for each pair of kinds how many queries there were, how many had the wrong sign, and the largest errors relative
 to the size of the pair; ends with status 1 if one is larger than `accuracy_of` states. A million queries take 4 min.
@@ -50,12 +50,12 @@ PAIRS = [p for p in itertools.combinations_with_replacement(KINDS, 2) if p != ("
 REGIMES = ("anywhere", "touching", "aligned", "deep", "far")
 """How two shapes lie: at random, a hair apart or in one another, with parallel faces, centre in centre, far away."""
 
-ALIKE = ("the same bits", "other last digits", "as deep elsewhere", "wrong")
+ALIKE = ("the same bits", "other last digits", "as deep", "wrong")
 """How much the contacts of a pair with memory are those without."""
 DIGITS = 1e-12
 """Relative to the size: numbers that differ by no more have other last digits."""
 GAP = 1e-6
-"""The same of the depths of curved shapes, of which EPA knows no more; then the normal is another one."""
+"""The same of the depths of curved shapes, of which EPA knows no more. As deep is another side, or a mere touch."""
 TURNED = 1e-3
 """Normals that differ by more are of other sides."""
 
@@ -166,9 +166,11 @@ def how_alike(a: np.ndarray, b: np.ndarray, scale: float, curved: bool) -> int:
         return 1
     deeper = abs(a[:, ContactPoint.depth].max(initial=0.0) - b[:, ContactPoint.depth].max(initial=0.0)) / scale
     if len(a) == 0 or len(b) == 0:
-        return 1 if deeper <= DIGITS else 3
-    turned = np.abs(a[0, ContactPoint.nhat_BA_W.columns] - b[0, ContactPoint.nhat_BA_W.columns]).max()
-    return 2 if turned > TURNED and deeper <= (GAP if curved else DIGITS) else 3
+        elsewhere = True
+    else:
+        turned = a[0, ContactPoint.nhat_BA_W.columns] - b[0, ContactPoint.nhat_BA_W.columns]
+        elsewhere = np.abs(turned).max() > TURNED
+    return 2 if elsewhere and deeper <= (GAP if curved else DIGITS) else 3
 
 
 # ---- many pairs at once

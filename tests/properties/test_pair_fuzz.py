@@ -32,7 +32,7 @@ def test_aligned_shapes_have_the_same_bits_with_memory(kinds):
 
 
 def test_contacts_that_differ_are_told_apart():
-    """Last digits, one of two sides that are as deep, and what is wrong: a depth, a point that misses, a touch."""
+    """Last digits, one of two sides that are as deep, a mere touch, and what is wrong: a depth, a place, a number."""
     place, depth, normal = (
         fuzz_pairs.ContactPoint.p_WCa,
         fuzz_pairs.ContactPoint.depth,
@@ -54,11 +54,11 @@ def test_contacts_that_differ_are_told_apart():
     slightly[0, depth] += 1e-8
     assert how(one.copy()) == "the same bits"
     assert how(changed(place.columns, 1e-15)) == "other last digits"
-    assert how(elsewhere) == how(slightly, curved=True) == "as deep elsewhere"
+    assert how(elsewhere) == how(slightly, curved=True) == "as deep"
     for other in (changed(depth, 1e-8), changed(place.columns, 1e-3), np.repeat(one, 2, axis=0), slightly, none):
         assert how(other) == "wrong"
     touch = changed(depth, 1e-15 - 0.1)
-    assert fuzz_pairs.ALIKE[fuzz_pairs.how_alike(touch, none, 1.0, False)] == "other last digits"
+    assert fuzz_pairs.ALIKE[fuzz_pairs.how_alike(touch, none, 1.0, False)] == "as deep"
 
 
 @pytest.mark.parametrize("kinds", [("box", "box"), ("cylinder", "ellipsoid"), ("capsule", "hull")], ids="-".join)

@@ -248,3 +248,20 @@ def test_a_direction_with_a_part_that_is_nothing_has_the_same_bits_from_either_s
         assert found
         answers.add((*d, depth))
     assert len(answers) == 1
+
+
+def test_depth_along_a_direction_square_to_two_edges_is_that_of_the_farthest_points():
+    """Rods beside long hulls: square to a rod and to an edge of one vertex, another vertex may be farthest."""
+    found = 0
+    for seed in (3, 20, 22, 41, 53, 58):
+        rng = np.random.default_rng(seed)
+        hull, aside = PointHull(rng.normal(size=(10, 3)) * [0.02, 0.02, 1.0]), rng.normal(size=3) * [0.02, 0.02, 0.0]
+        scene = placed(hull, g.Cylinder(0.1, 6.0), RigidTransform(), RigidTransform(aside))
+        size = scene.model[0].bound + scene.model[1].bound
+        for angle in np.linspace(0.0, 2.0 * np.pi, 60):
+            start = (np.cos(angle), np.sin(angle), 0.0)
+            known, d, depth, *_ = polish(scene.model, scene.table, 0, 1, size, start, SQUARE)
+            if known:
+                found += 1
+                assert depth == pytest.approx(extent(scene, d), abs=1e-12)
+    assert found >= 5

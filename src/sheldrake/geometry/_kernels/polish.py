@@ -359,6 +359,8 @@ def polish(model, table, i, j, size, d, square):
         p_i, p_j, count = show_both(model, table, i, j, d, square)
         # Once more, with the ends that are shown now: signs of zeros do not depend on where it began.
         known, d = square_to_edges(table, edges, d)
+        turned = sub3(d, square_d)
+        known = known and dot3(turned, turned) <= _LOOSE * _LOOSE  # or other edges, whose ends may not be farthest
     again = False
     left = _STEPS
     while not settled:
