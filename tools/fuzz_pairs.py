@@ -53,7 +53,9 @@ REGIMES = ("anywhere", "touching", "aligned", "deep", "far")
 ALIKE = ("the same bits", "other last digits", "as deep", "wrong")
 """How much the contacts of a pair with memory are those without."""
 DIGITS = 1e-12
-"""Relative to the size: numbers that differ by no more have other last digits."""
+"""Relative to the size: depths that differ by no more have other last digits."""
+PLACE = 1e-9
+"""The same of points, which slide along edges that are nearly parallel, and of normals."""
 GAP = 1e-6
 """The same of the depths of curved shapes, of which EPA knows no more. As deep is another side, or a mere touch."""
 TURNED = 1e-3
@@ -160,9 +162,9 @@ def how_alike(a: np.ndarray, b: np.ndarray, scale: float, curved: bool) -> int:
     """Which of `ALIKE` two tables of a pair's contacts are, relative to `scale` [m]."""
     if a.tobytes() == b.tobytes():
         return 0
-    units = np.full(ContactPoint.SIZE, scale)
-    units[ContactPoint.nhat_BA_W.columns] = 1.0
-    if a.shape == b.shape and (np.abs(a - b) <= DIGITS * units).all():
+    last = np.full(ContactPoint.SIZE, PLACE * scale)
+    last[ContactPoint.nhat_BA_W.columns], last[ContactPoint.depth] = PLACE, DIGITS * scale
+    if a.shape == b.shape and (np.abs(a - b) <= last).all():
         return 1
     deeper = abs(a[:, ContactPoint.depth].max(initial=0.0) - b[:, ContactPoint.depth].max(initial=0.0)) / scale
     if len(a) == 0 or len(b) == 0:

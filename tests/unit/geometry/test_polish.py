@@ -265,3 +265,21 @@ def test_depth_along_a_direction_square_to_two_edges_is_that_of_the_farthest_poi
                 found += 1
                 assert depth == pytest.approx(extent(scene, d), abs=1e-12)
     assert found >= 5
+
+
+def test_small_shapes_a_metre_away_are_found_in_spite_of_the_rounding_of_positions():
+    """From a direction whose depth seems to be less, by last digits of the metre, than that of the best one."""
+    rng, there = np.random.default_rng(5), np.array([0.9, -0.8, 0.7])
+    ellipsoid, capsule = g.Ellipsoid(2e-3, 1e-3, 5e-4), g.Capsule(5e-4, 2e-3)
+    for _ in range(40):
+        X, Y = (RigidTransform(RollPitchYaw(*rng.uniform(-3, 3, 3)), there + rng.normal(size=3) * 2e-3) for _ in "ab")
+        scene = placed(ellipsoid, capsule, X, Y)
+        phi, nhat_ji, *_ = stage.separation(scene.model, scene.table, 0, 1, 1e9)
+        if phi + 5e-4 < 1e-4:
+            continue
+        size = scene.model[0].bound + scene.model[1].bound
+        start = np.negative(nhat_ji) + 1e-8 * rng.normal(size=3)
+        start /= np.linalg.norm(start)
+        found, d, depth, *_ = nearby(scene.model, scene.table, 0, 1, size, tuple(start), extent(scene, start) - 2e-16)
+        assert found
+        assert depth == pytest.approx(extent(scene, d), abs=1e-15)

@@ -49,7 +49,7 @@ _GRID = 16777216.0  # points of it per unit
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
 _LOOSE = 1e-10  # relative to the size: how far the points of the answer may be from where d and depth say they are
 _BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
-_ROUNDING = 1e-14  # relative to the size: a direction that loses no more is as good
+_ROUNDING = 1e-12  # relative to the size: a direction that loses no more is as good, where positions are of a metre
 _AS_GOOD = 1e-9  # the same of a face, which would be missed where caps are all but flat on one another
 
 # Scratch, in rows that polygons use later
