@@ -231,3 +231,55 @@ def test_a_point_is_within_a_cap_as_it_is_within_its_polygon():
         assert within_face(model, table, 0, face, n, x, margin) == expected
         answers.add((bool(expected), rho < 0.3 * np.cos(np.pi / 16), rho < 0.3))
     assert len(answers) == 6
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_direction_with_a_part_that_is_nothing_has_the_same_bits_from_either_side(axis):
+    """An ellipsoid beside a capsule, both along the world's axes: one part of the direction between them is 0."""
+    place = np.array([0.5, 0.4, 0.3])
+    place[axis] = 0.0
+    scene = placed(g.Ellipsoid(0.2, 0.15, 0.1), g.Capsule(0.05, 0.1), RigidTransform(), RigidTransform(place))
+    _, nhat_ji, _, _ = stage.separation(scene.model, scene.table, 0, 1, 1e9)
+    answers = set()
+    for aside in (-1e-3, -1e-5, -1e-8, -1e-15, -1e-20, 0.0, 1e-20, 1e-15, 1e-8, 1e-5, 1e-3):
+        d = -np.array(nhat_ji)
+        d[axis] += aside
+        found, d, depth, *_ = nearby(scene.model, scene.table, 0, 1, 1.0, tuple(d / np.linalg.norm(d)), 0.0)
+        assert found
+        answers.add((*d, depth))
+    assert len(answers) == 1
+
+
+def test_depth_along_a_direction_square_to_two_edges_is_that_of_the_farthest_points():
+    """Rods beside long hulls: square to a rod and to an edge of one vertex, another vertex may be farthest."""
+    found = 0
+    for seed in (3, 20, 22, 41, 53, 58):
+        rng = np.random.default_rng(seed)
+        hull, aside = PointHull(rng.normal(size=(10, 3)) * [0.02, 0.02, 1.0]), rng.normal(size=3) * [0.02, 0.02, 0.0]
+        scene = placed(hull, g.Cylinder(0.1, 6.0), RigidTransform(), RigidTransform(aside))
+        size = scene.model[0].bound + scene.model[1].bound
+        for angle in np.linspace(0.0, 2.0 * np.pi, 60):
+            start = (np.cos(angle), np.sin(angle), 0.0)
+            known, d, depth, *_ = polish(scene.model, scene.table, 0, 1, size, start, SQUARE)
+            if known:
+                found += 1
+                assert depth == pytest.approx(extent(scene, d), abs=1e-12)
+    assert found >= 5
+
+
+def test_small_shapes_a_metre_away_are_found_in_spite_of_the_rounding_of_positions():
+    """From a direction whose depth seems to be less, by last digits of the metre, than that of the best one."""
+    rng, there = np.random.default_rng(5), np.array([0.9, -0.8, 0.7])
+    ellipsoid, capsule = g.Ellipsoid(2e-3, 1e-3, 5e-4), g.Capsule(5e-4, 2e-3)
+    for _ in range(40):
+        X, Y = (RigidTransform(RollPitchYaw(*rng.uniform(-3, 3, 3)), there + rng.normal(size=3) * 2e-3) for _ in "ab")
+        scene = placed(ellipsoid, capsule, X, Y)
+        phi, nhat_ji, *_ = stage.separation(scene.model, scene.table, 0, 1, 1e9)
+        if phi + 5e-4 < 1e-4:
+            continue
+        size = scene.model[0].bound + scene.model[1].bound
+        start = np.negative(nhat_ji) + 1e-8 * rng.normal(size=3)
+        start /= np.linalg.norm(start)
+        found, d, depth, *_ = nearby(scene.model, scene.table, 0, 1, size, tuple(start), extent(scene, start) - 2e-16)
+        assert found
+        assert depth == pytest.approx(extent(scene, d), abs=1e-15)

@@ -49,7 +49,7 @@ _GRID = 16777216.0  # points of it per unit
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
 _LOOSE = 1e-10  # relative to the size: how far the points of the answer may be from where d and depth say they are
 _BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
-_ROUNDING = 1e-14  # relative to the size: a direction that loses no more is as good
+_ROUNDING = 1e-12  # relative to the size: a direction that loses no more is as good, where positions are of a metre
 _AS_GOOD = 1e-9  # the same of a face, which would be missed where caps are all but flat on one another
 
 # Scratch, in rows that polygons use later
@@ -327,7 +327,7 @@ def is_level(table, count, size, d, w):
 @kernel
 def on_grid(x):
     """The nearest multiple of 1 / _GRID."""
-    return float(whole(x * _GRID + (0.5 if x >= 0.0 else -0.5))) / _GRID
+    return float(whole(x * _GRID + 0.5)) / _GRID
 
 
 @kernel(outline=True)
@@ -359,6 +359,8 @@ def polish(model, table, i, j, size, d, square):
         p_i, p_j, count = show_both(model, table, i, j, d, square)
         # Once more, with the ends that are shown now: signs of zeros do not depend on where it began.
         known, d = square_to_edges(table, edges, d)
+        turned = sub3(d, square_d)
+        known = known and dot3(turned, turned) <= _LOOSE * _LOOSE  # or other edges, whose ends may not be farthest
     again = False
     left = _STEPS
     while not settled:
