@@ -186,7 +186,8 @@ def call_faults(signature: inspect.Signature, one: Overload, source: str) -> Ite
 def source_of(function: Any) -> str:
     """The text of the folders in which a function, or a class and its bases, were written; or the ways to call it."""
     if inspect.isclass(function):
-        files = {f.co_filename for c in function.__mro__ if (f := getattr(vars(c).get("__init__"), "__code__", None))}
+        inits = [inspect.unwrap(init) for c in function.__mro__ if inspect.isfunction(init := vars(c).get("__init__"))]
+        files = {init.__code__.co_filename for init in inits}
         files |= {inspect.getfile(c) for c in function.__mro__ if c.__module__.startswith("sheldrake")}
     else:
         function = inspect.unwrap(getattr(function, "__func__", function))

@@ -128,7 +128,11 @@ def is_number_or_none(value: Any) -> bool:
 def early_refusal(call: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Mismatch:
     """The error for arguments one of which `test_of` refuses."""
     signature = inspect.signature(call)
-    for name, value in signature.bind_partial(*args, **kwargs).arguments.items():
+    try:
+        given = signature.bind_partial(*args, **kwargs).arguments
+    except TypeError as error:  # a name that is none of its parameters'
+        return Mismatch(f"{name_of_call(call, *args[:1])}() {error}")
+    for name, value in given.items():
         parameter = signature.parameters[name]
         test = test_of(parameter.annotation, call)
         values = value if parameter.kind is parameter.VAR_POSITIONAL else (value,)

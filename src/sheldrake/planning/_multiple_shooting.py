@@ -29,6 +29,7 @@ from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Symbolic
     from sheldrake.solvers import Binding, MathematicalProgramResult
     from sheldrake.solvers._functions.bindings import BindingBase
     from sheldrake.solvers._functions.evaluators import Cost, VisualizationCallback
@@ -209,7 +210,7 @@ class MultipleShooting:
 
     # Costs and constraints
 
-    def AddRunningCost(self, g: Expression) -> None:
+    def AddRunningCost(self, g: Symbolic | np.ndarray) -> None:
         """Adds the integral of an expression of placeholders over time."""
         e = np.asarray(g, dtype=object)
         if e.size != 1:

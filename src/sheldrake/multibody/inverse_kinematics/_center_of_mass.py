@@ -52,14 +52,14 @@ class ComPositionConstraint(_CenterOfMass, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         model_instances: Sequence[ModelInstanceIndex] | None,
         expressed_frame: Frame,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._instances, self._E = model_instances, expressed_frame
         self._set_plant(plant, plant_context, 3, 3)
-        self._description = f"{plant.get_name()} CoM position constraint"
+        self._description = f"{self._plant.get_name()} CoM position constraint"
         self._set_bounds(np.zeros(3), np.zeros(3))
 
     def _value(self, more: np.ndarray) -> np.ndarray:
@@ -85,13 +85,13 @@ class ComInPolyhedronConstraint(_CenterOfMass, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         model_instances: Sequence[ModelInstanceIndex] | None,
         expressed_frame: Frame,
         A: ArrayLike,
         lb: ArrayLike,
         ub: ArrayLike,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._instances, self._E = model_instances, expressed_frame
         self._A = np.array(A, dtype=float).reshape(-1, 3)

@@ -43,10 +43,11 @@ class KinematicFunction(Opaque, WithSlopes):
     _num_vars: int
     _nq: int
 
-    def _set_plant(self, plant: MultibodyPlant, context: Context, num_outputs: int, more_vars: int = 0) -> None:
-        for name, given in (("plant", plant), ("plant_context", context)):
-            if given is None:
-                raise ValueError(f"{type(self).__name__}: {name} is None.")
+    def _set_plant(
+        self, plant: MultibodyPlant | None, context: Context | None, num_outputs: int, more_vars: int = 0
+    ) -> None:
+        if plant is None or context is None:
+            raise ValueError(f"{type(self).__name__}: {'plant' if plant is None else 'plant_context'} is None.")
         self._plant, self._context = plant, context
         self._is_float, self._nq = plant._scalar is float, plant.num_positions()
         self._set_sizes(num_outputs, self._nq + more_vars)  # type: ignore[attr-defined]

@@ -24,12 +24,12 @@ class _Turn(KinematicFunction):
 
     def _set_turn(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         Abar: Frame,
         R_AbarA: RotationMatrix,
         Bbar: Frame,
         R_BbarB: RotationMatrix,
-        context: Context,
+        context: Context | None,
     ) -> None:
         self._A, self._B = Abar, Bbar
         self._R_AAbar, self._R_BbarB = R_AbarA.matrix().T, R_BbarB.matrix()
@@ -66,13 +66,13 @@ class OrientationConstraint(_Turn, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameAbar: Frame,
         R_AbarA: RotationMatrix,
         frameBbar: Frame,
         R_BbarB: RotationMatrix,
         theta_bound: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._set_turn(plant, frameAbar, R_AbarA, frameBbar, R_BbarB, plant_context)
         if theta_bound < 0.0:
@@ -102,13 +102,13 @@ class OrientationCost(_Turn, Cost):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameAbar: Frame,
         R_AbarA: RotationMatrix,
         frameBbar: Frame,
         R_BbarB: RotationMatrix,
         c: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._set_turn(plant, frameAbar, R_AbarA, frameBbar, R_BbarB, plant_context)
         self._c = float(c)
@@ -124,7 +124,7 @@ class _Angle(KinematicFunction):
     """cos of the angle between direction a of frame A and b of frame B."""
 
     def _set_angle(
-        self, plant: MultibodyPlant, A: Frame, a_A: ArrayLike, B: Frame, b_B: ArrayLike, context: Context
+        self, plant: MultibodyPlant | None, A: Frame, a_A: ArrayLike, B: Frame, b_B: ArrayLike, context: Context | None
     ) -> None:
         call = type(self).__name__
         self._A, self._B = A, B
@@ -159,14 +159,14 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameA: Frame,
         a_A: ArrayLike,
         frameB: Frame,
         b_B: ArrayLike,
         angle_lower: float,
         angle_upper: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
         if not 0.0 <= angle_lower <= angle_upper <= np.pi:
@@ -196,13 +196,13 @@ class AngleBetweenVectorsCost(_Angle, Cost):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameA: Frame,
         a_A: ArrayLike,
         frameB: Frame,
         b_B: ArrayLike,
         c: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
         self._c = float(c)

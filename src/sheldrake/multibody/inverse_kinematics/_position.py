@@ -54,7 +54,7 @@ class PositionConstraint(KinematicFunction, Constraint):
     )
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         A: Frame,
         X_AbarA: RigidTransform,
         lower: ArrayLike,
@@ -117,13 +117,13 @@ class PositionCost(KinematicFunction, Cost):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameA: Frame,
         p_AP: ArrayLike,
         frameB: Frame,
         p_BQ: ArrayLike,
         C: ArrayLike,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._A, self._B = frameA, frameB
         self._p_AP, self._p_BQ = vector3("PositionCost", "p_AP", p_AP), vector3("PositionCost", "p_BQ", p_BQ)
@@ -155,14 +155,14 @@ class PointToPointDistanceConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frame1: Frame,
         p_B1P1: ArrayLike,
         frame2: Frame,
         p_B2P2: ArrayLike,
         distance_lower: float,
         distance_upper: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         call = "PointToPointDistanceConstraint"
         self._A, self._B = frame1, frame2
@@ -207,7 +207,7 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frame_point: Frame,
         p_B1P: ArrayLike,
         frame_line: Frame,
@@ -215,7 +215,7 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
         n_B2: ArrayLike,
         distance_lower: float,
         distance_upper: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         call = "PointToLineDistanceConstraint"
         self._A, self._B = frame_line, frame_point
@@ -249,13 +249,13 @@ class PolyhedronConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameF: Frame,
         frameG: Frame,
         p_GP: ArrayLike,
         A: ArrayLike,
         b: ArrayLike,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         self._F, self._G = frameF, frameG
         points = np.array(p_GP, dtype=float)
@@ -298,14 +298,14 @@ class GazeTargetConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         frameA: Frame,
         p_AS: ArrayLike,
         n_A: ArrayLike,
         frameB: Frame,
         p_BT: ArrayLike,
         cone_half_angle: float,
-        plant_context: Context,
+        plant_context: Context | None,
     ):
         call = "GazeTargetConstraint"
         self._A, self._B = frameA, frameB

@@ -19,8 +19,7 @@ from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Scalar, Scalars
-    from sheldrake.symbolic import Expression
+    from sheldrake.common._types import Scalar, Scalars, Symbolic
     from sheldrake.systems.framework import Context
 
 
@@ -201,9 +200,9 @@ class RevoluteJoint(_AxisJoint):
         self.set_default_positions([angle])
 
     @checked
-    def set_random_angle_distribution(self, angle: Expression) -> None:
+    def set_random_angle_distribution(self, angle: Symbolic) -> None:
         """Sets the expression from which SetRandomState() draws the angle."""
-        self._random_q = distributions("set_random_angle_distribution", "angle", [angle], 1)
+        self._random_q = distributions("set_random_angle_distribution", "angle", np.array([angle]), 1)
 
 
 class PrismaticJoint(_AxisJoint):
@@ -247,9 +246,9 @@ class PrismaticJoint(_AxisJoint):
         self.set_default_positions([translation])
 
     @checked
-    def set_random_translation_distribution(self, translation: Expression) -> None:
+    def set_random_translation_distribution(self, translation: Symbolic) -> None:
         """Sets the expression from which SetRandomState() draws the translation."""
-        self._random_q = distributions("set_random_translation_distribution", "translation", [translation], 1)
+        self._random_q = distributions("set_random_translation_distribution", "translation", np.array([translation]), 1)
 
 
 class ScrewJoint(OneDampingJoint):
