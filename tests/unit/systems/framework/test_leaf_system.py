@@ -408,7 +408,7 @@ def test_sizes_are_whole_numbers(size):
         lambda: primitives.DiscreteTimeDelay(0.1, size, 1),
         lambda: primitives.VectorLogSink(size),
     ):
-        with pytest.raises(TypeError, match="size|num_inputs"):
+        with pytest.raises(TypeError, match=r"size|num_inputs"):
             make()
 
 
