@@ -1,5 +1,7 @@
 """From CAD to simulation: meshes to robot descriptions, their faults, and conversion between formats."""
 
+from sheldrake.common._names import show_as_own
+
 from ._convert import ConvertModel, WriteModel, WrittenModel
 from ._doctor import DiagnoseModel
 from ._explain_failure import ExplainFailure
@@ -20,3 +22,5 @@ __all__ = [
     "WriteModel",
     "WrittenModel",
 ]
+
+show_as_own(globals())

@@ -1,5 +1,6 @@
 """Diagrams that leave Python: as a file, a page that simulates, a C library, an FMU; and FMUs of others."""
 
+from sheldrake.common._names import show_as_own
 from sheldrake.export._c import SaveC
 from sheldrake.export._fmu import SaveFmu
 from sheldrake.export._fmu_system import FmuSystem
@@ -21,3 +22,5 @@ __all__ = [
     "SavePage",
     "ShowPage",
 ]
+
+show_as_own(globals())
