@@ -129,7 +129,6 @@ class PointCloud:
             self.resize(int(size))
 
     @staticmethod
-    @checked
     def IsDefaultValue(value: float) -> bool:
         """Returns whether a number is that of a new point: NaN."""
         return bool(np.isnan(value))
@@ -160,7 +159,6 @@ class PointCloud:
             self._data[field] = np.concatenate([kept, _unset(field, new_size - len(kept))])
         self._size = int(new_size)
 
-    @checked
     def SetFields(self, new_fields: Fields, skip_initialize: bool = False) -> None:
         """Changes what it tells of its points; fields that stay keep their values.
 
@@ -207,7 +205,6 @@ class PointCloud:
         """Returns the position of point i [m], shape (3,), a copy."""
         return self._at("xyz", BaseField.kXYZs, i)
 
-    @checked
     def mutable_xyz(self, i: int) -> np.ndarray:
         """Returns the position of point i [m], shape (3,), a view to write through."""
         return self._at("mutable_xyz", BaseField.kXYZs, i, True)
@@ -228,7 +225,6 @@ class PointCloud:
         """Returns the normal of point i, shape (3,), a copy."""
         return self._at("normal", BaseField.kNormals, i)
 
-    @checked
     def mutable_normal(self, i: int) -> np.ndarray:
         """Returns the normal of point i, shape (3,), a view to write through."""
         return self._at("mutable_normal", BaseField.kNormals, i, True)
@@ -245,7 +241,6 @@ class PointCloud:
         """Returns red, green and blue in 0..255, shape (3, n), a view to write through."""
         return self._of("mutable_rgbs", BaseField.kRGBs, True)
 
-    @checked
     def rgb(self, i: int) -> np.ndarray:
         """Returns red, green and blue of point i in 0..255, shape (3,), a copy."""
         return self._at("rgb", BaseField.kRGBs, i)
@@ -254,7 +249,6 @@ class PointCloud:
         """Returns red, green and blue of point i in 0..255, shape (3,), a view to write through."""
         return self._at("mutable_rgb", BaseField.kRGBs, i, True)
 
-    @checked
     def Crop(self, lower_xyz: ArrayLike, upper_xyz: ArrayLike) -> PointCloud:
         """Returns the points inside a box, its faces included.
 
@@ -279,7 +273,6 @@ class PointCloud:
         new._size = int(mask.sum())
         return new
 
-    @checked
     def FlipNormalsTowardPoint(self, p_CP: ArrayLike) -> None:
         """Turns normals around that point away from a point P [m], shape (3,), in the frame of the positions.
 
@@ -290,7 +283,6 @@ class PointCloud:
         toward = np.asarray(p_CP, np.float32).reshape(3) - xyz
         normals[np.einsum("ij,ij->i", toward, normals) < 0] *= -1
 
-    @checked
     def VoxelizedDownSample(self, voxel_size: float, parallelize: Parallelism | bool | int = False) -> PointCloud:
         """Returns a cloud with one point for each cube of a grid that holds any: their mean, also of the other fields.
 
@@ -327,7 +319,6 @@ class PointCloud:
             new._data[field][...] = mean
         return new
 
-    @checked
     def EstimateNormals(self, radius: float, num_closest: int, parallelize: Parallelism | bool | int = False) -> bool:
         """Sets normals from planes fitted to each point and its neighbours.
 

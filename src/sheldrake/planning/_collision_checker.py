@@ -217,7 +217,6 @@ class CollisionChecker:
     def _all_contexts(self) -> list[CollisionCheckerContext]:
         return [*self._contexts, *self._standalone]
 
-    @checked
     def PerformOperationAgainstAllModelContexts(
         self, operation: Callable[[Any, CollisionCheckerContext], None]
     ) -> None:
@@ -271,7 +270,6 @@ class CollisionChecker:
 
     # More shapes
 
-    @checked
     def AddCollisionShape(self, group_name: str, description: BodyShapeDescription) -> bool:
         """Adds a shape to the body that a description names, as part of a group; tells whether it could.
 
@@ -290,13 +288,11 @@ class CollisionChecker:
             return {name: self.AddCollisionShapes(name, shapes) for name, shapes in group.items()}
         return sum(self.AddCollisionShape(group, description) for description in descriptions)
 
-    @checked
     def AddCollisionShapeToFrame(self, group_name: str, frameA: Frame, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a frame to the frame's body; tells whether it could."""
         X_BA = frameA.GetFixedPoseInBodyFrame()
         return self.AddCollisionShapeToBody(group_name, frameA.body(), shape, X_BA @ X_AG)
 
-    @checked
     def AddCollisionShapeToBody(self, group_name: str, bodyA: Any, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a body; tells whether it could."""
         added = self._add_shape(bodyA, shape, X_AG)
@@ -311,7 +307,6 @@ class CollisionChecker:
         """Returns the shapes that were added, by group."""
         return {name: [s[2] for s in shapes] for name, shapes in self._added.items()}
 
-    @checked
     def RemoveAllAddedCollisionShapes(self, group_name: str | None = None) -> None:
         """Removes the shapes of a group, or of all groups."""
         for name in [*self._added] if group_name is None else [group_name]:
@@ -328,7 +323,6 @@ class CollisionChecker:
         self.UpdateContextPositions(model_context, q)
         return self._is_free(model_context)
 
-    @checked
     def CheckConfigsCollisionFree(self, configs: list, parallelize: Any = None) -> list[int]:
         """Returns for each configuration whether (1) or not (0) it is free of collisions.
 
@@ -354,7 +348,6 @@ class CollisionChecker:
             found.append(next((k for k, is_free in enumerate(free) if not is_free), len(way)))
         return found
 
-    @checked
     def CalcRobotClearance(
         self, q: ArrayLike, influence_distance: float, context_number: int | None = None
     ) -> RobotClearance:
@@ -370,7 +363,6 @@ class CollisionChecker:
         """
         return self.CalcContextRobotClearance(self.model_context(context_number), q, influence_distance)
 
-    @checked
     def CalcRobotClearances(
         self, configs: Sequence[Any], influence_distance: float, parallelize: Parallelism | int | bool | None = None
     ) -> list[RobotClearance]:
@@ -394,7 +386,6 @@ class CollisionChecker:
             )
         return [self.CalcRobotClearance(q, influence_distance) for q in rows]
 
-    @checked
     def CalcContextRobotClearance(
         self, model_context: CollisionCheckerContext, q: ArrayLike, influence_distance: float
     ) -> RobotClearance:
@@ -406,22 +397,18 @@ class CollisionChecker:
         self.UpdateContextPositions(model_context, q)
         return self._clearance(model_context, influence_distance)
 
-    @checked
     def MaxNumDistances(self, context_number: int | None = None) -> int:
         """Returns the most rows that `CalcRobotClearance` can have."""
         return self.MaxContextNumDistances(self.model_context(context_number))
 
-    @checked
     def MaxContextNumDistances(self, model_context: CollisionCheckerContext) -> int:
         """Returns the most rows that `CalcContextRobotClearance` can have."""
         return self._max_num_distances(model_context)
 
-    @checked
     def ClassifyBodyCollisions(self, q: ArrayLike, context_number: int | None = None) -> list[RobotCollisionType]:
         """Returns for each body of the plant how it collides; those of the environment never do."""
         return self.ClassifyContextBodyCollisions(self.model_context(context_number), q)
 
-    @checked
     def ClassifyContextBodyCollisions(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> list[RobotCollisionType]:
@@ -468,7 +455,6 @@ class CollisionChecker:
             raise RuntimeError(f"CollisionChecker.{call}(): body index {index} is out of range.")
         return index
 
-    @checked
     def IsPartOfRobot(self, body: Any = None, *, body_index: Any = None) -> bool:
         """Tells whether a body, given itself or by index, is part of the robot."""
         return bool(self._robot[self._index("IsPartOfRobot", body if body_index is None else body_index)])
@@ -504,7 +490,6 @@ class CollisionChecker:
         """Returns the paddings of all pairs [m]."""
         return self._padding.copy()
 
-    @checked
     def SetPaddingMatrix(self, collision_padding: ArrayLike) -> None:
         """Sets the paddings of all pairs [m].
 
@@ -540,17 +525,14 @@ class CollisionChecker:
             return np.logical_and.outer(robot, robot) & ~np.eye(len(robot), dtype=bool)
         return np.logical_xor.outer(robot, robot)
 
-    @checked
     def SetPaddingAllRobotEnvironmentPairs(self, padding: float) -> None:
         """Sets the padding between the robot and its environment [m]."""
         self._padding[self._robot_pairs(False)] = _finite("SetPaddingAllRobotEnvironmentPairs", padding)
 
-    @checked
     def SetPaddingAllRobotRobotPairs(self, padding: float) -> None:
         """Sets the padding between bodies of the robot [m]."""
         self._padding[self._robot_pairs(True)] = _finite("SetPaddingAllRobotRobotPairs", padding)
 
-    @checked
     def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: BodyIndex, padding: float) -> None:
         """Sets the padding between one body of the robot and the environment [m].
 
@@ -607,7 +589,6 @@ class CollisionChecker:
         matrix[i, j] = matrix[j, i] = int(bool(filtered))
         self._set_filter(matrix)
 
-    @checked
     def SetCollisionFilteredWithAllBodies(self, body: Any = None, *, body_index: Any = None) -> None:
         """Leaves out all pairs with a body of the robot.
 
@@ -622,7 +603,6 @@ class CollisionChecker:
         matrix[i, i] = -1
         self._set_filter(matrix)
 
-    @checked
     def SetCollisionFilterMatrix(self, filter_matrix: ArrayLike) -> None:
         """Sets which pairs are not looked at.
 
@@ -663,7 +643,6 @@ class CollisionChecker:
         """Returns what tells distances of configurations, and what is between them."""
         return self._provider
 
-    @checked
     def SetDistanceAndInterpolationProvider(self, provider: DistanceAndInterpolationProvider) -> None:
         """Sets what tells distances of configurations, and what is between them."""
         self._provider = provider
@@ -676,7 +655,6 @@ class CollisionChecker:
             )
         return FunctionProvider(self._provider.distance, self._provider.interpolation)
 
-    @checked
     def SetConfigurationDistanceFunction(self, distance_function: Callable) -> None:
         """Sets what tells distances, if the checker was made with such a function.
 
@@ -687,7 +665,6 @@ class CollisionChecker:
         provider.distance = distance_function
         self._provider = provider
 
-    @checked
     def SetConfigurationInterpolationFunction(self, interpolation_function: Callable | None) -> None:
         """Sets what is between configurations, None for straight lines; if the checker was made with functions.
 
@@ -748,7 +725,6 @@ class CollisionChecker:
         way = self._path(q1, q2)[1][:, None]
         return all(self._first_collisions([*way[-1:], *way[:-1]], self._threads(parallelize)))
 
-    @checked
     def CheckEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[int]:
         """Returns for each pair of configurations whether (1) or not (0) the way is free.
 
@@ -790,7 +766,6 @@ class CollisionChecker:
         free = self._first_collisions(list(way[:, None]), self._threads(parallelize))
         return _measure(distance, free.index(0) if 0 in free else len(way), len(way) - 1)
 
-    @checked
     def MeasureEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[EdgeMeasure]:
         """Returns for each pair of configurations how much of the way is free.
 

@@ -261,14 +261,12 @@ class DirectCollocation(MultipleShooting):
         self._add_costs(g * (0.5 * (before + after)), range(1, last), {before: h[:-1], after: h[1:]})
         self._add_costs(g * (0.5 * before), [last], {before: h[-1:]})
 
-    @checked
     def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the inputs, linear between samples; empty if there are none."""
         if not self._nu:
             return PiecewisePolynomial()
         return PiecewisePolynomial.FirstOrderHold(self.GetSampleTimes(result), self.GetInputSamples(result))
 
-    @checked
     def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the states, cubic between samples, with the slopes of the dynamics."""
         x, u = self.GetStateSamples(result), self.GetInputSamples(result)

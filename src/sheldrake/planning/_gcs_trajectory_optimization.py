@@ -142,7 +142,6 @@ class GcsTrajectoryOptimization:
                 apply(subgraph)
         return subgraph
 
-    @checked
     def RemoveSubgraph(self, subgraph: Subgraph) -> None:
         """Takes out regions with all their edges.
 
@@ -159,7 +158,6 @@ class GcsTrajectoryOptimization:
         if not any(subgraph is own for own in self._subgraphs):
             raise RuntimeError(f"{call}(): subgraph {subgraph.name()} is not of this graph.")
 
-    @checked
     def AddEdges(
         self,
         from_subgraph: Subgraph,
@@ -227,13 +225,11 @@ class GcsTrajectoryOptimization:
         )
         self._for_all(1, lambda s: s.AddPathEnergyCost(W))
 
-    @checked
     def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> None:
         """Keeps velocities of all curves between bounds; also of those added later."""
         bounds = subgraphs.checked_bounds("AddVelocityBounds", self._num_positions, lb, ub)
         self._for_all(1, lambda s: s.AddVelocityBounds(*bounds))
 
-    @checked
     def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps a higher time derivative of all curves between bounds; also of those added later."""
         bounds = subgraphs.checked_bounds("AddNonlinearDerivativeBounds", self._num_positions, lb, ub)
@@ -260,7 +256,6 @@ class GcsTrajectoryOptimization:
 
     # Solutions
 
-    @checked
     def SolvePath(
         self, source: Subgraph, target: Subgraph, options: GraphOfConvexSetsOptions | None = None
     ) -> tuple[CompositeTrajectory, Any]:
@@ -350,7 +345,6 @@ class GcsTrajectoryOptimization:
         return self._trajectory(list(active_vertices), result), result
 
     @staticmethod
-    @checked
     def NormalizeSegmentTimes(trajectory: CompositeTrajectory) -> CompositeTrajectory:
         """Returns the path r(s) of a solution: the same curves, each in one second.
 
@@ -364,7 +358,6 @@ class GcsTrajectoryOptimization:
         )
 
     @staticmethod
-    @checked
     def UnwrapToContinuousTrajectory(
         gcs_trajectory: CompositeTrajectory,
         continuous_revolute_joints: list[int],

@@ -140,7 +140,6 @@ class JointLimits:
         """
         return self._within("CheckInVelocityLimits", 1, velocity, tolerance)
 
-    @checked
     def CheckInAccelerationLimits(self, acceleration: ArrayLike, tolerance: float = 0.0) -> bool:
         """Tells whether accelerations are within limits.
 

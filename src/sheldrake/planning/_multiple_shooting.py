@@ -152,7 +152,6 @@ class MultipleShooting:
         self._stand_for(*self._sequences[name])
         return self._sequences[name][0].copy()
 
-    @checked
     def GetSequentialVariableAtIndex(self, name: str, index: int) -> np.ndarray:
         """Returns the decision variables of a sequential variable at one sample, shape (rows,)."""
         return self._sequence(name)[1][:, index].copy()
@@ -321,7 +320,6 @@ class MultipleShooting:
 
     # Guesses and results
 
-    @checked
     def SetInitialTrajectory(self, traj_init_u: PiecewisePolynomial, traj_init_x: PiecewisePolynomial) -> None:
         """Sets the initial guess to samples of two trajectories; an empty one gives a small constant.
 
@@ -349,7 +347,6 @@ class MultipleShooting:
                 values[:] = found.T if trajectory.cols() == 1 else found
             self._prog.SetInitialGuess(vars, values.ravel())
 
-    @checked
     def GetSampleTimes(self, result: MathematicalProgramResult) -> np.ndarray:
         """Returns the times of the samples [s], shape (N,)."""
         return self._times(result.GetSolution(self._h_vars) if self._dt is None else np.zeros(0))
@@ -357,17 +354,14 @@ class MultipleShooting:
     def _samples(self, result: MathematicalProgramResult, vars: np.ndarray, rows: int) -> np.ndarray:
         return result.GetSolution(vars).reshape(self._N, rows).T if rows else np.zeros((0, self._N))
 
-    @checked
     def GetStateSamples(self, result: MathematicalProgramResult) -> np.ndarray:
         """Returns the states of the samples, shape (nx, N)."""
         return self._samples(result, self._x_vars, self._nx)
 
-    @checked
     def GetInputSamples(self, result: MathematicalProgramResult) -> np.ndarray:
         """Returns the inputs of the samples, shape (nu, N)."""
         return self._samples(result, self._u_vars, self._nu)
 
-    @checked
     def GetSequentialVariableSamples(self, result: MathematicalProgramResult, name: str) -> np.ndarray:
         """Returns the values of a sequential variable, shape (rows, N)."""
         return result.GetSolution(self._sequence(name)[1])

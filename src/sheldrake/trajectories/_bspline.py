@@ -48,7 +48,6 @@ class BsplineTrajectory(Trajectory):
     _derivative: tuple[int, list, BsplineTrajectory] | None = None
     """The derivative asked for last: its order, the points it is made of, and it."""
 
-    @checked
     def __init__(self, basis: Any = None, control_points: Any = None):
         self._basis, self._points = basis, []
         if basis is None:
@@ -159,7 +158,6 @@ class BsplineTrajectory(Trajectory):
             i += 1
         return i
 
-    @checked
     def EvaluateLinearInControlPoints(self, parameter_value: Scalar, derivative_order: int = 0) -> np.ndarray:
         """Returns weights w such that the value, or a derivative, is the sum of w[i] times control point i."""
         n = self.num_control_points()
@@ -172,7 +170,6 @@ class BsplineTrajectory(Trajectory):
             unit[i, 0] = unit[i, 0] + 1.0
         return type(self)(self._require(), units).EvalDerivative(parameter_value, derivative_order)[:, 0]
 
-    @checked
     def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
         """Returns M such that the derivative's control points are those here times M, as `scipy.sparse.csc_matrix`."""
         import scipy.sparse
@@ -185,7 +182,6 @@ class BsplineTrajectory(Trajectory):
         points = probe.DoMakeDerivative(derivative_order).control_points() if derivative_order else probe._points
         return np.hstack(points)
 
-    @checked
     def InsertKnots(self, additional_knots: Scalars) -> None:
         """Adds knots without changing the trajectory, by Boehm's rule (1980).
 
@@ -215,7 +211,6 @@ class BsplineTrajectory(Trajectory):
         self._points = points
         self._basis = BsplineBasis_[self._T](order, [*knots[: i + 1], t, *knots[i + 1 :]])
 
-    @checked
     def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> BsplineTrajectory:
         """Returns the trajectory of a block of the matrix.
 

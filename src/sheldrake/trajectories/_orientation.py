@@ -327,7 +327,6 @@ class PiecewisePose(PiecewiseTrajectory):
         return breaks, positions, PiecewiseQuaternionSlerp._template[cls._T](breaks, rotations)
 
     @classmethod
-    @checked
     def MakeLinear(cls, times: Scalars, poses: Sequence[RigidTransform]) -> PiecewisePose:
         """Returns the motion at constant linear and angular velocity from pose to pose.
 
@@ -340,7 +339,6 @@ class PiecewisePose(PiecewiseTrajectory):
         return cls._of(p, R)
 
     @classmethod
-    @checked
     def MakeCubicLinearWithEndLinearVelocity(
         cls,
         times: Scalars,
@@ -437,7 +435,6 @@ class PiecewisePose(PiecewiseTrajectory):
         inside = is_symbolic(self._T) or self._breaks[0] <= t <= self._breaks[-1]
         return self.DoEvalDerivative(t, order)[:, 0] if inside else self._zeros(6)
 
-    @checked
     def IsApprox(self, other: PiecewisePose, tol: float) -> bool:
         """Tells whether positions agree, as by `isApprox(tol)`, and orientations are no more than `tol` [rad] apart."""
         if not self._p.isApprox(other._p, tol) or len(self._R._q) != len(other._R._q):

@@ -54,7 +54,6 @@ class PiecewiseTrajectory(Trajectory):
             return self.do_end_time()
         return self._breaks[self._segment(segment_index) + 1]
 
-    @checked
     def duration(self, segment_index: int) -> float:
         """Returns how long a segment lasts [s]."""
         i = self._segment(segment_index)

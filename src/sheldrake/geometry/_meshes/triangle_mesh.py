@@ -68,7 +68,6 @@ class TriangleSurfaceMesh:
         RuntimeError: there is no triangle.
     """
 
-    @checked
     def __init__(self, triangles: Sequence[SurfaceTriangle] | Sequence[Sequence[int]], vertices: Scalars) -> None:
         rows = [t._v if isinstance(t, SurfaceTriangle) else tuple(t) for t in triangles]
         if not rows:
@@ -120,12 +119,10 @@ class TriangleSurfaceMesh:
         """Area of all triangles [m^2]."""
         return plain(self._areas.sum())
 
-    @checked
     def face_normal(self, t: int) -> np.ndarray:
         """Unit normal of a triangle in M, shape (3,)."""
         return self._normals[t].copy()
 
-    @checked
     def element_centroid(self, t: int) -> np.ndarray:
         """Centroid of a triangle in M [m], shape (3,)."""
         return self._vertices[self._triangles[t]].mean(axis=0)
@@ -149,7 +146,6 @@ class TriangleSurfaceMesh:
         beta, gamma = (vv * uq - uv * vq) / scale, (uu * vq - uv * uq) / scale
         return np.array([1.0 - beta - gamma, beta, gamma])
 
-    @checked
     def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Scalars) -> np.ndarray:
         """Position in M [m] of barycentric coordinates in a triangle, shape (3,)."""
         return np.asarray(b_Q, dtype=float).reshape(3) @ self._vertices[self._triangles[element_index]]

@@ -58,7 +58,6 @@ class VolumeMesh:
         vertices: positions in M [m], shape (n, 3) or a list of n positions.
     """
 
-    @checked
     def __init__(self, elements: Sequence[VolumeElement] | Sequence[Sequence[int]], vertices: Scalars) -> None:
         rows = [e._v if isinstance(e, VolumeElement) else tuple(e) for e in elements]
         if not rows:
@@ -90,7 +89,6 @@ class VolumeMesh:
         """Positions of all vertices in M [m]."""
         return list(self._vertices.copy())
 
-    @checked
     def CalcTetrahedronVolume(self, e: int) -> float:
         """Volume of a tetrahedron [m^3], positive when its corners are in order."""
         return plain(self._volumes()[e])
@@ -111,13 +109,11 @@ class VolumeMesh:
         b1, b2, b3 = np.cross(v, w) @ q / volume, np.cross(w, u) @ q / volume, np.cross(u, v) @ q / volume
         return np.array([1.0 - b1 - b2 - b3, b1, b2, b3])
 
-    @checked
     def edge_vector(self, e: int, a: int, b: int) -> np.ndarray:
         """Vector from corner `a` to corner `b` of a tetrahedron, in M [m], shape (3,)."""
         corners = self._vertices[self._elements[e]]
         return corners[b] - corners[a]
 
-    @checked
     def inward_normal(self, e: int, f: int) -> np.ndarray:
         """Unit normal, pointing in, of the face opposite corner `f` of a tetrahedron, shape (3,)."""
         corners = self._vertices[self._elements[e]]
@@ -126,7 +122,6 @@ class VolumeMesh:
         normal = normal / lengths(normal)
         return normal if normal.dot(corners[f] - a) > 0.0 else -normal
 
-    @checked
     def Equal(self, mesh: VolumeMesh, vertex_tolerance: float = 0) -> bool:
         """True if tetrahedra are the same, and no vertex is farther from its counterpart than the tolerance [m]."""
         if not np.array_equal(self._elements, mesh._elements) or self._vertices.shape != mesh._vertices.shape:

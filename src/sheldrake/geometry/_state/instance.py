@@ -76,7 +76,6 @@ class GeometryInstance:
         """Pose X_PG of the geometry in its parent frame."""
         return copy.copy(self._X_PG)
 
-    @checked
     def set_pose(self, X_PG: RigidTransform) -> None:
         """Sets the pose X_PG."""
         self._X_PG = copy.copy(X_PG)
@@ -89,7 +88,6 @@ class GeometryInstance:
         """The name, without surrounding white space."""
         return self._name
 
-    @checked
     def set_name(self, name: str) -> None:
         """Sets the name.
 
@@ -98,17 +96,14 @@ class GeometryInstance:
         """
         self._name = canonical_name(name)
 
-    @checked
     def set_proximity_properties(self, properties: ProximityProperties) -> None:
         """Gives the geometry the proximity role."""
         self._proximity = copy.copy(properties)
 
-    @checked
     def set_illustration_properties(self, properties: IllustrationProperties) -> None:
         """Gives the geometry the illustration role."""
         self._illustration = copy.copy(properties)
 
-    @checked
     def set_perception_properties(self, properties: PerceptionProperties) -> None:
         """Gives the geometry the perception role."""
         self._perception = copy.copy(properties)

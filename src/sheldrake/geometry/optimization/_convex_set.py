@@ -172,7 +172,6 @@ class ConvexSet:
                 f"{call}(): sets of dimensions {self._dimension} and {other.ambient_dimension()} are not in one space."
             )
 
-    @checked
     def IntersectsWith(self, other: ConvexSet) -> bool:
         """Tells whether two sets have a point in common.
 
@@ -229,7 +228,6 @@ class ConvexSet:
             return point
         return self._some_point()
 
-    @checked
     def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
         """Tells whether a point is in the set, up to a tolerance in each coordinate or constraint.
 
@@ -258,7 +256,6 @@ class ConvexSet:
         if self._dimension == 0:
             raise RuntimeError(f"{call}(): {type(self).__name__} is in a space without dimensions.")
 
-    @checked
     def AddPointInSetConstraints(self, prog: MathematicalProgram, vars: Vector) -> tuple[np.ndarray, list]:
         """Constrains variables to be a point of the set; returns the variables and constraints that this adds.
 
@@ -359,7 +356,6 @@ class ConvexSet:
             )
         return float(self._volume())
 
-    @checked
     def CalcVolumeViaSampling(
         self, generator: RandomGenerator, desired_rel_accuracy: float = 1e-2, max_num_samples: int = 10000
     ) -> SampledVolume:
@@ -398,7 +394,6 @@ class ConvexSet:
             return None
         return np.minimum(ends[:, 0], ends[:, 1]), ends[:, 1]
 
-    @checked
     def Projection(self, points: ArrayLike) -> tuple[list[float], np.ndarray] | None:
         """Returns distances of points to the set and their nearest points, columns; None if the set is empty.
 

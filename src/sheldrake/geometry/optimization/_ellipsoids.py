@@ -86,7 +86,6 @@ class AffineBall(ConvexSet):
         self._set(np.linalg.inv(L).T if A.size else A, ellipsoid.center())
 
     @staticmethod
-    @checked
     def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> AffineBall:
         """Returns the least ellipsoid around points, columns; flat if the points are.
 
@@ -113,7 +112,6 @@ class AffineBall(ConvexSet):
         return AffineBall(whole @ U.T, mean + basis @ center)
 
     @staticmethod
-    @checked
     def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> AffineBall:
         """Returns an ellipsoid along the axes.
 
@@ -131,13 +129,11 @@ class AffineBall(ConvexSet):
         return AffineBall.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
     @staticmethod
-    @checked
     def MakeUnitBall(dim: int) -> AffineBall:
         """Returns the unit ball about the origin."""
         return AffineBall(np.eye(dim), np.zeros(dim))
 
     @staticmethod
-    @checked
     def MakeAffineBallFromLineSegment(x_1: ArrayLike, x_2: ArrayLike, epsilon: float = 1e-3) -> AffineBall:
         """Returns an ellipsoid whose longest axis is a line segment, and whose others have radius epsilon.
 
@@ -247,7 +243,6 @@ class Hyperellipsoid(ConvexSet):
         self._set(np.linalg.inv(B) if B.size else B, ball.center())
 
     @staticmethod
-    @checked
     def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> Hyperellipsoid:
         """Returns the least ellipsoid around points, columns.
 
@@ -263,7 +258,6 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(AffineBall.MinimumVolumeCircumscribedEllipsoid(points, rank_tol))
 
     @staticmethod
-    @checked
     def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> Hyperellipsoid:
         """Returns an ellipsoid along the axes.
 
@@ -281,7 +275,6 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
     @staticmethod
-    @checked
     def MakeUnitBall(dim: int) -> Hyperellipsoid:
         """Returns the unit ball about the origin."""
         return Hyperellipsoid(np.eye(dim), np.zeros(dim))
@@ -294,7 +287,6 @@ class Hyperellipsoid(ConvexSet):
         """Returns the center, shape (n,)."""
         return self._center.copy()
 
-    @checked
     def MinimumUniformScalingToTouch(self, other: ConvexSet) -> tuple[float, np.ndarray]:
         """Returns by which factor it has to be scaled to just reach another set, and where.
 

@@ -274,14 +274,12 @@ class GraphOfConvexSets:
         """Returns the edges in the order in which they were added."""
         return list(self._edges)
 
-    @checked
     def AddVertex(self, set: ConvexSet, name: str = "") -> Vertex:
         """Adds a vertex with a copy of a set and returns it."""
         vertex = Vertex._make(set, name or f"v{len(self._vertices)}")
         self._vertices.append(vertex)
         return vertex
 
-    @checked
     def AddVertexFromTemplate(self, template_vertex: Vertex) -> Vertex:
         """Adds a vertex like another one, with its name, costs and constraints, and returns it."""
         vertex = self.AddVertex(template_vertex._set, template_vertex.name())
@@ -303,7 +301,6 @@ class GraphOfConvexSets:
         self._edges.append(edge)
         return edge
 
-    @checked
     def AddEdgeFromTemplate(self, u: Vertex, v: Vertex, template_edge: Edge) -> Edge:
         """Adds an edge from u to v like another one, with its name, costs and constraints, and returns it.
 
@@ -318,14 +315,12 @@ class GraphOfConvexSets:
         edge._fixed = template_edge._fixed
         return edge
 
-    @checked
     def GetVertexByName(self, name: str) -> Vertex | None:
         """Returns the first vertex of a name, or None."""
         return next((v for v in self._vertices if v.name() == name), None)
 
     GetMutableVertexByName = GetVertexByName
 
-    @checked
     def GetEdgeByName(self, name: str) -> Edge | None:
         """Returns the first edge of a name, or None."""
         return next((e for e in self._edges if e.name() == name), None)
@@ -399,7 +394,6 @@ class GraphOfConvexSets:
 
     # Shortest paths
 
-    @checked
     def SolveShortestPath(
         self, source: Vertex, target: Vertex, options: GraphOfConvexSetsOptions | None = None
     ) -> MathematicalProgramResult:
@@ -503,7 +497,6 @@ class GraphOfConvexSets:
             values[e._phi] = 1.0 if id(e) in active else 0.0
         return _with_values(result, values)
 
-    @checked
     def GetSolutionPath(
         self, source: Vertex, target: Vertex, result: MathematicalProgramResult, tolerance: float = 1e-3
     ) -> list[Edge]:
@@ -530,7 +523,6 @@ class GraphOfConvexSets:
             )
         return path
 
-    @checked
     def SamplePaths(
         self,
         source: Vertex,

@@ -101,7 +101,6 @@ class HPolyhedron(ConvexSet):
         self._set(*half_spaces(vpoly.vertices(), tol))
 
     @staticmethod
-    @checked
     def MakeBox(lb: ArrayLike, ub: ArrayLike) -> HPolyhedron:
         """Returns lb <= x <= ub.
 
@@ -111,13 +110,11 @@ class HPolyhedron(ConvexSet):
         return HPolyhedron(*programs.box_rows(*checked_box("MakeBox", lb, ub)))
 
     @staticmethod
-    @checked
     def MakeUnitBox(dim: int) -> HPolyhedron:
         """Returns -1 <= x <= 1."""
         return HPolyhedron.MakeBox(-np.ones(dim), np.ones(dim))
 
     @staticmethod
-    @checked
     def MakeL1Ball(dim: int) -> HPolyhedron:
         """Returns the points whose absolute coordinates sum to at most one."""
         bits = (np.arange(2**dim)[:, None] >> np.arange(dim)[None, :]) & 1
@@ -133,7 +130,6 @@ class HPolyhedron(ConvexSet):
 
     # Redundancy
 
-    @checked
     def ContainedIn(self, other: HPolyhedron, tol: float = 1e-9) -> bool:
         """Tells whether each of its points satisfies the inequalities of another one, up to a tolerance."""
         self._same_space("ContainedIn", other)
@@ -141,7 +137,6 @@ class HPolyhedron(ConvexSet):
             return True
         return all(programs.largest(self._A, self._b, a) <= b + tol for a, b in zip(other._A, other._b))
 
-    @checked
     def Intersection(self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9) -> HPolyhedron:
         """Returns what it has in common with another one.
 
@@ -163,12 +158,10 @@ class HPolyhedron(ConvexSet):
         out._own(A, b)
         return out
 
-    @checked
     def FindRedundant(self, tol: float = 1e-9) -> set[int]:
         """Returns the rows that those before and after them imply, up to a tolerance."""
         return set(programs.redundant(self._A, self._b, tol))
 
-    @checked
     def ReduceInequalities(self, tol: float = 1e-9) -> HPolyhedron:
         """Returns it without rows that the others imply, up to a tolerance."""
         keep = np.setdiff1d(np.arange(self._b.size), programs.redundant(self._A, self._b, tol))
@@ -193,7 +186,6 @@ class HPolyhedron(ConvexSet):
         B, center = programs.inscribed_ellipsoid(self._A, self._b)
         return Hyperellipsoid(np.linalg.inv(B), center)
 
-    @checked
     def MaximumVolumeInscribedAffineTransformation(
         self, circumbody: HPolyhedron, check_bounded: bool = True
     ) -> HPolyhedron:
@@ -209,7 +201,6 @@ class HPolyhedron(ConvexSet):
         A = self._A @ np.linalg.inv(T)
         return HPolyhedron(A, self._b + A @ t)
 
-    @checked
     def SimplifyByIncrementalFaceTranslation(
         self,
         min_volume_ratio: float = 0.1,
@@ -250,7 +241,6 @@ class HPolyhedron(ConvexSet):
         stretched = out.MaximumVolumeInscribedAffineTransformation(self)
         return stretched if _face_translation.keeps(stretched, settings) else out
 
-    @checked
     def Scale(self, scale: float, center: ArrayLike | None = None) -> HPolyhedron:
         """Returns it scaled about a center (by default the Chebyshev center) to `scale` times its volume.
 
@@ -263,7 +253,6 @@ class HPolyhedron(ConvexSet):
         at_center = self._A @ center
         return HPolyhedron(self._A, at_center + (self._b - at_center) * scale ** (1.0 / self._dimension))
 
-    @checked
     def CartesianProduct(self, other: HPolyhedron) -> HPolyhedron:
         """Returns the pairs of its points with those of another one."""
         (m1, n1), (m2, n2) = self._A.shape, other._A.shape
@@ -275,7 +264,6 @@ class HPolyhedron(ConvexSet):
         """Returns the lists of n of its points."""
         return HPolyhedron(np.kron(np.eye(n), self._A), np.tile(self._b, n))
 
-    @checked
     def PontryaginDifference(self, other: HPolyhedron) -> HPolyhedron:
         """Returns the points to which every point of another one can be added without leaving it."""
         self._same_space("PontryaginDifference", other)

@@ -71,7 +71,6 @@ class Point(ConvexSet):
         """Returns the point, shape (n,)."""
         return self._x.copy()
 
-    @checked
     def set_x(self, x: ArrayLike) -> None:
         """Moves the point.
 

@@ -99,7 +99,6 @@ class InverseKinematics:
         cost = position.PositionCost(self._plant, frameA, p_AP, frameB, p_BQ, C, self._context)
         return self._prog.AddCost(cost, self._q)
 
-    @checked
     def AddOrientationConstraint(
         self, frameAbar: Frame, R_AbarA: RotationMatrix, frameBbar: Frame, R_BbarB: RotationMatrix, theta_bound: float
     ) -> Binding[Constraint]:
@@ -110,7 +109,6 @@ class InverseKinematics:
             )
         )
 
-    @checked
     def AddOrientationCost(
         self, frameAbar: Frame, R_AbarA: RotationMatrix, frameBbar: Frame, R_BbarB: RotationMatrix, c: float
     ) -> Binding[Cost]:
@@ -176,14 +174,12 @@ class InverseKinematics:
             )
         )
 
-    @checked
     def AddPolyhedronConstraint(
         self, frameF: Frame, frameG: Frame, p_GP: ArrayLike, A: ArrayLike, b: ArrayLike
     ) -> Binding[Constraint]:
         """Adds A (p_FP1, p_FP2, ...) <= b for points of frame G seen from frame F."""
         return self._add(position.PolyhedronConstraint(self._plant, frameF, frameG, p_GP, A, b, self._context))
 
-    @checked
     def AddDistanceConstraint(
         self, geometry_pair: tuple[Any, Any], distance_lower: float, distance_upper: float
     ) -> Binding[Constraint]:
@@ -192,7 +188,6 @@ class InverseKinematics:
             distance.DistanceConstraint(self._plant, geometry_pair, self._context, distance_lower, distance_upper)
         )
 
-    @checked
     def AddMinimumDistanceLowerBoundConstraint(
         self, bound: float, influence_distance_offset: float = 0.01
     ) -> Binding[Constraint]:

@@ -141,7 +141,6 @@ class RevoluteSpring(_JointSpring):
         """Angle without torque as the context has it [rad]."""
         return self._finalized("GetNominalAngle").contexts.numbers(context, self._group).item(1)
 
-    @checked
     def SetNominalAngle(self, context: Context, nominal_angle: float) -> None:
         """Changes the angle without torque in a context [rad]."""
         owner = self._finalized("SetNominalAngle")
@@ -151,7 +150,6 @@ class RevoluteSpring(_JointSpring):
         """Stiffness as the context has it [N m/rad]."""
         return self._finalized("GetStiffness").contexts.numbers(context, self._group).item(0)
 
-    @checked
     def SetStiffness(self, context: Context, stiffness: float) -> None:
         """Changes the stiffness in a context [N m/rad]."""
         owner = self._finalized("SetStiffness")

@@ -317,22 +317,18 @@ class ProgramCones:
             raise RuntimeError("The constraint is not in the program.")
         return constraint.variables().reshape(n, n).T
 
-    @checked
     def TightenPsdConstraintToDd(self, constraint: BindingBase) -> np.ndarray:
         """Puts a diagonally dominant matrix in the place of a positive semidefinite one; returns its slack matrix."""
         return self.AddPositiveDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
 
-    @checked
     def TightenPsdConstraintToSdd(self, constraint: BindingBase) -> list[list[np.ndarray]]:
         """Puts a scaled diagonally dominant matrix in the place of a positive semidefinite one; returns its parts."""
         return self.AddScaledDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
 
-    @checked
     def RelaxPsdConstraintToDdDualCone(self, constraint: BindingBase) -> Binding[LinearConstraint]:
         """Puts the dual of diagonally dominant matrices in the place of positive semidefinite ones."""
         return self.AddPositiveDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))
 
-    @checked
     def RelaxPsdConstraintToSddDualCone(self, constraint: BindingBase) -> list[Binding[RotatedLorentzConeConstraint]]:
         """Puts the dual of scaled diagonally dominant matrices in the place of positive semidefinite ones."""
         return self.AddScaledDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))

@@ -169,7 +169,6 @@ class IntegratorBase:
         t = 0.0 if self._context is None else float(plain(self._context.get_time()))
         return max(self._minimum, 1e-14 * max(1.0, abs(t)))
 
-    @checked
     def set_throw_on_minimum_step_size_violation(self, throws: bool) -> None:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
         self._numbers.throw_on_min = float(bool(throws))

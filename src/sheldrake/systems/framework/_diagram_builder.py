@@ -107,12 +107,10 @@ class DiagramBuilder:
         """The systems added so far."""
         return self.GetSystems()
 
-    @checked
     def HasSubsystemNamed(self, name: str) -> bool:
         """Whether there is a system of this name."""
         return any(s.get_name() == name for s in self._systems)
 
-    @checked
     def GetSubsystemByName(self, name: str) -> Any:
         """The system of this name.
 

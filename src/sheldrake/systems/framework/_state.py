@@ -136,7 +136,6 @@ class Parameters(Cloned):
         """All groups."""
         return self._numeric
 
-    @checked
     def set_numeric_parameters(self, numeric_params: DiscreteValues) -> None:
         """Sets all groups."""
         self._numeric.SetFrom(numeric_params)
@@ -153,12 +152,10 @@ class Parameters(Cloned):
         """All abstract values."""
         return self._abstract
 
-    @checked
     def set_abstract_parameters(self, abstract_params: AbstractValues) -> None:
         """Sets all abstract values."""
         self._abstract.SetFrom(abstract_params)
 
-    @checked
     def SetFrom(self, other: Parameters, /) -> None:
         """Copies other parameters of the same structure."""
         self._numeric.SetFrom(other._numeric)

@@ -39,7 +39,6 @@ class AffineSystem(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    @checked
     def __init__(
         self,
         A: ArrayLike | None = None,
@@ -105,7 +104,6 @@ class AffineSystem(LeafSystem):
         new._coefficients = type(self._coefficients)(*(value.copy() for value in self._coefficients))
         return new
 
-    @checked
     def UpdateCoefficients(
         self,
         A: ArrayLike | None = None,
@@ -202,7 +200,6 @@ class AffineSystem(LeafSystem):
         """Sets the default state."""
         set_default_state(self, x0)
 
-    @checked
     def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)

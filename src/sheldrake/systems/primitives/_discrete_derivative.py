@@ -99,7 +99,6 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
         """Whether velocities are zero until there are two samples."""
         return self._derivative.suppress_initial_transient()
 
-    @checked
     def set_initial_position(
         self, context: Context | State | None = None, position: Scalars | None = None, *, state: State | None = None
     ) -> None:

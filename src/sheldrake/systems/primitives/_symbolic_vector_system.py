@@ -39,7 +39,6 @@ class SymbolicVectorSystem(LeafSystem):
 
     _generic = True
 
-    @checked
     def __init__(
         self,
         time: Variable | None = None,
@@ -118,7 +117,6 @@ class SymbolicVectorSystem(LeafSystem):
                 tickets.add(ticket)
         return tickets
 
-    @checked
     def dynamics_for_variable(self, var: Variable) -> Expression:
         """The expression for a state variable.
 

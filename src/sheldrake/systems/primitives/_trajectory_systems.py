@@ -268,32 +268,26 @@ class TrajectoryAffineSystem(LeafSystem):
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         derivatives.SetFromVector(self._map(context, "A", "B", "f0"))
 
-    @checked
     def A(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("A", t)
 
-    @checked
     def B(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("B", t)
 
-    @checked
     def C(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("C", t)
 
-    @checked
     def D(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("D", t)
 
-    @checked
     def f0(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("f0", t).ravel()
 
-    @checked
     def y0(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("y0", t).ravel()
@@ -302,12 +296,10 @@ class TrajectoryAffineSystem(LeafSystem):
         """Period of the discrete update [s]; 0: continuous."""
         return self._period
 
-    @checked
     def configure_default_state(self, x0: ArrayLike) -> None:
         """Sets the default state."""
         set_default_state(self, x0)
 
-    @checked
     def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)

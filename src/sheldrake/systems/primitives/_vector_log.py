@@ -239,7 +239,6 @@ class VectorLog:
         """Forgets all samples."""
         self._count = 0
 
-    @checked
     def Reserve(self, capacity: int, /) -> None:
         """Room for at least this many samples."""
         if capacity > len(self._own):

@@ -67,7 +67,6 @@ class Accelerometer(_OnBody):
         gravity_vector: Gravity in the world [m/s^2], shape (3,); zero measures the plain acceleration.
     """
 
-    @checked
     def __init__(self, body: RigidBody, X_BS: RigidTransform, gravity_vector: Any = (0.0, 0.0, 0.0)):
         super().__init__(body, X_BS)
         self._gravity = np.array(gravity_vector, float).reshape(3)

@@ -182,7 +182,6 @@ class Wing(LeafSystem):
 
     _generic = True
 
-    @checked
     def __init__(
         self,
         body_index: BodyIndex,
