@@ -137,6 +137,14 @@ def run(lib: Any, system: Any, context: Any) -> Iterator[str]:
     yield "first step"
 
 
+def with_duals(system: Any) -> Iterator[str]:
+    """The system on another scalar, and a context of that."""
+    system = system.ToAutoDiffXd()
+    yield "ToAutoDiff"
+    system.CreateDefaultContext()
+    yield "its context"
+
+
 def bare(joints: int, lib: Any) -> Iterator[str]:
     """A pendulum of so many links, of which other scalars and their contexts are wanted too."""
     plant = lib.MultibodyPlant(0.001)
@@ -156,10 +164,7 @@ def bare(joints: int, lib: Any) -> Iterator[str]:
     plant.CalcMassMatrix(context)
     yield "mass matrix"
     yield from run(lib, plant, context)
-    with_duals = plant.ToAutoDiffXd()
-    yield "ToAutoDiff"
-    with_duals.CreateDefaultContext()
-    yield "its context"
+    yield from with_duals(plant)
 
 
 def blocks(count: int, lib: Any) -> Iterator[str]:
@@ -177,10 +182,7 @@ def blocks(count: int, lib: Any) -> Iterator[str]:
     context = diagram.CreateDefaultContext()
     yield "context"
     yield from run(lib, diagram, context)
-    with_duals = diagram.ToAutoDiffXd()
-    yield "ToAutoDiff"
-    with_duals.CreateDefaultContext()
-    yield "its context"
+    yield from with_duals(diagram)
 
 
 Times = dict[str, float]

@@ -8,9 +8,9 @@ None, and of classes whatever is none of theirs. A `float` arrives as one, be it
 or as an array without dimensions; duals and symbols pass as they are. A `bool` may be a number or None, as in pydrake.
 Of annotations that say less than a class does (`ArrayLike`, `Callable[...]`) only None is refused; `Any` takes
 everything, a type variable what its bound does. A public class that a module names for type checkers alone is found by
-its name, if it is loaded when the call is first made. Where the body then stumbles,
-arguments are looked at more closely (`_taken`): the error is about them, as in pydrake, and not about the body. For
-calls with several forms see `_overloads`.
+its name, if it is loaded when the call is first made. Where the body then stumbles, arguments are looked at more
+closely (`_taken`): the error is about them, as in pydrake, and not about the body. For calls with several forms see
+`_overloads`.
 """
 
 from __future__ import annotations

@@ -41,9 +41,7 @@ _STEPS = 8
 _LAST_STEPS = 4
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
 _LEVEL = 1e-14  # relative to the size: a slope of h that is none
-_CONVERGED = (
-    1e-11  # far from the origin rounding lets it become no less: a step that turns d by no more is the last [rad]
-)
+_CONVERGED = 1e-11  # far from the origin it never is: a step that turns d by no more is the last, too [rad]
 _CLOSE = 1e-7  # after a step that turns d by no more, d goes to the nearest point of a grid [rad]
 _GRID = 16777216.0  # points of it per unit
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
