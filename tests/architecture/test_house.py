@@ -45,6 +45,21 @@ def test_folder_map_of_the_architecture_page_is_true():
     assert not unnamed, f"ARCHITECTURE.md does not say what lives in {sorted(unnamed)}"
 
 
+def unknown_names(page):
+    """Returns files and names in backquotes that are nowhere in the package, its benchmarks and tools."""
+    folders = (SOURCE, ROOT / "benchmarks", ROOT / "tools")
+    texts = {p.as_posix(): p.read_text(encoding="utf-8") for folder in folders for p in folder.rglob("*.py")}
+    files = {n for n in re.findall(r"`([\w/]+\.py)`", page) if not any(f"/{f}".endswith(f"/{n}") for f in texts)}
+    words = set(re.findall(r"\w+", "\n".join(texts.values())))
+    return files | (set(re.findall(r"`(\w+)`", page)) - words)
+
+
+def test_decisions_name_what_is_there():
+    page = (ROOT / "docs" / "decisions.md").read_text(encoding="utf-8")
+    assert unknown_names(page) == {"nsz", "arcp"}  # LLVM's, and not used
+    assert unknown_names("`common/gone.py`, `gone_for_good`, `common/kernel.py`") == {"common/gone.py", "gone_for_good"}
+
+
 def test_parts_of_a_plant_are_those_of_the_architecture_page():
     page = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     table = page[page.index("| part | owns |") : page.index("A public call has one home")]
