@@ -152,18 +152,29 @@ def quadratic_terms(e: Expression) -> QuadraticTerms | None:
     return linear, products, scale * e._constant if is_sum else 0.0
 
 
-def degree_of_product(e: Expression) -> int:
-    """The degree of a product of powers of variables and of sums `flat_terms` knows: nothing cancels; 0 of others."""
-    if e._kind != k.MUL or e._constant == 0.0:
+def certain_degree(e: Expression) -> int:
+    """The degree of a polynomial where it is seen at once, as nothing of that degree can cancel; 0 of others."""
+    kind = e._kind
+    if kind == k.VAR:
+        return 1
+    if kind == k.POW:
+        return _degree_of_power(*e._made)
+    if kind == k.MUL:
+        degrees = [_degree_of_power(base, exponent) for base, exponent in e._terms.values()]
+        return sum(degrees) if all(degrees) and e._constant != 0.0 else 0
+    if kind != k.ADD:
         return 0
-    total = 0
-    for base, exponent in e._terms.values():
-        terms = flat_terms(base) if exponent._kind == k.CONSTANT else None
-        n = exponent._args[0]
-        if not terms or not 1.0 <= n <= 1e9 or n != int(n):
-            return 0
-        total += int(n) * max(sum(degree for _, degree in powers) for _, powers in terms)
-    return total
+    terms = flat_terms(e)
+    if terms is not None:
+        return max([sum([n for _, n in powers]) for _, powers in terms])
+    degrees = [certain_degree(term) for term, _ in e._terms.values()]
+    most = max(degrees)
+    return most if all(degrees) and degrees.count(most) == 1 else 0
+
+
+def _degree_of_power(base: Expression, exponent: Expression) -> int:
+    n = exponent._made[0] if exponent._kind == k.CONSTANT else 0.0
+    return int(n) * certain_degree(base) if 1.0 <= n <= 1e9 and n == int(n) else 0
 
 
 def decompose(e: Expression, indeterminates: Set[Variable]) -> Coefficients:

@@ -73,6 +73,7 @@ class Functions:
         parts: What Python evaluates.
         is_native: Whether that is nothing.
         is_dense: Whether the Jacobian is filled as a matrix.
+        y: The last point.
     """
 
     def __init__(self, costs: list[Placed], constraints: list[Placed], num_rows: int, scale: np.ndarray):
@@ -102,16 +103,18 @@ class Functions:
         self.row = np.concatenate((forms.row, *rows, *[p.J_rows for p in self.parts]))
         self.col = np.concatenate((forms.col, *cols, *[p.J_cols for p in self.parts]))
         self._scale, self._is_scaled, n = scale, bool((scale != 1.0).any()), len(scale)
-        self.is_native, self.is_dense = not self.parts and jit_enabled(), num_rows * n <= _DENSE
+        self._is_compiled = jit_enabled()
+        self.is_native, self.is_dense = not self.parts and self._is_compiled, num_rows * n <= _DENSE
         self._entry = np.zeros(len(self.row))
         self._models = kernels.Functions(
             forms.c, self.row, self.col, forms.b, forms.i, forms.j, forms.Q,
             joined([f.rows for f in self._formulas], np.int64), scale, np.zeros(n), self._entry,
         )  # fmt: skip
         self._tapes = self._pieces.tapes()
-        self._y, self._rows, self._J = np.zeros(n), np.zeros(num_rows), np.zeros((num_rows if self.is_dense else 1, n))
+        self.y, self._rows, self._J = np.zeros(n), np.zeros(num_rows), np.zeros((num_rows if self.is_dense else 1, n))
         self._weights, self._H = np.zeros(num_rows), np.zeros(len(forms.Q) + self._pieces.curvatures)
         self._known: dict[str, list[int]] = {}
+        self._values_at = self._slopes_at = b""  # the points that memory is of
 
     def words(self, *memory: np.ndarray) -> np.ndarray:
         """What all of `kernels` are called with, on memory of others: y, rows, J, weights, H."""
@@ -120,12 +123,13 @@ class Functions:
 
     @functools.cached_property
     def _words(self) -> np.ndarray:
-        return self.words(self._y, self._rows, self._J, self._weights, self._H)
+        return self.words(self.y, self._rows, self._J, self._weights, self._H)
 
     def _call(self, kernel: Kernel) -> Bound:
-        if jit_enabled():
-            return kernel.form.bind(self._words, (self,))
-        return kernel.bind(self._models, self._tapes, self._y, self._rows, self._J, self._weights, self._H)
+        given = self._models, self._tapes, self.y, self._rows, self._J, self._weights, self._H
+        if self._is_compiled:
+            return kernel.form.bind(self._words, given)
+        return kernel.bind(*given)
 
     @functools.cached_property
     def _values(self) -> Bound:
@@ -140,31 +144,43 @@ class Functions:
         return self._call(kernels.sums)
 
     def values(self, y: np.ndarray) -> np.ndarray:
-        """Rows at y, shape (rows,)."""
-        self._y[:] = y
-        self._values()
-        rows = self._rows.copy()
-        if self.parts:
-            x = y * self._scale
-            for part in self.parts:
-                part.add(rows, part.values(x))
-        return rows
+        """Rows at y, shape (rows,), in memory that the next call overwrites; without derivatives."""
+        key = y.tobytes()
+        if key != self._values_at:
+            self._values_at = self._slopes_at = b""
+            self.y[:] = y
+            self._values()
+            if self.parts:
+                x = y * self._scale
+                for part in self.parts:
+                    part.add(self._rows, part.values(x))
+            self._values_at = key
+        return self._rows
 
     def slopes(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows at y; entries of their Jacobian, as long as `row`; and the matrix, or of a large one the cost's row."""
-        self._y[:] = y
-        self._slopes()
-        if self.parts:
-            x, end = y * self._scale, self._pieces.slopes
-            rows = self._rows.copy()
-            for part in self.parts:
-                values, J = part.slopes(x)
-                part.add(rows, values)
-                begin, end = end, end + len(J)
-                self._entry[begin:end] = J
-            self._rows[:] = rows
-            self._sums()
-        return self._rows.copy(), self._entry.copy(), self._J.copy()
+        """Rows at y; entries of their Jacobian, as long as `row`; and the matrix, or of a large one the cost's row.
+
+        In memory that the next call overwrites.
+        """
+        key = y.tobytes()
+        if key != self._slopes_at:
+            self._values_at = self._slopes_at = b""
+            self.y[:] = y
+            self._slopes()
+            if self.parts:
+                self._add_slopes(y * self._scale)
+            self._values_at = self._slopes_at = key
+        return self._rows, self._entry, self._J
+
+    def _add_slopes(self, x: np.ndarray) -> None:
+        """Adds what Python evaluates to what the kernel has left."""
+        end = self._pieces.slopes
+        for part in self.parts:
+            values, J = part.slopes(x)
+            part.add(self._rows, values)
+            begin, end = end, end + len(J)
+            self._entry[begin:end] = J
+        self._sums()
 
     @functools.cached_property
     def where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
@@ -181,7 +197,7 @@ class Functions:
 
     def hessian(self, y: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of weights' rows, none of them NaN."""
-        self._y[:], self._weights[:], found = y, weights, self._H
+        self.y[:], self._weights[:], found = y, weights, self._H
         self._hessian()
         if self.parts:
             x = y * self._scale

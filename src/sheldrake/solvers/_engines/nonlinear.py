@@ -57,7 +57,7 @@ class NonlinearSolver(Engine):
     ) -> None:
         form = NonlinearForm(prog)
         settings = self._read(options)
-        if np.any(form.x_lower > form.x_upper) or np.any(form.lower > form.upper):
+        if (form.x_lower > form.x_upper).any() or (form.lower > form.upper).any():
             x = np.where(np.isnan(guess), 0.0, guess)  # so that what else is violated there can be told
             result._finish(SolutionResult.kInfeasibleConstraints, x, np.inf)
             return

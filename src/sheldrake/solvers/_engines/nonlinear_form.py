@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 import itertools
-from typing import TYPE_CHECKING, Any, NamedTuple
+import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,9 +20,6 @@ from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
 from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _ROWS: tuple[type[Constraint], ...] = (
     LinearEqualityConstraint,
@@ -97,8 +95,6 @@ class NonlinearForm:
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
         self.learns = any(isinstance(p, LearnedTerms) and not p.are_costs for p in self.functions.parts)
-        self._values = _Last(self.functions.values)
-        self._slopes = _Last(self.functions.slopes)
 
     @functools.cached_property
     def sides(self) -> tuple[np.ndarray, np.ndarray]:
@@ -147,23 +143,25 @@ class NonlinearForm:
 
     def values(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """Cost and values of rows, without derivatives."""
-        known = self._slopes.known(y)
-        rows = self._values(y) if known is None else known[0]
-        return rows.item(0), rows[1:]
+        rows = self.functions.values(y)
+        return rows.item(0), rows[1:].copy()
 
     def cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """The cost and its gradient."""
-        rows, _, J = self._slopes(y)
-        return rows.item(0), J[0]
+        rows, _, J = self.functions.slopes(y)
+        return rows.item(0), J[0].copy()
 
     def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows, shape `(num_rows,)`, and the entries of their Jacobian, as long as `J_rows`."""
-        rows, entries, _ = self._slopes(y)
-        return rows[1:], entries[self._of_rows]
+        rows, entries, _ = self.functions.slopes(y)
+        return rows[1:].copy(), entries[self._of_rows]
 
     def dense(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The cost and the values of all rows, and their derivatives, shape `(1 + num_rows, num_vars)`."""
-        rows, entries, J = self._slopes(y)
+        """The cost and the values of all rows, and their derivatives, shape `(1 + num_rows, num_vars)`.
+
+        In memory that the next evaluation overwrites.
+        """
+        rows, entries, J = self.functions.slopes(y)
         if not self.functions.is_dense:
             J = _summed(self._places, entries, len(rows) * self.num_vars).reshape(-1, self.num_vars)
         return rows, J
@@ -171,7 +169,7 @@ class NonlinearForm:
     def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
         rows, J = self.dense(y)
-        return rows[1:], J[1:]
+        return rows[1:].copy(), J[1:].copy()
 
     @functools.cached_property
     def _places(self) -> np.ndarray:
@@ -267,30 +265,10 @@ def _placed(bindings: ProgramBindings, found: list[tuple[EvaluatorBase, BindingB
 
 
 def _finite(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    found, n = np.flatnonzero(np.concatenate((upper, -lower)) < np.inf), len(lower)
-    return np.where(found < n, found + 1, n - 1 - found)
+    above = [k + 1 for k, bound in enumerate(upper.tolist()) if bound < math.inf]
+    return np.array(above + [-k - 1 for k, bound in enumerate(lower.tolist()) if bound > -math.inf], dtype=np.int64)
 
 
 def _summed(places: np.ndarray, entries: np.ndarray, size: int) -> np.ndarray:
     """A vector with entries at places, those at one place added; `bincount` of nothing would be of integers."""
     return np.bincount(places, entries, size) if len(entries) else np.zeros(size)
-
-
-class _Last:
-    """A function that remembers its last value."""
-
-    def __init__(self, function: Callable[[np.ndarray], Any]):
-        self._function = function
-        self._key: bytes | None = None
-        self._found: Any = None
-
-    def known(self, y: np.ndarray) -> Any:
-        """The last value, if it was at this point; otherwise None."""
-        return self._found if y.tobytes() == self._key else None
-
-    def __call__(self, y: np.ndarray) -> Any:
-        key = y.tobytes()
-        if key != self._key:
-            self._found = self._function(y)
-            self._key = key
-        return self._found
