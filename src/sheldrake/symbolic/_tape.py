@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,7 +12,6 @@ from sheldrake.symbolic import _build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import ONE
 from sheldrake.symbolic._kernels import tape as t
-from sheldrake.symbolic._traverse import variables_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -131,12 +130,13 @@ def write(
     return Written(operations, [float(c) for c in writer.known], results, size, len(variables))
 
 
-def tape_of(expressions: Sequence[Expression], variables: Sequence[Variable | None]) -> t.Tape | None:
-    """The same for a kernel that says where there is no value."""
+def tape_of(
+    expressions: Sequence[Expression], variables: Sequence[Variable | None], used: Container[int]
+) -> t.Tape | None:
+    """The same for a kernel that says where there is no value; `used` are the ids of variables that count."""
     written = write(expressions, variables)
     if written is None:
         return None
-    used = {v._id for e in expressions for v in variables_of(e)}
     return t.Tape(
         np.array(written.operations, np.int64).reshape(-1, t.Operation.SIZE),
         np.array(written.constants, float),
