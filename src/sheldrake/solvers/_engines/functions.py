@@ -195,13 +195,14 @@ class Functions:
     def _hessian(self) -> Bound:
         return self._call(kernels.hessian)
 
-    def hessian(self, y: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Entries of the Hessian of weights' rows, none of them NaN."""
+    def hessian(self, y: np.ndarray, weights: np.ndarray, is_rough: bool = False) -> np.ndarray:
+        """Entries of the Hessian of weights' rows, none of them NaN; where Python evaluates, roughly if wanted."""
         self.y[:], self._weights[:], found = y, weights, self._H
         self._hessian()
         if self.parts:
             x = y * self._scale
-            found = np.concatenate([found, *[p.hessian(x, weights[p.places]) for p in self.parts]])
+            of = [(p.rough_hessian if is_rough else p.hessian)(x, weights[p.places]) for p in self.parts]
+            found = np.concatenate([found, *of])
         H = without_nan(found)
         if self._is_scaled:
             rows, cols = self.where_hessian

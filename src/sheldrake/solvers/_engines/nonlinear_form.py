@@ -181,10 +181,11 @@ class NonlinearForm:
         return self.functions.hessian(y, np.concatenate(([cost_weight], weights)))
 
     def cost_hessian(self, y: np.ndarray) -> np.ndarray:
-        """The Hessian of the cost, shape `(num_vars, num_vars)`."""
+        """The Hessian of the cost, roughly, shape `(num_vars, num_vars)`."""
         n, weights = self.num_vars, np.zeros(self.num_rows + 1)
         weights[0] = 1.0
-        return _summed(self.H_rows * n + self.H_cols, self.functions.hessian(y, weights), n * n).reshape(n, n)
+        entries = self.functions.hessian(y, weights, is_rough=True)
+        return _summed(self.H_rows * n + self.H_cols, entries, n * n).reshape(n, n)
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
