@@ -175,10 +175,8 @@ def coefficients(e: Expression) -> Coefficients | None:
     flat = decompose.flat_terms(e)
     if flat is not None:
         return Coefficients(e, flat)
-    degree = decompose.certain_degree(e)
-    if degree > 2:
-        return Coefficients(e, None, degree)
-    return Coefficients(e) if degree or traverse.is_polynomial(e) else None
+    degree = decompose.degree_of(e)
+    return None if degree == decompose.NO_POLYNOMIAL else Coefficients(e, None, degree if degree > 2 else 0)
 
 
 def quadratic(e: Expression, wanted_by: str) -> Coefficients:
