@@ -14,7 +14,7 @@ from sheldrake.common.kernel import Bound
 from sheldrake.planning._kernels import curvature
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable
-from sheldrake.symbolic._compiled import Vectorized
+from sheldrake.symbolic._tape import AtPoints, write
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
 from sheldrake.systems.primitives import SymbolicVectorSystem
@@ -86,7 +86,7 @@ class Dynamics:
         self._function: Callable[..., Any] | None = None
         self._of_points: Callable[..., Any] | None = None
         self._symbols_may_do = True
-        self._symbols: Vectorized | None = None
+        self._symbols: AtPoints | None = None
         self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._values: OrderedDict[bytes, np.ndarray] = OrderedDict()
 
@@ -150,7 +150,7 @@ class Dynamics:
             self._symbols_may_do = False
             symbols = self._by_symbols()
             if symbols is not None:
-                found = symbols.slopes(z)
+                found = symbols(z, True)
                 if all(np.allclose(a, b, 1e-8, 1e-10) for a, b in zip(found, self._one_by_one(z, True))):
                     self._of_points, self._symbols = symbols, symbols
         if self._of_points is None and len(z):
@@ -195,8 +195,8 @@ class Dynamics:
         found = [self.value_and_slope(p[:nx], p[nx:]) for p in z]
         return np.array([f for f, _ in found]), np.array([J for _, J in found])
 
-    def _by_symbols(self) -> Vectorized | None:
-        """The motion as expressions, which NumPy evaluates at all points at once; None where it cannot be had.
+    def _by_symbols(self) -> AtPoints | None:
+        """The motion as expressions, which a kernel evaluates at all points at once; None where it cannot be had.
 
         Systems of kernels have their own way. Those in Python run once on symbols: where they branch on their state, or
         where a user's code does not take symbols at all, it may raise whatever it likes.
@@ -214,7 +214,8 @@ class Dynamics:
             variables = np.array([Variable(f"z{i}") for i in range(self.num_states + self.num_inputs)])
             z = np.array([Expression(v) for v in variables])
             f = self._at(system, context, None, z[: self.num_states], z[self.num_states :])
-            return Vectorized.of([Expression(e) for e in f], variables)
+            written = write([Expression(e) for e in f], variables.tolist(), smooth=True)
+            return None if written is None else AtPoints(written)
         except Exception:
             return None
 

@@ -152,18 +152,37 @@ def quadratic_terms(e: Expression) -> QuadraticTerms | None:
     return linear, products, scale * e._constant if is_sum else 0.0
 
 
-def degree_of_product(e: Expression) -> int:
-    """The degree of a product of powers of variables and of sums `flat_terms` knows: nothing cancels; 0 of others."""
-    if e._kind != k.MUL or e._constant == 0.0:
-        return 0
-    total = 0
-    for base, exponent in e._terms.values():
-        terms = flat_terms(base) if exponent._kind == k.CONSTANT else None
-        n = exponent._args[0]
-        if not terms or not 1.0 <= n <= 1e9 or n != int(n):
-            return 0
-        total += int(n) * max(sum(degree for _, degree in powers) for _, powers in terms)
-    return total
+NO_POLYNOMIAL, UNCERTAIN = -1, 0
+
+
+def degree_of(e: Expression) -> int:
+    """The degree of a polynomial where nothing of that degree can cancel; `UNCERTAIN`, or `NO_POLYNOMIAL`."""
+    return _build.fold([e], _degree_of)[0]
+
+
+def _degree_of(e: Expression, of: Callable[[Expression], int]) -> int:
+    kind = e._kind
+    if kind == k.VAR:
+        return 1
+    if kind == k.CONSTANT:
+        return UNCERTAIN
+    if kind == k.ADD:
+        degrees = [of(term) for term, _ in e._terms.values()]
+        most = max(degrees)
+        if min(degrees) <= UNCERTAIN:
+            return min(degrees)
+        return most if degrees.count(most) == 1 or flat_terms(e) is not None else UNCERTAIN
+    if kind == k.DIV:
+        return of(e._made[0]) if e._made[1]._kind == k.CONSTANT else NO_POLYNOMIAL
+    factors: Iterable = e._terms.values() if kind == k.MUL else (e._made,) if kind == k.POW else ()
+    degrees = []
+    for base, exponent in factors:
+        n = exponent._made[0] if exponent._kind == k.CONSTANT else -1.0
+        degree = of(base) if n >= 0.0 and n == int(n) else NO_POLYNOMIAL
+        if degree == NO_POLYNOMIAL:
+            return NO_POLYNOMIAL
+        degrees.append(int(n) * degree)
+    return NO_POLYNOMIAL if not degrees else sum(degrees) if all(degrees) else UNCERTAIN
 
 
 def decompose(e: Expression, indeterminates: Set[Variable]) -> Coefficients:

@@ -7,7 +7,7 @@ import pytest
 
 from sheldrake import symbolic as sym
 from sheldrake.symbolic import Variable, _compiled, _traverse
-from sheldrake.symbolic._compiled import Compiled, Vectorized, compiled
+from sheldrake.symbolic._compiled import Compiled, compiled
 
 X = [Variable(f"x{k}") for k in range(3)]
 
@@ -64,22 +64,3 @@ def test_branches_are_walked():
     for _ in range(2 * _compiled.PATIENCE):
         assert list(function([0.0, 3.0, 0.0])) == [3.0]
         assert list(function([2.0, 3.0, 0.0])) == [0.5]
-
-
-def test_what_has_the_same_text_is_the_same_function_of_its_variables():
-    x, y, z = (Variable(name) for name in "xyz")
-    first, second = (Vectorized.of([v * sym.sin(v)], [v]) for v in (x, y))
-    wide = Vectorized.of([x * sym.sin(x)], [x, y])
-    assert first is second and wide is not first
-    assert Vectorized.of([x * sym.sin(x) * 1.5], [x]) is not first
-    points = np.linspace(0.1, 1.0, 6).reshape(-1, 1)
-    values, J = first.slopes(points)
-    np.testing.assert_allclose(values, points * np.sin(points), rtol=1e-15)
-    np.testing.assert_allclose(J[:, 0], np.sin(points) + points * np.cos(points), rtol=1e-15)
-    assert wide.slopes(np.hstack((points, points)))[1].shape == (6, 1, 2)
-    one, other = (Vectorized.of([a * a * b + sym.cos(b)], [a, b]) for a, b in ((x, y), (z, x)))
-    assert one is not other
-    pairs, weights = np.hstack((points, 2.0 * points)), np.ones((6, 1))
-    for made in (one, other):  # whichever variable is older
-        np.testing.assert_allclose(made.slopes(pairs)[1][:, 0, 0], 2.0 * pairs[:, 0] * pairs[:, 1], rtol=1e-14)
-        np.testing.assert_allclose(made.hessian(pairs, weights)[:, 1, 1], -np.cos(pairs[:, 1]), rtol=1e-14)

@@ -118,16 +118,17 @@ class NloptSolver(NonlinearSolver):
 
         given = settings.more or {}
         problem = nlopt.opt(_algorithm(given.get("algorithm", "LD_SLSQP")), form.num_vars)
-        seen: list[np.ndarray] = [start]
+        functions, shows = form.functions, form.has_callbacks
+        functions.y[:] = start
 
         def cost(y: np.ndarray, slope: np.ndarray) -> float:
-            seen[:] = [y.copy()]
             if not slope.size:
-                return form.values(y)[0]
-            value, gradient = form.cost(y)
-            slope[:] = gradient
-            form.show(y)
-            return value
+                return functions.values(y).item(0)  # type: ignore[no-any-return]
+            rows, _, J = functions.slopes(y)
+            slope[:] = J[0]
+            if shows:
+                form.show(y)
+            return rows.item(0)  # type: ignore[no-any-return]
 
         problem.set_min_objective(cost)
         problem.set_lower_bounds(form.x_lower)
@@ -150,7 +151,7 @@ class NloptSolver(NonlinearSolver):
         except Exception as error:  # NLopt's own: rounding stops it, or there are more equations than variables.
             if "nlopt" not in f"{type(error).__module__} {error}".lower():
                 raise  # a user's function raised it
-            y, status = seen[0], _FAILURE
+            y, status = functions.y.copy(), _FAILURE
         return Outcome(self._name, y, status in _LEAST_PROGRESS, status in _SPENT, None, status)
 
     def _local_optimizer(self, name: str, num_vars: int, given: dict[str, Any]) -> Any:
@@ -174,17 +175,17 @@ class NloptSolver(NonlinearSolver):
         if not size:
             return
 
-        rows = np.concatenate((below, lower))
+        places = np.concatenate((below, lower)) + 1
         sign = np.repeat((1.0, -1.0), (len(below), len(lower)))
         bounds, column = np.concatenate((form.upper[below], -form.lower[lower])), sign[:, None]
 
         def excess(out: np.ndarray, y: np.ndarray, slopes: np.ndarray) -> None:
             if slopes.size:
-                values, J = form.dense_constraints(y)
-                np.multiply(J[rows], column, out=slopes)
+                rows, J = form.dense(y)
+                np.multiply(J[places], column, out=slopes)
             else:
-                values = form.values(y)[1]
-            np.subtract(sign * values[rows], bounds, out=out)
+                rows = form.functions.values(y)
+            np.subtract(sign * rows[places], bounds, out=out)
 
         add(excess, np.full(size, tolerance))
 

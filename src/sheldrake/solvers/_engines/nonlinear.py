@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import time
 from collections.abc import Callable, Hashable
@@ -58,7 +57,7 @@ class NonlinearSolver(Engine):
     ) -> None:
         form = NonlinearForm(prog)
         settings = self._read(options)
-        if np.any(form.x_lower > form.x_upper) or np.any(form.lower > form.upper):
+        if (form.x_lower > form.x_upper).any() or (form.lower > form.upper).any():
             x = np.where(np.isnan(guess), 0.0, guess)  # so that what else is violated there can be told
             result._finish(SolutionResult.kInfeasibleConstraints, x, np.inf)
             return
@@ -94,7 +93,7 @@ class NonlinearSolver(Engine):
         if kind is not SolutionResult.kUnbounded:
             result._cost = float(cost)  # That of the point where it stopped, feasible or not.
         # Functions are called now: later they may be others. What is made of their values can wait.
-        multipliers, F = functools.cache(_multipliers(form, y, outcome.dual)), np.append(cost, rows)
+        multipliers, F = _Late(_multipliers(form, y, outcome.dual)), np.append(cost, rows)
         result._set_details_late(lambda: self._details(kind, outcome, seconds, F, multipliers()))
         if kind is SolutionResult.kSolutionFound:
             own, boxes = form.rows, form.boxes
@@ -116,6 +115,19 @@ class NonlinearSolver(Engine):
     ) -> Any:
         """What the solver tells: `F` is the cost and all rows."""
         raise NotImplementedError
+
+
+class _Late:
+    """Multipliers that are computed when somebody asks, once; `functools.cache` would take as long to make."""
+
+    def __init__(self, compute: Callable[[], Multipliers]):
+        self._compute = compute
+        self._found: Multipliers | None = None
+
+    def __call__(self) -> Multipliers:
+        if self._found is None:
+            self._found = self._compute()
+        return self._found
 
 
 def _multipliers(form: NonlinearForm, y: np.ndarray, dual: np.ndarray | None) -> Callable[[], Multipliers]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import functools
 import itertools
-from typing import TYPE_CHECKING, Any, NamedTuple
+import math
+from typing import NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers import _arrays
+from sheldrake.solvers._engines.functions import Functions
 from sheldrake.solvers._engines.highs import Boxes
-from sheldrake.solvers._engines.terms import AllTerms, LearnedTerms, LinearTerms, grouped, without_nan
+from sheldrake.solvers._engines.terms import LearnedTerms, Placed
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
 from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqualityConstraint, QuadraticConstraint
@@ -18,9 +20,6 @@ from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
 from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _ROWS: tuple[type[Constraint], ...] = (
     LinearEqualityConstraint,
@@ -59,23 +58,23 @@ class NonlinearForm:
 
     Args:
         prog: The program.
+        is_scaled: Whether to heed the scaling.
 
     Attributes:
         rows: The constraints, and where their rows are.
         boxes: Bounds of the variables.
         learns: Whether second derivatives of some constraints are learned.
-        J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
+        functions: Cost and rows.
     """
 
-    def __init__(self, prog: MathematicalProgram):
+    def __init__(self, prog: MathematicalProgram, is_scaled: bool = True):
         self.prog, self.num_vars = prog, prog.num_vars()
-        self.scale, scaling = np.ones(self.num_vars), prog.GetVariableScaling()
-        self._is_scaled = bool(scaling)
-        for place, s in scaling.items():
+        self.scale = np.ones(self.num_vars)
+        for place, s in prog.GetVariableScaling().items() if is_scaled else ():
             self.scale[place] = s
         bindings, self.boxes = parts_of(prog).bindings, Boxes(prog)
         low, high = self.boxes.bounds
-        self._costs = AllTerms(grouped(_placed(bindings, [(b._evaluator, b) for b in bindings.all_costs()]), True))
+        costs: list[tuple[EvaluatorBase, BindingBase]] = [(b._evaluator, b) for b in bindings.all_costs()]
         constraints: list[BindingBase[Constraint]] = [b for kind in _ROWS for b in bindings.of(kind)]
         found: list[tuple[EvaluatorBase, BindingBase]] = [(b._evaluator, b) for b in constraints]
         lower, upper = [b._evaluator._lower for b in constraints], [b._evaluator._upper for b in constraints]
@@ -89,39 +88,50 @@ class NonlinearForm:
         ends = list(itertools.accumulate([evaluator._num_outputs for evaluator, _ in found], initial=0))
         self.rows = [Rows(b, slice(first, end)) for b, first, end in zip(constraints, ends, ends[1:])]
         self.num_rows = ends[-1]
-        self._constraints = AllTerms(grouped(_placed(bindings, found)))
+        placed = _placed(bindings, [*costs, *found], len(costs))
+        self.functions = Functions(placed[: len(costs)], placed[len(costs) :], self.num_rows + 1, self.scale)
         self.lower, self.upper = _arrays.joined(lower, float), _arrays.joined(upper, float)
         self._leave_out_empty_rows()
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
-        self.learns = any(isinstance(terms, LearnedTerms) for terms in self._constraints.parts)
-        self.J_rows, self.J_cols = self._constraints.J_rows, self._constraints.J_cols
-        self._values = _Last(self._values_at)
-        self._cost_slopes = _Last(self._cost_slopes_at)
-        self._row_slopes = _Last(self._row_slopes_at)
+        self.learns = any(isinstance(p, LearnedTerms) and not p.are_costs for p in self.functions.parts)
 
     @functools.cached_property
-    def _where_hessian(self) -> tuple[np.ndarray, np.ndarray]:
-        of_costs, of_rows = self._costs.where_hessian(), self._constraints.where_hessian()
-        return np.concatenate((of_costs[0], of_rows[0])), np.concatenate((of_costs[1], of_rows[1]))
+    def sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which bounds of rows there are: numbers plus 1 of the upper ones, then minus that; and of variables."""
+        return _finite(self.lower, self.upper), _finite(self.x_lower, self.x_upper)
+
+    @functools.cached_property
+    def _of_rows(self) -> np.ndarray:
+        """Which entries of derivatives are those of constraints."""
+        return np.flatnonzero(self.functions.row)
+
+    @functools.cached_property
+    def J_rows(self) -> np.ndarray:
+        """Rows of the entries of the Jacobian; those at one place add up."""
+        return self.functions.row[self._of_rows] - 1
+
+    @functools.cached_property
+    def J_cols(self) -> np.ndarray:
+        """Columns of these entries."""
+        return self.functions.col[self._of_rows]
 
     @property
     def H_rows(self) -> np.ndarray:
         """Rows of the entries of the Hessian, both halves of it; those at one place add up."""
-        return self._where_hessian[0]
+        return self.functions.where_hessian[0]
 
     @property
     def H_cols(self) -> np.ndarray:
         """Columns of these entries."""
-        return self._where_hessian[1]
+        return self.functions.where_hessian[1]
 
     def _leave_out_empty_rows(self) -> None:
         """Linear rows that have no coefficient and hold anyway have no bounds: these only confuse solvers."""
-        for terms in self._constraints.parts:
-            if isinstance(terms, LinearTerms):
-                empty = terms.empty()
-                free = empty[(self.lower[empty] <= 0.0) & (self.upper[empty] >= 0.0)]
-                self.lower[free], self.upper[free] = -np.inf, np.inf
+        empty = self.functions.empty_rows() - 1
+        empty = empty[empty >= 0]
+        free = empty[(self.lower[empty] <= 0.0) & (self.upper[empty] >= 0.0)]
+        self.lower[free], self.upper[free] = -np.inf, np.inf
 
     def start(self, guess: np.ndarray) -> np.ndarray:
         """The guess in scaled units, zero where there is none, inside the bounds."""
@@ -133,59 +143,49 @@ class NonlinearForm:
 
     def values(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """Cost and values of rows, without derivatives."""
-        cost, rows = self._cost_slopes.known(y), self._row_slopes.known(y)
-        return self._values(y) if cost is None or rows is None else (cost[0], rows[0])
-
-    def _values_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        x = self._unscaled(y)
-        return _sum(self._costs.values(x)), self._constraints.values(x)
-
-    def _unscaled(self, y: np.ndarray) -> np.ndarray:
-        return y * self.scale if self._is_scaled else y
+        rows = self.functions.values(y)
+        return rows.item(0), rows[1:].copy()
 
     def cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """The cost and its gradient."""
-        return self._cost_slopes(y)
-
-    def _cost_slopes_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        values, J = self._costs.slopes(self._unscaled(y))
-        gradient = _summed(self._costs.J_cols, without_nan(J), self.num_vars)
-        return _sum(values), gradient * self.scale if self._is_scaled else gradient
+        rows, _, J = self.functions.slopes(y)
+        return rows.item(0), J[0].copy()
 
     def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows, shape `(num_rows,)`, and the entries of their Jacobian, as long as `J_rows`."""
-        return self._row_slopes(y)
+        rows, entries, _ = self.functions.slopes(y)
+        return rows[1:].copy(), entries[self._of_rows]
 
-    def _row_slopes_at(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rows, J = self._constraints.slopes(self._unscaled(y))
-        J = without_nan(J)
-        return rows, J * self.scale[self.J_cols] if self._is_scaled else J
+    def dense(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The cost and the values of all rows, and their derivatives, shape `(1 + num_rows, num_vars)`.
+
+        In memory that the next evaluation overwrites.
+        """
+        rows, entries, J = self.functions.slopes(y)
+        if not self.functions.is_dense:
+            J = _summed(self._places, entries, len(rows) * self.num_vars).reshape(-1, self.num_vars)
+        return rows, J
 
     def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
-        values, entries = self.constraints(y)
-        J = _summed(self._J_places, entries, self.num_rows * self.num_vars)
-        return values, J.reshape(self.num_rows, self.num_vars)
+        rows, J = self.dense(y)
+        return rows[1:].copy(), J[1:].copy()
 
     @functools.cached_property
-    def _J_places(self) -> np.ndarray:
-        """Where the entries of the Jacobian are in it as a dense matrix, row after row."""
-        return self.J_rows * self.num_vars + self.J_cols
+    def _places(self) -> np.ndarray:
+        """Where all entries are in a matrix, row after row."""
+        return self.functions.row * self.num_vars + self.functions.col
 
     def hessian(self, y: np.ndarray, cost_weight: float, weights: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of cost_weight * cost + weights' rows, as long as `H_rows`."""
-        x = self._unscaled(y)
-        costs = self._costs.hessian(x, np.full(len(self._costs.places), cost_weight))
-        entries = without_nan(np.concatenate((costs, self._constraints.hessian(x, weights))))
-        return entries * self.scale[self.H_rows] * self.scale[self.H_cols] if self._is_scaled else entries
+        return self.functions.hessian(y, np.concatenate(([cost_weight], weights)))
 
     def cost_hessian(self, y: np.ndarray) -> np.ndarray:
         """The Hessian of the cost, roughly, shape `(num_vars, num_vars)`."""
-        n, costs = self.num_vars, self._costs
-        entries = without_nan(costs.rough_hessian(self._unscaled(y), np.ones(len(costs.places))))
-        rows, cols = costs.where_hessian()
-        H = _summed(rows * n + cols, entries, n * n).reshape(n, n)
-        return H * np.outer(self.scale, self.scale) if self._is_scaled else H
+        n, weights = self.num_vars, np.zeros(self.num_rows + 1)
+        weights[0] = 1.0
+        entries = self.functions.hessian(y, weights, is_rough=True)
+        return _summed(self.H_rows * n + self.H_cols, entries, n * n).reshape(n, n)
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
@@ -197,18 +197,21 @@ class NonlinearForm:
     def violation(self, y: np.ndarray) -> float:
         """The largest violation of a constraint, relative to the size of its bound if that is above one."""
         values = self.values(y)[1]
-        low, high = (np.where(np.isfinite(b), b, 0.0) for b in (self.lower, self.upper))
-        over = np.concatenate(
-            (
-                (self.lower - values) / np.maximum(1.0, np.abs(low)),
-                (values - self.upper) / np.maximum(1.0, np.abs(high)),
-                self.x_lower - y,
-                y - self.x_upper,
-            )
-        )
-        if np.isnan(over).any():
-            return np.inf
-        return float(over.max(initial=0.0))
+        over = np.concatenate((self.lower - values, values - self.upper, self.x_lower - y, y - self.x_upper))
+        most = (over / self._sizes).max(initial=0.0)
+        return np.inf if np.isnan(most) else float(most)
+
+    @functools.cached_property
+    def _sizes(self) -> np.ndarray:
+        """What violations of the bounds of rows, then of variables are relative to."""
+        found = np.abs(np.concatenate((self.lower, self.upper, self.x_lower, self.x_upper)))
+        found[2 * self.num_rows :] = 1.0
+        return np.where(found < np.inf, np.maximum(1.0, found), 1.0)
+
+    @property
+    def has_callbacks(self) -> bool:
+        """Whether there are visualization callbacks."""
+        return bool(self._callbacks)
 
     def show(self, y: np.ndarray) -> None:
         """Calls the visualization callbacks."""
@@ -249,44 +252,24 @@ class Slopes(NamedTuple):
     J: np.ndarray
 
 
-def _placed(
-    bindings: ProgramBindings, found: list[tuple[EvaluatorBase, BindingBase]]
-) -> list[tuple[EvaluatorBase, np.ndarray, np.ndarray]]:
-    """Evaluators with the columns of the variables they are bound to, and the rows of their values, in turn."""
+def _placed(bindings: ProgramBindings, found: list[tuple[EvaluatorBase, BindingBase]], num_costs: int) -> list[Placed]:
+    """Evaluators with the columns of the variables they are bound to, and their rows: 0 for costs, which come first."""
     columns = bindings.places(*[b for _, b in found])
-    rows = np.arange(sum([evaluator._num_outputs for evaluator, _ in found]))
-    out, row, column = [], 0, 0
-    for evaluator, b in found:
-        next_row, next_column = row + evaluator._num_outputs, column + len(b._variables)
-        out.append((evaluator, columns[column:next_column], rows[row:next_row]))
+    rows = np.arange(1, 1 + sum([evaluator._num_outputs for evaluator, _ in found[num_costs:]]))
+    cost, out, row, column = np.zeros(1, dtype=np.int64), [], 0, 0
+    for k, (evaluator, b) in enumerate(found):
+        next_column = column + len(b._variables)
+        next_row = row + (evaluator._num_outputs if k >= num_costs else 0)
+        out.append(Placed(evaluator, columns[column:next_column], rows[row:next_row] if k >= num_costs else cost))
         row, column = next_row, next_column
     return out
+
+
+def _finite(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    above = [k + 1 for k, bound in enumerate(upper.tolist()) if bound < math.inf]
+    return np.array(above + [-k - 1 for k, bound in enumerate(lower.tolist()) if bound > -math.inf], dtype=np.int64)
 
 
 def _summed(places: np.ndarray, entries: np.ndarray, size: int) -> np.ndarray:
     """A vector with entries at places, those at one place added; `bincount` of nothing would be of integers."""
     return np.bincount(places, entries, size) if len(entries) else np.zeros(size)
-
-
-def _sum(values: np.ndarray) -> float:
-    return values.item() if len(values) == 1 else float(np.add.reduce(values))  # `sum()` without its detour
-
-
-class _Last:
-    """A function that remembers its last value."""
-
-    def __init__(self, function: Callable[[np.ndarray], Any]):
-        self._function = function
-        self._key: bytes | None = None
-        self._found: Any = None
-
-    def known(self, y: np.ndarray) -> Any:
-        """The last value, if it was at this point; otherwise None."""
-        return self._found if y.tobytes() == self._key else None
-
-    def __call__(self, y: np.ndarray) -> Any:
-        key = y.tobytes()
-        if key != self._key:
-            self._found = self._function(y)
-            self._key = key
-        return self._found

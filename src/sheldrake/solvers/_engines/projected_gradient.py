@@ -77,8 +77,7 @@ class ProjectedGradientDescentSolver(Engine):
                 "BacktrackingAlpha0": self.kDefaultBacktrackingAlpha0,
             },
         )
-        form = NonlinearForm(prog)
-        form.scale = np.ones(prog.num_vars())
+        form = NonlinearForm(prog, is_scaled=False)
         success, x = self._project(prog, np.nan_to_num(guess))
         outcome = SolutionResult.kIterationLimit
         for _ in range(int(given["MaxIterations"])):

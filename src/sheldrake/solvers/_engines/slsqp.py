@@ -45,7 +45,7 @@ def slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome
             method="SLSQP",
             bounds=Bounds(form.x_lower, form.x_upper),
             constraints=constraints,
-            callback=form.show if form._callbacks else None,
+            callback=form.show if form.has_callbacks else None,
             options={"maxiter": settings.iterations, "ftol": settings.optimality, "disp": settings.prints},
         )
     # Status 8: no descent along the last direction, as happens at the limit of rounding.

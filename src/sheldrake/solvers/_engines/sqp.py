@@ -15,26 +15,24 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._nonnegative_least_squares import nonnegative_least_squares
+from sheldrake.common.chain import bound_to_all_memory
 from sheldrake.common.record import view_of
 from sheldrake.solvers._engines.nonlinear import Outcome, Settings
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
-from sheldrake.solvers._kernels import sequential
+from sheldrake.solvers._kernels import functions, sequential
 from sheldrake.solvers._kernels.active_set import make_quadratic
 from sheldrake.solvers._kernels.sequential import Progress, Sequence
 
-_SHORTEST = 1e-4  # part of a step
-_GAIN = 1e-10  # of the cost that is not worth a step, relative to it or 1
-_ROUNDING = 1e-6  # the same where no better step is found: at the solution, quadratic programs are all rounding
-_LEFT = 1e-9  # what linearized constraints may be missed by
+_ROUNDING = 1e-6  # of the cost, where no better step is found: at the solution, quadratic programs are all rounding
 _MOST_VARIABLES, _MOST_ROWS = 40, 120
 
 _Now: Any = view_of(Progress)
+_WORDS = 1 + sum(1 + field.ndim for p in functions.slopes.parameters for field in p.fields)
 
 
 def suits(form: NonlinearForm) -> bool:
     """Whether a program is so small that steps are quick."""
-    bounds = form.lower, form.upper, form.x_lower, form.x_upper
-    return form.num_vars <= _MOST_VARIABLES and sum(np.isfinite(b).sum() for b in bounds) <= _MOST_ROWS
+    return form.num_vars <= _MOST_VARIABLES and sum(map(len, form.sides)) <= _MOST_ROWS
 
 
 class _Memory:
@@ -48,22 +46,30 @@ class _Memory:
     """
 
     def __init__(self, n: int, m: int, sides: int, x_sides: int):
-        vectors, rows, numbers = iter(np.zeros((9, n))), iter(np.zeros((4, m))), np.zeros(Progress.SIZE)
+        vectors, rows, numbers = iter(np.zeros((8, n))), iter(np.zeros((3, m))), np.zeros(Progress.SIZE)
+        self.rows, self.J = np.zeros(1 + m), np.zeros((1 + m, n))  # of the trial point, the cost first
+        self._weights = np.eye(1, 1 + m)[0]  # that of the cost is one
+        squares = np.zeros((3, n, n))
         self.work = Sequence(
-            y=next(vectors), trial=next(vectors), g=next(vectors), g_trial=next(vectors), rows=next(rows),
-            rows_trial=next(rows), J=np.zeros((m, n)), J_trial=np.zeros((m, n)), lower=next(rows), upper=next(rows),
-            x_lower=next(vectors), x_upper=next(vectors), sides=np.zeros(sides, dtype=np.int64),
-            x_sides=np.zeros(x_sides, dtype=np.int64), B=np.zeros((n, n)), d=next(vectors), weights=np.zeros(sides),
-            s=next(vectors), r=next(vectors),
+            y=next(vectors), trial=next(vectors), f_trial=self.rows[:1], g=next(vectors), g_trial=self.J[0],
+            rows=next(rows), rows_trial=self.rows[1:], J=np.zeros((m, n)), J_trial=self.J[1:], lower=next(rows),
+            upper=next(rows), x_lower=next(vectors), x_upper=next(vectors), sides=np.zeros(sides, dtype=np.int64),
+            x_sides=np.zeros(x_sides, dtype=np.int64), first=squares[0], B=squares[1], V=squares[2], d=next(vectors),
+            weights=np.zeros(sides), s=next(vectors), r=next(vectors),
         )  # fmt: skip
         self.now = _Now(numbers)
+        self._functions, self._words = np.zeros(3, dtype=np.int64), np.zeros(_WORDS, dtype=np.int64)
         plain, missed = make_quadratic(sides + x_sides, n), make_quadratic(sides + x_sides + 1, n + 1)
-        self._step = sequential.sequential_step.bind(self.work, plain, missed, numbers, sequential.GO)
+        calls = self._functions, self._words
+        self.advance = bound_to_all_memory(sequential.sequential, self.work, plain, missed, numbers, *calls)
 
-    def do(self, what: int) -> int:
-        """Runs one of the kernels."""
-        self._step.set("what", what)
-        return int(self._step())
+    def evaluate_by(self, form: NonlinearForm) -> None:
+        """Lets a program's functions be called by the kernel, where they are kernels."""
+        self._functions[:] = 0
+        if form.functions.is_native:
+            self._functions[:] = functions.values.address, functions.slopes.address, functions.cost_hessian.address
+            memory = self.work.trial, self.rows, self.J, self._weights, self.work.first.ravel()
+            self._words[:] = form.functions.words(*memory)
 
 
 _idle: dict[tuple[int, ...], list[_Memory]] = {}
@@ -85,11 +91,6 @@ def _memory_for(*sizes: int) -> Iterator[_Memory]:
         _idle.setdefault(sizes, []).append(memory)
 
 
-def _sides(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Numbers of the upper, then of the lower bounds there are, as `Sequence` has them."""
-    return np.concatenate((np.flatnonzero(np.isfinite(upper)) + 1, -np.flatnonzero(np.isfinite(lower)) - 1))
-
-
 class Sqp:
     """The iterations.
 
@@ -105,41 +106,46 @@ class Sqp:
     def run(self) -> Outcome:
         """Iterates."""
         form = self._form
-        sides, x_sides = _sides(form.lower, form.upper), _sides(form.x_lower, form.x_upper)
+        sides, x_sides = form.sides
         with _memory_for(form.num_vars, form.num_rows, len(sides), len(x_sides)) as memory:
             work = memory.work
             work.sides[:], work.x_sides[:] = sides, x_sides
             work.lower[:], work.upper[:] = form.lower, form.upper
             work.x_lower[:], work.x_upper[:] = form.x_lower, form.x_upper
+            memory.evaluate_by(form)
             return self._iterate(memory)
 
     def _iterate(self, memory: _Memory) -> Outcome:
-        work, now, do = memory.work, memory.now, memory.do
-        work.B[:], work.trial[:] = self._first_hessian(), self._start
-        self._evaluate(memory)
-        do(sequential.GO)
-        self._form.show(work.y)
-        now.penalty, now.held, gain, stalls = 1.0, 0.0, np.inf, 0
-        for _ in range(self._settings.iterations):
-            status = do(sequential.STEP)
-            if status == sequential.NOT_FINITE:
-                return self._outcome(work, False)
-            size = max(1.0, abs(now.f))
-            is_feasible = now.violation <= 0.5 * self._settings.feasibility
-            if status == 0:
-                gain = now.gain
-                if is_feasible and now.left <= _LEFT and gain <= _GAIN * size:
-                    return self._outcome(work, True)
-                if self._search(memory):
-                    stalls = 0
-                    do(sequential.LEARN_AND_GO)
-                    self._form.show(work.y)
-                    continue
-            is_done = is_feasible and (gain <= _ROUNDING * size or (status != 0 and self._is_stationary(work)))
-            if stalls or (is_done and status) or (not status and now.left > _LEFT and now.longest <= _LEFT):
-                return self._outcome(work, is_done)
-            stalls, work.B[:] = 1, self._first_hessian()
-        return self._outcome(work, False, True)
+        work, now, form = memory.work, memory.now, self._form
+        work.trial[:] = self._start
+        now.penalty, now.held, now.gain, now.steps, now.stalls = 1.0, 0.0, np.inf, 0.0, 0.0
+        now.stage, now.most = sequential.START, self._settings.iterations
+        now.feasibility, now.shows = self._settings.feasibility, form.has_callbacks
+        while True:
+            found = memory.advance()
+            if found == sequential.SLOPES:
+                memory.rows[:], memory.J[:] = form.dense(work.trial)
+            elif found == sequential.VALUES:
+                work.f_trial[:], work.rows_trial[:] = form.values(work.trial)
+            elif found == sequential.HESSIAN:
+                work.first[:] = form.cost_hessian(work.trial)
+            elif found == sequential.SHOW:
+                form.show(work.y)
+            elif found in (sequential.NO_STEP, sequential.NO_PROGRAM):
+                is_done = self._is_done(work, now, found == sequential.NO_PROGRAM)
+                if is_done is not None:
+                    return self._outcome(work, is_done)
+                now.stage, now.stalls = sequential.AGAIN, 1.0
+            else:
+                return self._outcome(work, found == sequential.SOLVED, found == sequential.SPENT)
+
+    def _is_done(self, work: Sequence, now: Any, lacks_program: bool) -> bool | None:
+        """Where no step leads further: whether the point is a solution; None: the first Hessian may be worth a try."""
+        is_feasible = now.violation <= 0.5 * self._settings.feasibility
+        brings_little = now.gain <= _ROUNDING * max(1.0, abs(now.f))
+        is_done = is_feasible and (brings_little or (lacks_program and self._is_stationary(work)))
+        is_far = not lacks_program and now.left > sequential.LEFT and now.longest <= sequential.LEFT
+        return bool(is_done) if now.stalls or (is_done and lacks_program) or is_far else None
 
     def _is_stationary(self, work: Sequence) -> bool:
         """Whether bounds that hold the point balance the cost's slope: asked where rounding leaves no program to solve.
@@ -158,44 +164,4 @@ class Sqp:
 
     @staticmethod
     def _outcome(work: Sequence, converged: bool, spent: bool = False) -> Outcome:
-        return Outcome("SQP", work.y.copy(), bool(converged), spent)
-
-    def _evaluate(self, memory: _Memory) -> None:
-        """Computes the trial point's values and derivatives."""
-        work, form = memory.work, self._form
-        memory.now.f_trial, work.g_trial[:] = form.cost(work.trial)
-        work.rows_trial[:], work.J_trial[:] = form.dense_constraints(work.trial)
-
-    def _search(self, memory: _Memory) -> bool:
-        """Finds a trial point along the step where the penalty function falls; False if there is none."""
-        work, now, do = memory.work, memory.now, memory.do
-        do(sequential.TRY)
-        # Most of the work of derivatives is that of values: where the next step may begin, they are computed at once.
-        self._evaluate(memory)
-        if do(sequential.JUDGE):
-            return True
-        alpha = now.alpha
-        if alpha == 1.0 and now.left == 0.0 and now.violation_trial < np.inf and not do(sequential.CORRECT):
-            self._evaluate(memory)
-            if do(sequential.JUDGE):
-                return True
-        while (alpha := alpha * (0.5 if alpha > 0.1 else 0.2)) >= _SHORTEST:
-            now.alpha = alpha
-            do(sequential.TRY)
-            now.f_trial, work.rows_trial[:] = self._form.values(work.trial)
-            if do(sequential.JUDGE):
-                self._evaluate(memory)
-                return True
-        return False
-
-    def _first_hessian(self) -> np.ndarray:
-        """That of the cost, no eigenvalue near zero or below: steps would go anywhere."""
-        H = self._form.cost_hessian(self._start)
-        if not H.any():
-            return 0.1 * np.eye(len(H))
-        if not np.isfinite(H).all():
-            return np.eye(len(H))
-        values, vectors = np.linalg.eigh(0.5 * (H + H.T))
-        values = np.maximum(np.abs(values), 0.1 * max(1.0, float(np.abs(values).max(initial=0.0))))
-        found: np.ndarray = (vectors * values) @ vectors.T
-        return found
+        return Outcome("SQP", work.y.copy(), converged, spent)

@@ -19,7 +19,7 @@ from sheldrake.solvers._functions.evaluators import Changes, Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.solvers._kernels import inside as kernels
 from sheldrake.solvers._text import latex_bounds, latex_matrix
-from sheldrake.symbolic import Formula, logical_and
+from sheldrake.symbolic import Expression, Formula, logical_and
 
 if TYPE_CHECKING:
     import scipy.sparse
@@ -502,6 +502,13 @@ class ExpressionConstraint(ExpressionFunction, Constraint):
     def __init__(self, v: Any, lb: ArrayLike, ub: ArrayLike):
         self._set_expressions(list(_arrays.expression_array(v).ravel(order="F")))
         self._set_bounds(*_bounds(lb, ub))
+
+    @classmethod
+    def _of(cls, expressions: list[Expression], lower: np.ndarray, upper: np.ndarray) -> Self:
+        out = cls.__new__(cls)
+        out._set_expressions(expressions)
+        out._set_bounds(lower, upper)
+        return out
 
     def expressions(self) -> np.ndarray:
         """Returns the expressions, shape `(m,)`."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from sheldrake.solvers._arrays import VariablesLike
+    from sheldrake.symbolic._tape import Written
 
 ANY = -1  # Number of variables of a function that takes any.
 
@@ -92,6 +93,10 @@ class EvaluatorBase:
     def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values and derivatives at x."""
         return self._eval(x), self._jacobian(x)
+
+    def _written(self) -> Written | None:
+        """The function as operations for kernels, with two derivatives; None if there are none."""
+        return None
 
     def _alike(self) -> Hashable | None:
         """What evaluators must have in common to be evaluated together; None: one at a time."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many, WithSlopes
+from sheldrake.solvers._functions.evaluators import EvaluatorBase, WithSlopes
 from sheldrake.symbolic import Expression, Jacobian, Variable
 from sheldrake.symbolic import _traverse as traverse
-from sheldrake.symbolic._compiled import Compiled, Vectorized, smooth_source
+from sheldrake.symbolic._compiled import Compiled
+from sheldrake.symbolic._tape import Written, write
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -35,15 +36,9 @@ class Formulas:
         self.values = Compiled(self.expressions, self.vars)
 
     @functools.cached_property
-    def source(self) -> str | None:
-        """What those have in common that can be evaluated together; None if they cannot."""
-        return smooth_source(self.expressions, self.vars)
-
-    @functools.cached_property
-    def together(self) -> Vectorized:
-        """What evaluates them at many points at once, where there is a source."""
-        assert self.source is not None
-        return Vectorized.of_source(self.source, self.expressions, self.vars)
+    def written(self) -> Written | None:
+        """The expressions as operations for kernels; None if they are not smooth."""
+        return write(self.expressions, self.vars.tolist(), smooth=True)
 
     @functools.cached_property
     def derivatives(self) -> tuple[Compiled, np.ndarray, np.ndarray]:
@@ -76,11 +71,8 @@ class ExpressionFunction(WithSlopes, EvaluatorBase):
         """Returns the variables of the expressions, shape `(n,)`."""
         return self._vars.copy()
 
-    def _alike(self) -> Hashable | None:
-        return self._formulas.source
-
-    def _many(self) -> Many:
-        return self._formulas.together
+    def _written(self) -> Written | None:
+        return self._formulas.written
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array(self._formulas.values(x.tolist()), dtype=float)

@@ -7,12 +7,16 @@ from typing import NamedTuple
 from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, number
+from sheldrake.common.rows import call_row
 from sheldrake.solvers._kernels.active_set import INFEASIBLE, Quadratic, solve_by_rows, solve_quadratic
 
 INFINITE = float("inf")
 REACH = 0.5  # of one step, relative to the point and 1
 LONGEST = 1e3  # of what is still a step
 FIRST_PENALTY, LAST_PENALTY = 10.0, 1e8  # for linearized constraints that are missed, relative to the cost's gradient
+SHORTEST = 1e-4  # part of a step
+GAIN = 1e-10  # of the cost that is not worth a step, relative to it or 1
+LEFT = 1e-9  # what linearized constraints may be missed by
 
 
 class Sequence(NamedTuple):
@@ -21,6 +25,7 @@ class Sequence(NamedTuple):
     Attributes:
         y: The point, shape (n,).
         trial: The other.
+        f_trial: The cost there, shape (1,).
         g: Gradient of the cost.
         g_trial: There.
         rows: Values of the constraints, shape (m,).
@@ -33,7 +38,9 @@ class Sequence(NamedTuple):
         x_upper: Likewise.
         sides: Which rows are bounded: the number of a row plus 1 for an upper bound, minus that for a lower one.
         x_sides: The same of the variables.
+        first: The Hessian of the cost at the first point.
         B: The Lagrangian's Hessian, as learned.
+        V: Scratch, shape (n, n).
         d: The step.
         weights: Multipliers of `sides`, not negative.
         s: Scratch, shape (n,).
@@ -42,6 +49,7 @@ class Sequence(NamedTuple):
 
     y: Vector
     trial: Vector
+    f_trial: Vector
     g: Vector
     g_trial: Vector
     rows: Vector
@@ -54,7 +62,9 @@ class Sequence(NamedTuple):
     x_upper: Vector
     sides: IntVector
     x_sides: IntVector
+    first: Matrix
     B: Matrix
+    V: Matrix
     d: Vector
     weights: Vector
     s: Vector
@@ -65,7 +75,6 @@ class Progress(Record):
     """Where the iterations are."""
 
     f = number("cost")
-    f_trial = number("cost at the trial point")
     violation = number("the largest of a row")
     violation_trial = number("the same at the trial point; infinite where something is not finite")
     penalty = number("what violations are weighed with")
@@ -75,6 +84,12 @@ class Progress(Record):
     longest = number("the largest change of a variable")
     alpha = number("the part of the step that is tried")
     held = number("how many rows held with equality at the last step")
+    stage = number("what comes next")
+    steps = number("how many quadratic programs there were")
+    most = number("how many there may be")
+    feasibility = number("the violation that is allowed")
+    stalls = number("1 after a first Hessian from which no step has been found yet")
+    shows = number("1 if each point is to be shown")
 
 
 @kernel
@@ -249,7 +264,7 @@ def is_good(work, progress):
     progress.violation_trial = violation_of(work, work.rows_trial)
     merit = progress.f + progress.penalty * progress.violation
     enough = merit + 1e-4 * progress.alpha * progress.slope + 1e-14 * abs(merit)
-    return 1 if progress.f_trial + progress.penalty * progress.violation_trial <= enough else 0
+    return 1 if work.f_trial[0] + progress.penalty * progress.violation_trial <= enough else 0
 
 
 @kernel(outline=True)
@@ -301,7 +316,7 @@ def learn(work):
 @kernel
 def go(work, progress):
     """The trial point becomes the point."""
-    progress.f = progress.f_trial
+    progress.f = work.f_trial[0]
     for j in range(len(work.y)):
         work.y[j], work.g[j] = work.trial[j], work.g_trial[j]
     for i in range(len(work.rows)):
@@ -310,30 +325,174 @@ def go(work, progress):
             work.J[i, j] = work.J_trial[i, j]
 
 
-GO, STEP, TRY, JUDGE, CORRECT, LEARN_AND_GO = range(6)
+@kernel
+def turn(A, p, q, c, s):
+    """Rows p and q of A become those turned by an angle of this cosine and sine."""
+    for k in range(A.shape[1]):
+        a, b = A[p, k], A[q, k]
+        A[p, k], A[q, k] = c * a - s * b, s * a + c * b
+
+
+@kernel(outline=True)
+def eigenvectors(A, V):
+    """Turns a symmetric A into its eigenvalues, on the diagonal, and V into rows of eigenvectors (Jacobi, 1846)."""
+    n = A.shape[0]
+    for i in range(n):
+        for j in range(n):
+            V[i, j] = 1.0 if i == j else 0.0
+    for _ in range(30):
+        aside = 0.0
+        for p in range(n):
+            for q in range(p + 1, n):
+                if abs(A[p, q]) > 1e-15 * (abs(A[p, p]) + abs(A[q, q])):
+                    aside = 1.0
+                    tau = (A[q, q] - A[p, p]) / (2.0 * A[p, q])
+                    t = (1.0 if tau >= 0.0 else -1.0) / (abs(tau) + (1.0 + tau * tau) ** 0.5)
+                    c = 1.0 / (1.0 + t * t) ** 0.5
+                    turn(A, p, q, c, t * c)
+                    for k in range(n):
+                        a, b = A[k, p], A[k, q]
+                        A[k, p], A[k, q] = c * a - t * c * b, t * c * a + c * b
+                    turn(V, p, q, c, t * c)
+        if aside == 0.0:
+            break
+    return 0
+
+
+LEAST_CURVATURE = 0.1  # of the first Hessian, relative to the largest or 1, and where there is none
+
+
+@kernel(outline=True)
+def begin_hessian(work):
+    """B becomes the first Hessian without eigenvalues near zero or below, with which steps would go anywhere."""
+    n, B = len(work.y), work.B
+    total, most = 0.0, 0.0
+    for i in range(n):
+        for j in range(n):
+            B[i, j] = 0.5 * (work.first[i, j] + work.first[j, i])
+            total += B[i, j]
+            most = max(most, abs(B[i, j]))
+    if most == 0.0 or not is_finite(total):
+        for i in range(n):
+            for j in range(n):
+                B[i, j] = 0.0 if i != j else LEAST_CURVATURE if most == 0.0 else 1.0
+        return 0
+    eigenvectors(B, work.V)
+    most = 1.0
+    for i in range(n):
+        work.s[i] = abs(B[i, i])
+        most = max(most, work.s[i])
+    for i in range(n):
+        work.s[i] = max(work.s[i], LEAST_CURVATURE * most)
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for k in range(n):
+                total += work.s[k] * work.V[k, i] * work.V[k, j]
+            B[i, j] = total
+    return 0
+
+
+START, FIRST, CURVED, AGAIN, STEP, FULL, CORRECTED, SHORTENED, ACCEPTED = range(9)
+"""Stages. The first point is to be evaluated; it is; its Hessian is there; that is to be taken once more; the next step
+is to be found. Or the trial point of a full step is evaluated, of a corrected or a shortened one; that was accepted."""
+
+VALUES, SLOPES, HESSIAN, SHOW, SOLVED, SPENT, NO_STEP, NO_PROGRAM = range(10, 18)
+"""What is wanted at the trial point; or that the point is new, or the last; that no step, or no quadratic program leads
+further."""
+
+
+@kernel
+def judge(work, plain, progress):
+    """What follows from the values at the trial point of a step: `ACCEPTED`, or what is wanted at the next one."""
+    if is_good(work, progress):
+        if progress.stage != SHORTENED:
+            return ACCEPTED
+        progress.stage = ACCEPTED
+        return SLOPES
+    # Most of the work of derivatives is that of values: where the next step may begin, they are computed at once.
+    may_correct = progress.stage == FULL and progress.alpha == 1.0 and progress.left == 0.0
+    if may_correct and progress.violation_trial < INFINITE and correct(work, plain, progress) == 0:
+        progress.stage = CORRECTED
+        return SLOPES
+    progress.alpha *= 0.5 if progress.alpha > 0.1 else 0.2
+    if progress.alpha < SHORTEST:
+        return NO_STEP
+    set_trial(work, progress.alpha, work.d)
+    progress.stage = SHORTENED
+    return VALUES
+
+
+@kernel
+def begin_step(work, plain, missed, progress):
+    """Finds the step from a point, or that it is the last; what is wanted at the trial point."""
+    if progress.steps >= progress.most:
+        return SPENT
+    progress.steps += 1.0
+    status = take_step(work, plain, missed, progress)
+    if status != 0:
+        return NOT_FINITE if status == NOT_FINITE else NO_PROGRAM
+    is_feasible = progress.violation <= 0.5 * progress.feasibility
+    if is_feasible and progress.left <= LEFT and progress.gain <= GAIN * max(1.0, abs(progress.f)):
+        return SOLVED
+    set_trial(work, progress.alpha, work.d)
+    progress.stage = FULL
+    return SLOPES
+
+
+@kernel(outline=True)
+def advance(work, plain, missed, progress):
+    """What comes after the last evaluation."""
+    stage = progress.stage
+    if stage == START:
+        progress.stage = FIRST
+        return SLOPES
+    if stage == FIRST:
+        progress.stage = CURVED
+        return HESSIAN
+    if stage == FULL or stage == CORRECTED or stage == SHORTENED:
+        found = judge(work, plain, progress)
+        if found != ACCEPTED:
+            return found
+        stage = ACCEPTED
+    if stage == ACCEPTED:
+        learn(work)
+        progress.stalls = 0.0
+    if stage == CURVED or stage == AGAIN:
+        begin_hessian(work)
+    progress.stage = STEP
+    if stage == CURVED or stage == ACCEPTED:
+        go(work, progress)
+        if progress.shows > 0.0:
+            return SHOW
+    return begin_step(work, plain, missed, progress)
 
 
 @kernel(top=True)
-def sequential_step(work: Sequence, plain: Quadratic, missed: Quadratic, progress: Progress, what: int) -> int:
-    """One of the above; its answer, or 0.
+def sequential(
+    t: float,
+    memory: Vector,
+    work: Sequence,
+    plain: Quadratic,
+    missed: Quadratic,
+    progress: Progress,
+    functions: IntVector,
+    words: IntVector,
+) -> int:
+    """Iterates until Python is needed: one of the above, or `NOT_FINITE`.
 
     Args:
+        t: Of no importance.
+        memory: All of it, from address 0.
         work: The points.
         plain: Memory for the quadratic program.
         missed: Memory for one in which linearized constraints may be missed.
         progress: Where the iterations are.
-        what: What to do.
+        functions: Addresses of what gives values, also with slopes, and `work.first`, at the trial point; 0 if Python.
+        words: Of these.
     """
-    if what == STEP:
-        return take_step(work, plain, missed, progress)
-    if what == JUDGE:
-        return is_good(work, progress)
-    if what == CORRECT:
-        return correct(work, plain, progress)
-    if what == TRY:
-        set_trial(work, progress.alpha, work.d)
-        return 0
-    if what == LEARN_AND_GO:
-        learn(work)
-    go(work, progress)
-    return 0
+    while True:
+        wanted = advance(work, plain, missed, progress)
+        if functions[0] == 0 or wanted > HESSIAN or wanted < VALUES:
+            return wanted
+        call_row(functions, wanted - VALUES, t, memory, words, 0)

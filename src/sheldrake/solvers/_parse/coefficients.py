@@ -22,10 +22,12 @@ def _age_of_term(term: tuple[Variable, float]) -> int:
 class Coefficients:
     """A polynomial of degree two at most as 1/2 x' Q x + b' x + c; of one of higher degree, that degree."""
 
-    def __init__(self, e: Expression, flat: list[tuple[float, list[tuple[Variable, int]]]] | None = None):
-        """flat: The terms of e, if `flat_terms` knows them."""
+    def __init__(
+        self, e: Expression, flat: list[tuple[float, list[tuple[Variable, int]]]] | None = None, degree: int = 0
+    ):
+        """flat: The terms of e, if `flat_terms` knows them. degree: That of e, if known to be more than two."""
         self.Q: np.ndarray | None = None
-        self.degree = 0 if flat is not None else decompose.degree_of_product(e)
+        self.degree = degree
         found: Iterable[Variable]
         if flat is None:
             variables = traverse.variables_of(e)
@@ -171,7 +173,10 @@ def coefficients(e: Expression) -> Coefficients | None:
     if found is not None:
         return found
     flat = decompose.flat_terms(e)
-    return Coefficients(e, flat) if flat is not None or traverse.is_polynomial(e) else None
+    if flat is not None:
+        return Coefficients(e, flat)
+    degree = decompose.degree_of(e)
+    return None if degree == decompose.NO_POLYNOMIAL else Coefficients(e, None, degree if degree > 2 else 0)
 
 
 def quadratic(e: Expression, wanted_by: str) -> Coefficients:

@@ -124,27 +124,31 @@ def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: Ar
     found = _linear_at_once(expressions, lower, upper)
     if found is not None:
         return found
-    row = coefficients(expressions) if isinstance(expressions, Expression) else None
+    is_single = isinstance(expressions, Expression)
+    row = coefficients(expressions) if is_single else None  # type: ignore[arg-type]
     found = None if row is None else quadratic_row(row, lower, upper)
     if found is not None:
         return found
     es, lower, upper = _flat(expressions, lower, upper)
     _check_bounds(lower, upper)
-    rows = affine_rows(es) if row is None or row.degree < 2 else None
+    rows = affine_rows(es) if not is_single or (row is not None and row.degree < 2) else None
     if rows is not None:
         return _linear(es, rows, lower, upper)
     if len(es) == 1:
-        special = _special(es[0], row, lower[0], upper[0])
+        special = _special(es[0], row, lower.item(), upper.item())
         if special is not None:
             return special
-        constant = _constant_term(es[0])
-        es = [build.subtract(es[0], build.constant(constant))]
-        lower, upper = lower - constant, upper - constant
-    new = ExpressionConstraint(es, lower, upper)
+        constant = _constant_term(es[0], row is not None if is_single else traverse.is_polynomial(es[0]))
+        if constant != 0.0:
+            es = [build.subtract(es[0], build.constant(constant))]
+            lower, upper = lower - constant, upper - constant
+    new = ExpressionConstraint._of(es, lower, upper)
     return bind(ExpressionConstraint, new, new.vars())
 
 
 def _flat(expressions: Any, lower: Any, upper: Any) -> tuple[list[Expression], np.ndarray, np.ndarray]:
+    if isinstance(expressions, Expression) and isinstance(lower, float) and isinstance(upper, float):
+        return [expressions], np.array([lower]), np.array([upper])
     single = isinstance(expressions, Expression)
     es = [expressions] if single else np.atleast_1d(expressions).ravel(order="F").tolist()
     lower, upper = (np.atleast_1d(np.asarray(b, dtype=float)).ravel(order="F") for b in (lower, upper))
@@ -158,9 +162,9 @@ def _check_bounds(lower: np.ndarray, upper: np.ndarray) -> None:
         raise RuntimeError("A bound of a constraint is nan.")
 
 
-def _constant_term(e: Expression) -> float:
-    expanded = e.Expand() if traverse.is_polynomial(e) else e
-    return expanded._args[0] if expanded._kind == k.ADD else 0.0
+def _constant_term(e: Expression, is_polynomial: bool) -> float:
+    expanded = e.Expand() if is_polynomial else e
+    return expanded._constant if expanded._kind == k.ADD else 0.0
 
 
 def _special(e: Expression, found: Coefficients | None, lower: float, upper: float) -> BindingBase[Constraint] | None:
@@ -168,12 +172,12 @@ def _special(e: Expression, found: Coefficients | None, lower: float, upper: flo
     if found is not None:
         if found.degree != 2:
             return None
-        new = QuadraticConstraint._of(found.hessian(), found.b, float(lower - found.c), float(upper - found.c))
+        new = QuadraticConstraint._of(found.hessian(), found.b, lower - found.c, upper - found.c)
         return bind(QuadraticConstraint, new, found.vars)
     cone = None
-    if np.isneginf(lower) and np.isfinite(upper):
+    if lower == -math.inf and math.isfinite(upper):
         cone = _norm_below(build.subtract(e, build.constant(upper)))
-    elif np.isposinf(upper) and np.isfinite(lower):
+    elif upper == math.inf and math.isfinite(lower):
         cone = _norm_below(build.subtract(build.constant(lower), e))
     return None if cone is None else lorentz(*cone, LorentzConeConstraint.EvalType.kConvexSmooth)
 

@@ -129,10 +129,8 @@ def _relation_at_once(f: Formula, swap: bool, linear: bool) -> BindingBase[Const
     return None if row is None else quadratic_row(row, low, high)
 
 
-def _at_once(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint] | None:
+def _at_once(parts: list[Formula], swap: bool) -> BindingBase[Constraint] | None:
     """The constraint of formulas whose coefficients are found as they are; None for others, and for infinite sides."""
-    if len(parts) == 1:
-        return _relation_at_once(parts[0], swap, linear)
     rows, lows, highs = [], [], []
     for f in parts:
         a, b, low, high = _bounded(f, swap)
@@ -146,8 +144,7 @@ def _at_once(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Cons
 
 
 def _parsed(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint]:
-    found = _at_once(parts, swap, linear) if parts else None
-    if found is not None:
+    if len(parts) > 1 and (found := _at_once(parts, swap)) is not None:
         return found
     triples = [_sides(f, swap) for f in parts]
     es: Any
@@ -184,7 +181,8 @@ def formulas_constraint(formulas: list[Formula], linear: bool = False) -> Bindin
     if never is not None:
         raise RuntimeError(f"ParseConstraint is called with formulas({never}, 0) being always false")
     parts = [p for f in formulas for p in _relations(f, "ParseConstraint", _RELATIONS, _ANY_RELATION)]
-    return _parsed(parts, False, linear)
+    found = _relation_at_once(parts[0], False, linear) if len(parts) == 1 else None
+    return _parsed(parts, False, linear) if found is None else found
 
 
 def formulas_equality(formulas: list[Formula]) -> BindingBase[LinearEqualityConstraint]:

@@ -51,8 +51,8 @@ class SymbolicVectorSystem(LeafSystem):
     ):
         super().__init__()
         self._time = time
-        self._variables = [list(np.ravel(np.array(v, object))) for v in (state, input, parameter)]
-        self._dynamics, self._output = (list(np.ravel(np.array(v, object))) for v in (dynamics, output))
+        self._variables = [_flat(v) for v in (state, input, parameter)]
+        self._dynamics, self._output = _flat(dynamics), _flat(output)
         self._period = float(time_period)
         n = len(self._variables[0])
         if len(self._dynamics) != n:
@@ -84,7 +84,7 @@ class SymbolicVectorSystem(LeafSystem):
 
         state, inputs, parameters = self._variables
         variables = [self._time, *state, *parameters, *inputs]
-        self._tapes = [tape_of(function.expressions, variables) for function in self._functions]
+        self._tapes = [tape_of(function.expressions, variables, function.used) for function in self._functions]
         sizes = [len(tape.constant) + len(variables) + len(tape.operation) for tape in self._tapes if tape is not None]
         self._declare_scratch(max(sizes, default=0))
         return [
@@ -108,7 +108,7 @@ class SymbolicVectorSystem(LeafSystem):
         return super()._explain_status(status, context)
 
     def _output_tickets(self) -> set[int]:
-        used = {v.get_id() for e in self._output for v in _variables_of(e)}
+        used = self._functions[1].used
         tickets = {Ticket.NOTHING}
         if self._time is not None and self._time.get_id() in used:
             tickets.add(Ticket.TIME)
@@ -169,6 +169,12 @@ class SymbolicVectorSystem(LeafSystem):
         return (np.concatenate(values), np.concatenate(slopes)) if functions else (u[:0], np.zeros((0, end - begin)))
 
 
+def _flat(given: Any) -> list:
+    if isinstance(given, (list, tuple)) and not any([isinstance(e, (list, tuple, np.ndarray)) for e in given]):
+        return list(given)
+    return list(np.ravel(np.array(given, object)))
+
+
 class _Function:
     """Expressions as a function of all variables of a system.
 
@@ -176,24 +182,28 @@ class _Function:
         expressions: Expressions, variables or numbers.
         variables: Time, state, input, parameters.
         inputs: Those of the input.
+
+    Attributes:
+        used: Ids of the variables that are in the expressions.
     """
 
     def __init__(self, expressions: list, variables: list, inputs: list):
-        from sheldrake.symbolic import Expression
         from sheldrake.symbolic._compiled import Compiled
+        from sheldrake.symbolic._expression import Expression
+        from sheldrake.symbolic._traverse import variables_of
 
         self.expressions = [Expression(e) for e in expressions]
         self._variables, self._plain = variables, Compiled(self.expressions, variables)
         self._slopes: Any = None
-        used = {v.get_id() for e in expressions for v in _variables_of(e)}
-        self.by_inputs = any(v.get_id() in used for v in inputs)
-        self._used = [v.get_id() in used for v in variables]
+        self.used = {v.get_id() for e in self.expressions for v in variables_of(e)}
+        self.by_inputs = any([v.get_id() in self.used for v in inputs])
 
     def at(self, numbers: list) -> Any:
         """The values, of floats, dual numbers or expressions."""
         from sheldrake.common._scalars import autodiff_class, expression_class
 
-        kinds = {type(x) for x, used in zip(numbers, self._used) if used}
+        is_used = [v.get_id() in self.used for v in self._variables]
+        kinds = {type(x) for x, used in zip(numbers, is_used) if used}
         if autodiff_class() in kinds:
             plain = [x.value() if hasattr(x, "derivatives") else float(x) for x in numbers]
             duals = [(k, x.derivatives()) for k, x in enumerate(numbers) if hasattr(x, "derivatives")]
@@ -204,7 +214,7 @@ class _Function:
             slopes = self.slopes(plain)[:, [k for k, _ in moving]] @ np.array([d for _, d in moving])
             return [autodiff_class()(v, slope) for v, slope in zip(values, slopes)]
         if not all(issubclass(T, (float, int)) for T in kinds):
-            at = {v: expression_class()(x) for v, x, used in zip(self._variables, numbers, self._used) if used}
+            at = {v: expression_class()(x) for v, x, used in zip(self._variables, numbers, is_used) if used}
             return [e.Substitute(at) for e in self.expressions]
         return self.at_floats(numbers)
 
@@ -212,8 +222,8 @@ class _Function:
         """The values, of numbers that are floats."""
         total = sum(numbers)
         if total != total:  # a number is nan, or two are infinite
-            for v, x, used in zip(self._variables, numbers, self._used):
-                if used and x != x:
+            for v, x in zip(self._variables, numbers):
+                if x != x and v.get_id() in self.used:
                     raise RuntimeError(f"SymbolicVectorSystem: the value of {v} is nan.")
         return np.array(self._plain(numbers), dtype=float)
 
@@ -226,9 +236,3 @@ class _Function:
         if self._slopes is None:
             self._slopes = Compiled(Jacobian(self.expressions, self._variables).ravel().tolist(), self._variables)
         return np.array(self._slopes(numbers), dtype=float).reshape(shape)
-
-
-def _variables_of(expression: Expression) -> list:
-    if hasattr(expression, "GetVariables"):
-        return list(expression.GetVariables())
-    return [expression] if hasattr(expression, "get_id") else []
