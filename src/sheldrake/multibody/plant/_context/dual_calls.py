@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import Source, Sweep, imaginary_parts, sweep_sources
+from sheldrake.autodiffutils._complex_step import Source, Sweep, sweep_sources
 from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native import store as kernel_store
-from sheldrake.common._native.binding import HERE
+from sheldrake.common._native.binding import HERE, imaginary_parts
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
