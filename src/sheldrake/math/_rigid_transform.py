@@ -316,13 +316,15 @@ class RigidTransform(ScalarBase):
     @typing_overload
     def __matmul__(self, other: ArrayLike) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Any:
-        if (made := _compose(self, other)) is not None or (made := _move(self, other)) is not None:
+        if (made := _compose(self, other)) is not None:
             return made
         M = self._R._M
         T = self._T
         if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
             R, p = self._turned(M, other._R._M, other._p)  # type: ignore[attr-defined]
             return self._make(R, p + self._p)
+        if (made := _move(self, other)) is not None:
+            return made
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape == (3,):

@@ -350,11 +350,13 @@ class RotationMatrix(ScalarBase):
     @typing_overload
     def __matmul__(self, other: ArrayLike) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Any:
-        if (made := _compose(self, other)) is not None or (made := _turn(self, other)) is not None:
+        if (made := _compose(self, other)) is not None:
             return made
         T = self._T
         if isinstance(other, ScalarBase) and hasattr(other, "_M") and other._T is T:
             return self._make(product(T, self._M, other._M))
+        if (made := _turn(self, other)) is not None:
+            return made
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape[0:1] != (3,) or other.ndim > 2:

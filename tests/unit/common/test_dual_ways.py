@@ -9,8 +9,10 @@ from tests.unit.common.test_quick import HOMES, is_short_way
 
 from sheldrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
 from sheldrake.common import _dual_ways, quick
+from sheldrake.common._kernels import poses
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw, RollPitchYaw_, RotationMatrix_
+from sheldrake.math._rigid_transform import POSE
 from sheldrake.multibody.math import SpatialForce_, SpatialMomentum_, SpatialVelocity_
 
 Pose, Rotation, Angles = RigidTransform_[AutoDiffXd], RotationMatrix_[AutoDiffXd], RollPitchYaw_[AutoDiffXd]
@@ -148,6 +150,15 @@ def test_the_short_way_of_duals_is_taken(monkeypatch):
     monkeypatch.setattr(Pose, "_turned", None)
     assert isinstance(t["X"] @ t["Y"], Pose)
     assert isinstance(t["X"] @ t["constant"], Pose)
+
+
+def test_calls_with_other_arguments_make_no_way():
+    """What does not fit is not followed, however often it comes."""
+    ask = _dual_ways.not_yet(None, poses.compose_poses, (POSE, POSE), POSE, True)
+    t = things(np.random.default_rng(0), 2)
+    for other in (t["p"], t["floats"], t["R"], RigidTransform(), 1.0, None):
+        assert ask(t["X"], other) is None
+    assert ask() is ask(t["X"]) is None
 
 
 def test_values_have_the_bits_of_floats():
