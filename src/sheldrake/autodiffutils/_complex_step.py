@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.autodiffutils._matrices import alike
 from sheldrake.common._kernels import sweep as sweep_kernel
-from sheldrake.common._native.binding import HERE, arguments, join
+from sheldrake.common._native.binding import HERE, arguments, imaginary_parts, join
 from sheldrake.common.chain import bound_to_all_memory
 from sheldrake.common.kernel import Kernel
 
@@ -192,8 +192,3 @@ def sweep_sources(sweep: Sweep, sources: list[Source], t: float = 0.0) -> np.nda
 def _table(copies: Copies) -> np.ndarray:
     rows = [(HERE.place(to) >> 3, HERE.place(start) >> 3, to.nbytes >> 3) for to, start in copies]
     return np.array(rows, np.int64).reshape(-1, 3)
-
-
-def imaginary_parts(numbers: np.ndarray) -> np.ndarray:
-    """Where the imaginary parts of a C-contiguous complex array are, as addresses by eight."""
-    return (HERE.place(numbers) >> 3) + 1 + 2 * np.arange(numbers.size, dtype=np.int64)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new, sizes_differ
+from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _make, _new, sizes_differ
 from sheldrake.common._checked import checked
 
 
@@ -55,6 +57,13 @@ def filled(value: np.ndarray, gradient: np.ndarray) -> np.ndarray:
     return out.reshape(value.shape)
 
 
+def constants(values: np.ndarray) -> np.ndarray:
+    """Duals of these values without derivatives, in an array of the same shape."""
+    out = np.empty(values.size, dtype=object)
+    out[:] = [_make(x, None) for x in values.ravel().tolist()]
+    return out.reshape(values.shape)
+
+
 def alike(found: list) -> tuple[list[float], np.ndarray] | None:
     """Values of AutoDiffXd, and their derivatives, one row each; None unless all have as many derivatives, and some."""
     try:
@@ -65,6 +74,24 @@ def alike(found: list) -> tuple[list[float], np.ndarray] | None:
     return (values, np.concatenate(rows).reshape(len(rows), -1)) if len(sizes) == 1 else None
 
 
+def _parts(found: list[AutoDiffXd]) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Values of duals and their derivatives, one row each, and whether some that have none stand beside others.
+
+    Raises:
+        RuntimeError: they carry different, non-zero numbers of derivatives.
+    """
+    rows: list[Any] = [x._d for x in found]
+    sizes = {0 if d is None else len(d) for d in rows}
+    size = max(sizes, default=0)
+    if len(sizes) > 1:
+        if len(sizes) > 2 or 0 not in sizes:
+            raise sizes_differ(*sorted(sizes)[-2:])
+        none = np.zeros(size)
+        rows = [none if d is None else d for d in rows]
+    slopes = np.concatenate(rows).reshape(len(rows), size) if size else np.zeros((len(rows), 0))
+    return np.array([x._v for x in found]), slopes, len(sizes) > 1
+
+
 def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A @ B of matrices of AutoDiffXd, by products of floats.
 
@@ -73,30 +100,40 @@ def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """
     (m, k), n = A.shape, B.shape[1]
     found = [*A.ravel().tolist(), *B.ravel().tolist()]
-    rows = [x._d for x in found]
-    sizes = {0 if d is None else len(d) for d in rows}
-    size = max(sizes, default=0)
-    if len(sizes) > 1:
-        if len(sizes) > 2 or 0 not in sizes:
-            raise sizes_differ(*sorted(sizes)[-2:])
-        none = np.zeros(size)
-        rows = [none if d is None else d for d in rows]
-    numbers = np.array([x._v for x in found])
+    numbers, slopes, mixed = _parts(found)
+    size = slopes.shape[1]
     a, b = numbers[: m * k].reshape(m, k), numbers[m * k :].reshape(k, n)
     with np.errstate(all="ignore"):
         values = a.dot(b)
         if not size:
-            return filled(values, np.zeros((m * n, 0)))
-        slopes = np.concatenate(rows)
-        da, db = slopes[: m * k * size].reshape(m, k, size), slopes[m * k * size :].reshape(k, n * size)
+            return constants(values)
+        da, db = slopes[: m * k].reshape(m, k, size), slopes[m * k :].reshape(k, n * size)
         slopes = a.dot(db).reshape(m, n, size) + b.T @ da
     out = filled(values, slopes.reshape(m * n, size))
-    if len(sizes) > 1:
+    if mixed:
         is_constant = np.array([x._d is None for x in found])
         rows_of_a, columns_of_b = is_constant[: m * k].reshape(m, k), is_constant[m * k :].reshape(k, n)
         for x in out[np.logical_and.outer(rows_of_a.all(axis=1), columns_of_b.all(axis=0))]:
             x._d = None
     return out
+
+
+def inverse(A: np.ndarray) -> np.ndarray:
+    """The inverse of a square matrix of AutoDiffXd, by products of floats; all NaN where there is none.
+
+    Raises:
+        RuntimeError: elements carry different, non-zero numbers of derivatives.
+    """
+    n = len(A)
+    numbers, slopes, _ = _parts(A.ravel().tolist())
+    size = slopes.shape[1]
+    try:
+        inverse = np.linalg.inv(numbers.reshape(n, n))
+    except np.linalg.LinAlgError:
+        inverse = np.full((n, n), np.nan)
+    with np.errstate(all="ignore"):
+        half = inverse.dot(slopes.reshape(n, n * size)).reshape(n, n, size)
+        return filled(inverse, (-inverse.T @ half).reshape(n * n, size))
 
 
 def InitializeAutoDiffTuple(*args):

@@ -112,7 +112,7 @@ def writable(call: str, name: str, array: object) -> np.ndarray:
     )
 
 
-def any_array(T: type, value: object, shape: tuple[int, ...] | None = None) -> np.ndarray:
+def any_array(T: type, value: Any, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """A new array of numbers of type `T`, of whatever shape `value` has; a vector may be a column of a shape asked for.
 
     Raises:
@@ -120,14 +120,17 @@ def any_array(T: type, value: object, shape: tuple[int, ...] | None = None) -> n
     """
     if value is None:  # nan for NumPy
         raise Mismatch
+    floats = type(value) is np.ndarray and value.dtype is _FLOAT64
     try:
-        source = np.array(value, dtype=np.float64) if T is float else np.asarray(value, dtype=object)
+        source = np.array(value, dtype=np.float64) if T is float else value if floats else np.asarray(value, object)
     except (TypeError, ValueError, RuntimeError):
         raise Mismatch from None
     if shape is not None and source.shape != shape and (len(shape) != 1 or source.shape != (*shape, 1)):
         raise Mismatch
     if T is float:
         return source
+    if floats and not is_symbolic(T):
+        return home_of("AutoDiffXd")._matrices.constants(source)
     numbers = [x if type(x) is T else T(x) if type(x) is float else as_scalar(T, x) for x in source.ravel().tolist()]
     array = np.empty(len(numbers), dtype=object)
     array[:] = numbers

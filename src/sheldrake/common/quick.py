@@ -7,45 +7,33 @@ A method that is written once for all scalars asks its short way first,
             return made
         ...
 
-which gives None for whatever is not exactly of the types it was made for, and where there is no native code.
+which gives None for whatever is not exactly of the types it was made for, and where there is no native code. Objects
+of AutoDiffXd have ways of the same kernels (`_dual_ways`), once they have come some times.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._forms import ANY as ANY
+from sheldrake.common._forms import FEW as FEW
+from sheldrake.common._forms import Form as Form
+from sheldrake.common._forms import Slots as Slots
+from sheldrake.common._forms import leaves
 from sheldrake.common.kernel import jit_enabled
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-FEW = 200
-"""Calls that a short way does not take part in: to load it takes 0.7 ms, as long as some hundreds in Python."""
 
-
-@dataclasses.dataclass(frozen=True)
-class Slots:
-    """An object of a class of slots, and what is in them: for each name a `Form`."""
-
-    cls: type
-    parts: dict[str, Any]
-
-
-Form = Slots | type | tuple[int, ...]
-"""What a short way takes or gives: the shape of a float64 array, `float`, for answers also `bool`, or `Slots`.
-
-It may take vectors of `ANY` length, which are the kernel's to write, too.
-"""
-ANY = (-1,)
-
-
-def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, gives: Form, frozen: bool = True) -> Any:
+def short_way(
+    home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, gives: Form, frozen: bool = True, duals: bool = True
+) -> Any:
     """A function that gives None at first, and puts the short way in its own place when it was called some times.
 
     Args:
@@ -56,6 +44,8 @@ def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, giv
         takes: Arguments.
         gives: The answer.
         frozen: Whether an array that is the answer is read-only; arrays in slots always are.
+        duals: Whether objects of duals may go this way too; not where the kernel writes constants at some numbers only,
+            which have no derivatives there.
     """
     calls = 0
 
@@ -63,9 +53,19 @@ def short_way(home: dict[Any, Any], name: Any, kernel: Kernel, *takes: Form, giv
         nonlocal calls
         calls += 1
         if calls > FEW:
-            home[name] = _made(kernel, takes, gives, frozen)
+            home[name] = found = _made(kernel, takes, gives, frozen)
+            if duals and found is not _never:
+                _go_on_with_duals(found, kernel, takes, gives, frozen)
 
     return not_yet
+
+
+def _go_on_with_duals(found: Any, kernel: Kernel, takes: tuple[Form, ...], gives: Form, frozen: bool) -> None:
+    from sheldrake.common import _dual_ways
+    from sheldrake.common._native import methods
+
+    if _dual_ways.are_possible(takes, gives):
+        methods.ask_next(found, _dual_ways.not_yet(found, kernel, takes, gives, frozen))
 
 
 _asked: dict[Kernel, int] = {}
@@ -114,15 +114,6 @@ def _made(
     return _Writer(kernel, frozen, fixed).write(takes, gives)
 
 
-def _leaves(form: Form, path: tuple[tuple[type, str], ...] = ()) -> Iterator[tuple[tuple[tuple[type, str], ...], Form]]:
-    """The numbers and arrays of a form, each with the slots that lead to it."""
-    if isinstance(form, Slots):
-        for name, part in form.parts.items():
-            yield from _leaves(part, (*path, (form.cls, name)))
-    else:
-        yield path, form
-
-
 class _Writer:
     """Writes the block of one short way (see `methods`)."""
 
@@ -138,7 +129,7 @@ class _Writer:
         from sheldrake.common._native.binding import HERE, first_words
 
         for k, form in enumerate(takes):
-            for path, leaf in _leaves(form):
+            for path, leaf in leaves(form):
                 self._take(k, path, leaf)
         self._make(gives, self.frozen)
         bound = self.kernel.bind(*self.given)
@@ -152,6 +143,8 @@ class _Writer:
         head = [HERE.address(self.kernel), *builtin.constants()[1:], len(takes), id(None), call["Py_IncRef"]]
         head += [len(rows), len(self.made), recipes, begin]
         head += [builtin.new_copy(), call["PyType_GenericAlloc"], call["PyFloat_FromDouble"]]
+        first = takes[0].cls if takes and isinstance(takes[0], Slots) else None
+        head += [0, call["PyObject_Vectorcall"], id(first)]
         block = [*head, *itertools.chain(*rows, *self.made), *words.tolist()]
         return methods.make(block, (bound, takes, gives, self.keep))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._scalars import autodiff_class
+from sheldrake.common._scalars import any_array, autodiff_class, home_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -48,7 +48,12 @@ def matmul(a: ArrayLike, b: ArrayLike) -> np.ndarray:
     a, b = _as_matrix(a), _as_matrix(b)
     if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[0]:
         raise ValueError(f"matmul(): shapes {a.shape} and {b.shape} have no product; the inner sizes must be equal.")
-    return a.dot(b)
+    return home_of("AutoDiffXd")._matrices.product(a, b) if _are_duals(a) and _are_duals(b) else a.dot(b)
+
+
+def _are_duals(array: np.ndarray) -> bool:
+    AutoDiffXd = autodiff_class()
+    return array.dtype == object and all([type(x) is AutoDiffXd for x in array.ravel().tolist()])
 
 
 def inv(a: ArrayLike) -> np.ndarray:
@@ -67,22 +72,4 @@ def inv(a: ArrayLike) -> np.ndarray:
             return np.full(a.shape, np.nan)
     if any(type(x).__module__.startswith("sheldrake.symbolic") for x in a.flat):
         return importlib.import_module("sheldrake.symbolic").inv(a)
-    return _gauss_jordan(a)
-
-
-def _gauss_jordan(a: np.ndarray) -> np.ndarray:
-    """Inverse of a matrix of AutoDiffXd by elimination, pivots chosen by value."""
-    n = len(a)
-    AutoDiffXd = autodiff_class()
-    work = np.hstack([a, np.eye(n)]).astype(object)
-    work = np.array([x if isinstance(x, AutoDiffXd) else AutoDiffXd(x) for x in work.flat], dtype=object)
-    work = work.reshape(n, 2 * n)
-    for k in range(n):
-        sizes = [abs(x.value()) for x in work[k:, k]]
-        pivot = k + sizes.index(max(sizes))
-        work[[k, pivot]] = work[[pivot, k]]
-        work[k] = work[k] / work[k, k]
-        for row in range(n):
-            if row != k:
-                work[row] = work[row] - work[row, k] * work[k]
-    return work[:, n:].copy()
+    return home_of("AutoDiffXd")._matrices.inverse(any_array(autodiff_class(), a))

@@ -58,6 +58,13 @@ class BsplineBasis(ScalarBase):
         else:
             self._checked(self._init_uniform, args, kwargs)
 
+    @classmethod
+    def _of(cls, order: int, knots: list) -> BsplineBasis:
+        """Of knots that are numbers of the scalar and enough, in a list of their own."""
+        new = object.__new__(cls._plain_class())
+        new._order, new._knots = order, knots
+        return new
+
     def _only_other(self, args: tuple, kwargs: dict) -> Any:
         values = [*args, *kwargs.values()]
         only = len(values) == 1 and kwargs.keys() <= {"other"} and isinstance(values[0], self._plain_class())

@@ -323,15 +323,25 @@ class RigidTransform(ScalarBase):
         if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
             R, p = self._turned(M, other._R._M, other._p)  # type: ignore[attr-defined]
             return self._make(R, p + self._p)
+        if (made := _move(self, other)) is not None:
+            return made
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape == (3,):
             return M.dot(other) + self._p
         if other.ndim == 2 and other.shape[0] == 3:
-            return M.dot(other) + self._p[:, None]
+            return self._of_points(other)
         if other.shape in ((4,), (4, 1)):
             return self._times_four(other)
         raise self._no_product(other)
+
+    def _of_points(self, p_BQ: np.ndarray) -> np.ndarray:
+        """p_AQ of points in columns."""
+        T = self._T
+        if T is float or is_symbolic(T):
+            return self._R._M.dot(p_BQ) + self._p[:, None]
+        ones = any_array(T, np.ones((1, p_BQ.shape[1])))
+        return product(T, np.column_stack((self._R._M, self._p)), np.concatenate((p_BQ, ones)))
 
     def _turned(self, M: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """M R and M p."""
@@ -434,11 +444,12 @@ def _array_of_numbers(T: type, value: object) -> np.ndarray:
 POSE = Slots(RigidTransform, {"_R": ROTATION, "_p": (3,)})
 _UNIT, _ORIGIN = identity(float, 3), zeros(float, 3)
 _compose = short_way(globals(), "_compose", poses.compose_poses, POSE, POSE, gives=POSE)
+_move = short_way(globals(), "_move", poses.move_point, POSE, (3,), gives=(3,), frozen=False)
 _inverse = short_way(globals(), "_inverse", poses.invert_pose, POSE, gives=POSE)
 _between = short_way(globals(), "_between", poses.invert_and_compose_poses, POSE, POSE, gives=POSE)
 _are_near = short_way(globals(), "_are_near", poses.are_poses_near, POSE, POSE, float, gives=bool)
 _are_equal = short_way(globals(), "_are_equal", poses.are_poses_equal, POSE, POSE, gives=bool)
-_difference = short_way(globals(), "_difference", poses.difference_of_poses, POSE, POSE, gives=float)
+_difference = short_way(globals(), "_difference", poses.difference_of_poses, POSE, POSE, gives=float, duals=False)
 _matrix4 = short_way(globals(), "_matrix4", poses.pose_matrix, POSE, gives=(4, 4), frozen=False)
 _matrix34 = short_way(globals(), "_matrix34", poses.pose_matrix, POSE, gives=(3, 4), frozen=False)
 _of_matrix = short_way(globals(), "_of_matrix", poses.pose_of_matrix, (4, 4), gives=POSE)

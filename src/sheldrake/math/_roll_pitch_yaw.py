@@ -71,7 +71,10 @@ class RollPitchYaw(ScalarBase):
         if len(args) == 1 and self._T is float and (rpy := _angles_of(args[0])) is not None and not kwargs:
             self._rpy = rpy
         elif len(args) == 1 and not kwargs and isinstance(args[0], RotationMatrix_[self._T]):  # the usual one
-            self._set(args[0]._M, rotations.matrix_to_canonical_quaternion(args[0]._M))
+            if (rpy := _of_rotation(args[0])) is not None:
+                self._rpy = rpy
+            else:
+                self._set(args[0]._M, rotations.matrix_to_canonical_quaternion(args[0]._M))
         elif (
             self._T is float
             and len(args) == 3

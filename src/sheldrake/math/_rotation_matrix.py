@@ -202,26 +202,30 @@ class RotationMatrix(ScalarBase):
         """Rotation by `theta` [rad] about the x axis."""
         if cls._T is float and (made := _about_axis(theta, 0.0)) is not None:
             return made
-        return cls._make_axis("MakeXRotation", theta, lambda s, c: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+        return cls._make_axis("MakeXRotation", theta, 0)
 
     @classmethod
     def MakeYRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the y axis."""
         if cls._T is float and (made := _about_axis(theta, 1.0)) is not None:
             return made
-        return cls._make_axis("MakeYRotation", theta, lambda s, c: [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        return cls._make_axis("MakeYRotation", theta, 1)
 
     @classmethod
     def MakeZRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the z axis."""
         if cls._T is float and (made := _about_axis(theta, 2.0)) is not None:
             return made
-        return cls._make_axis("MakeZRotation", theta, lambda s, c: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return cls._make_axis("MakeZRotation", theta, 2)
 
     @classmethod
-    def _make_axis(cls, call: str, theta: Scalar, rows: Callable[[Any, Any], list[list[Any]]]) -> RotationMatrix:
+    def _make_axis(cls, call: str, theta: Scalar, axis: int) -> RotationMatrix:
         theta = cls._argument(call, scalar(cls._T), theta=theta)
-        return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
+        M, s = identity(cls._T, 3).copy(), sin(theta)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        M[i, i] = M[j, j] = cos(theta)
+        M[i, j], M[j, i] = -s, s
+        return cls._make(M)
 
     @classmethod
     @checked
@@ -351,11 +355,13 @@ class RotationMatrix(ScalarBase):
         T = self._T
         if isinstance(other, ScalarBase) and hasattr(other, "_M") and other._T is T:
             return self._make(product(T, self._M, other._M))
+        if (made := _turn(self, other)) is not None:
+            return made
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape[0:1] != (3,) or other.ndim > 2:
             raise self._no_product(other)
-        return self._M.dot(other)
+        return product(T, self._M, other) if other.ndim == 2 else self._M.dot(other)
 
     def _vectors(self, value: Scalars) -> np.ndarray:
         try:
@@ -446,14 +452,15 @@ PLAIN_MATRICES: dict[type, Callable[[Any], np.ndarray]] = {
 
 ROTATION = Slots(RotationMatrix, {"_M": (3, 3)})
 _compose = short_way(globals(), "_compose", poses.compose_rotations, ROTATION, ROTATION, gives=ROTATION)
-_inverse = short_way(globals(), "_inverse", poses.invert_rotation, ROTATION, gives=ROTATION)
+_turn = short_way(globals(), "_turn", poses.turn_vector, ROTATION, (3,), gives=(3,), frozen=False)
+_inverse = short_way(globals(), "_inverse", poses.invert_rotation, ROTATION, gives=ROTATION, duals=False)
 _between = short_way(globals(), "_between", poses.invert_and_compose_rotations, ROTATION, ROTATION, gives=ROTATION)
 _are_near = short_way(globals(), "_are_near", poses.are_rotations_near, ROTATION, ROTATION, float, gives=bool)
 _are_equal = short_way(globals(), "_are_equal", poses.are_rotations_equal, ROTATION, ROTATION, gives=bool)
 _is_valid = short_way(globals(), "_is_valid", poses.is_rotation_valid, ROTATION, gives=bool)
 _about_axis = short_way(globals(), "_about_axis", poses.rotation_about_axis, float, float, gives=ROTATION)
 _quaternion = short_way(globals(), "_quaternion", poses.quaternion_of_matrix, ROTATION, gives=QUATERNION)
-_angle_axis = short_way(globals(), "_angle_axis", poses.angle_axis_of_rotation, ROTATION, gives=ANGLE_AXIS)
+_angle_axis = short_way(globals(), "_angle_axis", poses.angle_axis_of_rotation, ROTATION, gives=ANGLE_AXIS, duals=False)
 _checked_matrix = short_way(globals(), "_checked_matrix", poses.rotation_of_matrix, (3, 3), gives=(3, 3))
 _of_any = short_way(globals(), "_of_any", poses.rotation_of_any_quaternion, QUATERNION, gives=(3, 3))
 _about = short_way(globals(), "_about", poses.rotation_of_angle_axis, ANGLE_AXIS, gives=(3, 3))

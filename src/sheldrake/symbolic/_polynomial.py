@@ -313,7 +313,7 @@ class Polynomial:
         if len(self._indeterminates) != 1:
             raise RuntimeError(f"{self} is not a univariate polynomial; it has indeterminates {self._indeterminates}.")
         keys, n = self._keys, self.TotalDegree()
-        coefficients = np.zeros(n + 1)
+        coefficients = [0.0] * (n + 1)
         for key, c in self._part.items():
             if c.__class__ is not float:
                 raise RuntimeError(
@@ -321,8 +321,7 @@ class Polynomial:
                     f"coefficient {c} for the monomial {keys.monomial(key)}."
                 )
             coefficients[n - keys.degree(key)] = c
-        found = [complex(root) for root in np.roots(coefficients).tolist()]
-        return np.array(sorted(found, key=_largest_first), complex)
+        return np.array(sorted(_roots(coefficients), key=_largest_first), complex)
 
     # Calculus and substitution
 
@@ -589,6 +588,21 @@ class Polynomial:
 
     def __repr__(self) -> str:
         return f'<Polynomial "{self}">'
+
+
+def _roots(coefficients: list[float]) -> list[complex]:
+    """Eigenvalues of the companion matrix of coefficients, the first of which is not zero; zero where these end in
+    zeros.
+    """
+    powers = len(coefficients)
+    while powers and coefficients[powers - 1] == 0.0:
+        powers -= 1
+    roots = [0j] * (len(coefficients) - powers if powers else 0)
+    if powers > 1:
+        companion = np.eye(powers - 1, k=-1)
+        companion[0] = [-c / coefficients[0] for c in coefficients[1:powers]]
+        roots += np.linalg.eigvals(companion).astype(complex).tolist()
+    return roots
 
 
 def _largest_first(root: complex) -> tuple[float, float, float]:

@@ -6,25 +6,29 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from sheldrake.common import RandomGenerator
+from sheldrake.symbolic._keys import age
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._variable import Variable
 
 
-def sample(variables: list[Variable], values: dict[Variable, float], generator: Callable[[], int]) -> None:
-    """Puts a value for each random variable that has none into `values`.
+def sample(variables: frozenset[Variable], values: dict[Variable, float], generator: Callable[[], int]) -> None:
+    """Puts a value for each random variable that has none into `values`, drawn in the order of their creation.
 
     Args:
-        variables: All variables, in the order they are drawn.
+        variables: All variables.
         values: Values known, by variable.
         generator: Gives 32 random bits a call.
     """
-    for v in variables:
-        draw: Any = _DRAWS.get(v.get_type())
+    for v in sorted(variables, key=age):
+        draw: Any = _DRAWS.get(v._type)
         if v not in values and draw is not None:
             values[v] = draw(generator)
 
 
 def _uniform(generator: Callable[[], int]) -> float:
+    if type(generator) is RandomGenerator:
+        return generator._uniform()
     low = int(generator())
     value = (low + int(generator()) * 2.0**32) / 2.0**64
     return value if value < 1.0 else math.nextafter(1.0, 0.0)

@@ -104,12 +104,15 @@ def evaluate(
     """Values of expressions for given values of their variables; see `Expression.Evaluate`."""
     if generator is None and env is not None and not hasattr(env, "items"):
         env, generator = None, env
-    values = numbers_by_variable("Evaluate", env)
+    values = numbers_by_variable("Evaluate", env) if env is not None else {}
     if generator is not None:
         from sheldrake.symbolic._random import sample
 
-        wanted = set().union(*(variables_of(e) for e in expressions))
-        sample(sorted(wanted, key=Variable.get_id), values, generator)
+        sample(frozenset().union(*map(variables_of, expressions)), values, generator)
+        if len(expressions) == 1 and expressions[0]._kind == k.ADD:  # as most distributions are
+            total = _plain_sum(expressions[0], values)
+            if total is not None:
+                return [total]
     return _compiled.values(expressions, values)
 
 

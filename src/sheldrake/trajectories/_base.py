@@ -6,6 +6,7 @@ The base of all classes here, and of trajectories that users write.
 from __future__ import annotations
 
 import operator
+import weakref
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -212,7 +213,8 @@ class Trajectory:
 
     def __deepcopy__(self, memo: dict) -> Trajectory:
         new = object.__new__(type(self))
-        vars(new).update({name: _copied(value) for name, value in self.__getstate__().items()})
+        copied = _own if _is_ours(self) else _copied
+        vars(new).update({name: copied(value) for name, value in self.__getstate__().items()})
         return new
 
     def __getstate__(self) -> dict:
@@ -278,8 +280,15 @@ class Trajectory:
         return template[cls._T]
 
 
+def _own(value: object) -> Any:
+    """What a copy of a trajectory of ours has: these put new arrays in the place of others, and write into none."""
+    if type(value) is list:
+        return [kept(v) for v in value] if value and isinstance(value[0], Trajectory) else value.copy()
+    return kept(value) if isinstance(value, Trajectory) else value
+
+
 def _copied(value: object) -> Any:
-    """A copy of what a trajectory keeps: arrays, lists and other trajectories are copied, all else is a value."""
+    """What a copy of a user's trajectory has: arrays, lists and other trajectories are copied, all else is a value."""
     if isinstance(value, np.ndarray):
         return value.copy()
     if isinstance(value, list):
@@ -293,7 +302,14 @@ def kept(trajectory: Trajectory) -> Any:
 
 
 def _is_ours(trajectory: Trajectory) -> bool:
-    return getattr(type(trajectory), "__module__", "").startswith("sheldrake.")
+    cls = type(trajectory)
+    ours = _OURS.get(cls)
+    if ours is None:
+        ours = _OURS[cls] = getattr(cls, "__module__", "").startswith("sheldrake.")
+    return ours
+
+
+_OURS: weakref.WeakKeyDictionary[type, bool] = weakref.WeakKeyDictionary()
 
 
 def holds(condition: object) -> bool:

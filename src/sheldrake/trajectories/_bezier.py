@@ -10,8 +10,10 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._scalars import is_symbolic
+from sheldrake.common.quick import ANY, short_way
 from sheldrake.trajectories._base import Trajectory
 from sheldrake.trajectories._bspline import spline_query, spline_query_of_many
+from sheldrake.trajectories._kernels.values import bezier
 
 if TYPE_CHECKING:
     from sheldrake.common._types import Scalar, Scalars
@@ -145,6 +147,10 @@ class BezierCurve(Trajectory):
         if n < 0:
             return self._zeros(self._points.shape[0], 1)
         s = self._unit(t)
+        if self._T is float:
+            points, out = self._points, np.empty((self._points.shape[0], 1))
+            if _value(np.ascontiguousarray(points).reshape(-1), s, out.reshape(-1)) is not None:
+                return out
         terms = [self._points[:, i : i + 1] * self._weight(i, n, s) for i in range(n + 1)]
         return sum(terms[1:], terms[0])
 
@@ -180,6 +186,9 @@ class BezierCurve(Trajectory):
         out = object.__new__(self._template[self._T])
         out._times, out._points = self._times, points
         return out
+
+
+_value = short_way(globals(), "_value", bezier, ANY, float, ANY, gives=bool)
 
 
 @functools.cache

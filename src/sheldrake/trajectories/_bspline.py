@@ -267,8 +267,8 @@ class BsplineTrajectory(Trajectory):
             spans = [b - a for a, b in zip(knots[1:], knots[order:-1])]
             # Of a basis function that repeated knots leave nothing any point will do.
             factors = [0.0 if not symbolic and span == 0.0 else (order - 1.0) / span for span in spans]
-            points = (points[1:] - points[:-1]) * np.array(factors, points.dtype).reshape(-1, 1, 1)
+            points = (points[1:] - points[:-1]) * np.array(factors, points.dtype)[:, None, None]
             order, knots = order - 1, knots[1:-1]
-        out = self._template[self._T]()
-        out._basis, out._points = BsplineBasis_[self._T](order, knots), list(points)
+        out = object.__new__(self._template[self._T])
+        out._basis, out._points = BsplineBasis_[self._T]._of(order, knots), list(points)
         return out

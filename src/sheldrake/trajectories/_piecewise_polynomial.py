@@ -411,6 +411,9 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             return False
         if any(holds(abs(a - b) > tol) for a, b in zip(self._breaks, other._breaks)):
             return False
+        if self._T is float:
+            relative = tol_type is ToleranceType.kRelative
+            return all(_almost_equal(a, b, tol, relative) for a, b in zip(self._c, other._c))
         for i in range(len(self._c)):
             pairs = zip(self.getPolynomialMatrix(i).flat, other.getPolynomialMatrix(i).flat)
             if not all(holds(p.CoefficientsAlmostEqual(q, tol, tol_type)) for p, q in pairs):
@@ -619,3 +622,14 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         if len(t) == 1:
             raise RuntimeError(f"{cls._name('LagrangeInterpolatingPolynomial')}: one sample makes no segment.")
         return cls._of([interpolation.lagrange(t, y)], [t[0], t[-1]])
+
+
+def _almost_equal(a: np.ndarray, b: np.ndarray, tol: float, relative: bool) -> bool:
+    """`Polynomial.CoefficientsAlmostEqual` of all polynomials of a segment, of plain numbers."""
+    n = min(a.shape[-1], b.shape[-1])
+    rest = a[..., n:] if a.shape[-1] > n else b[..., n:]
+    if rest.size and (relative or not (np.abs(rest) <= tol).all()):
+        return False
+    a, b = a[..., :n], b[..., :n]
+    bound = tol * np.minimum(np.abs(a), np.abs(b)) if relative else tol
+    return bool((np.abs(a - b) <= bound).all())

@@ -24,7 +24,7 @@ from sheldrake.multibody.math import (
     _spatial_vectors,
     _unit_inertia,
 )
-from sheldrake.trajectories import PiecewisePolynomial, _interpolation
+from sheldrake.trajectories import BezierCurve, PiecewisePolynomial, _bezier, _interpolation
 
 HOMES = [
     vars(module)
@@ -39,6 +39,7 @@ HOMES = [
         _spatial_vectors,
         _unit_inertia,
         _interpolation,
+        _bezier,
     )
 ] + [_spatial_vectors._SHORT]
 pytestmark = pytest.mark.skipif(not jit_enabled(), reason="short ways are native")
@@ -151,6 +152,8 @@ CALLS = {
     "lines": lambda t: curve(PiecewisePolynomial.FirstOrderHold, t),
     "cubics": lambda t: curve(PiecewisePolynomial.CubicShapePreserving, t),
     "cubics at rest": lambda t: curve(PiecewisePolynomial.CubicShapePreserving, t, True),
+    "a Bézier curve": lambda t: BezierCurve(1.0, 3.0, np.array([t["p"], t["axis"], t["wxyz"][1:]])).value(1.7),
+    "one point": lambda t: BezierCurve(1.0, 3.0, t["p"].reshape(3, 1)).value(0.0),
     "two samples": lambda t: PiecewisePolynomial.CubicShapePreserving(
         [0.0, 0.3], np.array([t["p"], t["axis"]]).T, True
     ).polynomials.ravel(),

@@ -6,7 +6,17 @@ Matrices are vectors of 9, row by row; products of matrices are summed as BLAS s
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import atan2, cos, mul_add, sin, sqrt
-from sheldrake.common._kernels.vec import quaternion_of_rotation, read3, read4, read9, transpose, write3, write4, write9
+from sheldrake.common._kernels.vec import (
+    magnitude,
+    quaternion_of_rotation,
+    read3,
+    read4,
+    read9,
+    transpose,
+    write3,
+    write4,
+    write9,
+)
 from sheldrake.common.kernel import Vector, kernel
 
 NOT_UNIT = 1
@@ -58,6 +68,19 @@ def compose_poses(R_AB: Vector, p_AB: Vector, R_BC: Vector, p_BC: Vector, R_AC: 
 
 
 @kernel(top=True, strict=True)
+def turn_vector(R_AB: Vector, v_B: Vector, v_A: Vector) -> None:
+    """v_A of R_AB and v_B."""
+    write3(v_A, 0, turned(read9(R_AB, 0), read3(v_B, 0)))
+
+
+@kernel(top=True, strict=True)
+def move_point(R_AB: Vector, p_AB: Vector, p_BQ: Vector, p_AQ: Vector) -> None:
+    """p_AQ of X_AB and p_BQ."""
+    p = turned(read9(R_AB, 0), read3(p_BQ, 0))
+    write3(p_AQ, 0, (p[0] + p_AB[0], p[1] + p_AB[1], p[2] + p_AB[2]))
+
+
+@kernel(top=True, strict=True)
 def invert_pose(R_AB: Vector, p_AB: Vector, R_BA: Vector, p_BA: Vector) -> None:
     """X_BA of X_AB."""
     R = transpose(read9(R_AB, 0))
@@ -90,9 +113,9 @@ def are_poses_near(R_AB: Vector, p_AB: Vector, R_AC: Vector, p_AC: Vector, toler
     """Whether no number of two poses differs by more than the tolerance."""
     near = 1.0
     for i in range(9):
-        near = near if abs(R_AB[i] - R_AC[i]) <= tolerance else 0.0
+        near = near if magnitude(R_AB[i] - R_AC[i]) <= tolerance else 0.0
     for i in range(3):
-        near = near if abs(p_AB[i] - p_AC[i]) <= tolerance else 0.0
+        near = near if magnitude(p_AB[i] - p_AC[i]) <= tolerance else 0.0
     answer[0] = near
 
 
@@ -112,12 +135,12 @@ def difference_of_poses(R_AB: Vector, p_AB: Vector, R_AC: Vector, p_AC: Vector, 
     """The largest difference between numbers of two poses; none where a difference is none."""
     largest = 0.0
     for i in range(9):
-        difference = abs(R_AB[i] - R_AC[i])
+        difference = magnitude(R_AB[i] - R_AC[i])
         if not difference >= 0.0:
             return NOT_UNIT
         largest = max(largest, difference)
     for i in range(3):
-        difference = abs(p_AB[i] - p_AC[i])
+        difference = magnitude(p_AB[i] - p_AC[i])
         if not difference >= 0.0:
             return NOT_UNIT
         largest = max(largest, difference)
@@ -130,7 +153,7 @@ def are_rotations_near(R_AB: Vector, R_AC: Vector, tolerance: float, answer: Vec
     """Whether no number of two rotations differs by more than the tolerance."""
     near = 1.0
     for i in range(9):
-        near = near if abs(R_AB[i] - R_AC[i]) <= tolerance else 0.0
+        near = near if magnitude(R_AB[i] - R_AC[i]) <= tolerance else 0.0
     answer[0] = near
 
 
@@ -153,9 +176,9 @@ def invert_and_compose_rotations(R_AB: Vector, R_AC: Vector, R_BC: Vector) -> No
 def is_rotation_valid(R: Vector, answer: Vector) -> int:
     """One where nine numbers are clearly a rotation matrix; of others nothing is said."""
     a, b, c, d, e, f, g, h, i = read9(R, 0)
-    worst = max(abs(a * a + b * b + c * c - 1.0), abs(d * d + e * e + f * f - 1.0))
-    worst = max(worst, max(abs(g * g + h * h + i * i - 1.0), abs(a * d + b * e + c * f)))
-    worst = max(worst, max(abs(a * g + b * h + c * i), abs(d * g + e * h + f * i)))
+    worst = max(magnitude(a * a + b * b + c * c - 1.0), magnitude(d * d + e * e + f * f - 1.0))
+    worst = max(worst, max(magnitude(g * g + h * h + i * i - 1.0), magnitude(a * d + b * e + c * f)))
+    worst = max(worst, max(magnitude(a * g + b * h + c * i), magnitude(d * g + e * h + f * i)))
     if not (worst < _SURE and a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.5):
         return NOT_UNIT
     answer[0] = 1.0
@@ -201,8 +224,12 @@ def rotation_about_axis(theta: float, axis: float, R: Vector) -> None:
 def is_rotation(M):
     """Whether nine numbers are a rotation matrix, but for rounding."""
     a, b, c, d, e, f, g, h, i = M
-    lengths = abs(a * a + b * b + c * c - 1.0) + abs(d * d + e * e + f * f - 1.0) + abs(g * g + h * h + i * i - 1.0)
-    angles = abs(a * d + b * e + c * f) + abs(a * g + b * h + c * i) + abs(d * g + e * h + f * i)
+    lengths = (
+        magnitude(a * a + b * b + c * c - 1.0)
+        + magnitude(d * d + e * e + f * f - 1.0)
+        + magnitude(g * g + h * h + i * i - 1.0)
+    )
+    angles = magnitude(a * d + b * e + c * f) + magnitude(a * g + b * h + c * i) + magnitude(d * g + e * h + f * i)
     return lengths + angles < _MISTAKE and a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) > 0.0
 
 
@@ -315,7 +342,7 @@ def quaternion_of_rpy(rpy: Vector, wxyz: Vector) -> None:
 @kernel(top=True, strict=True)
 def unit_quaternion(w: float, x: float, y: float, z: float, wxyz: Vector) -> int:
     """Four numbers, if their length is one."""
-    if not abs(sqrt(w * w + x * x + y * y + z * z) - 1.0) <= _TOLERANCE:
+    if not magnitude(sqrt(w * w + x * x + y * y + z * z) - 1.0) <= _TOLERANCE:
         return NOT_UNIT
     write4(wxyz, 0, (w, x, y, z))
     return 0
@@ -334,7 +361,7 @@ def unit_vector(v: Vector, out: Vector) -> int:
     for i in range(v.shape[0]):
         squares += v[i] * v[i]
         out[i] = v[i]
-    return 0 if abs(sqrt(squares) - 1.0) <= _TOLERANCE else NOT_UNIT
+    return 0 if magnitude(sqrt(squares) - 1.0) <= _TOLERANCE else NOT_UNIT
 
 
 @kernel(top=True, strict=True)
@@ -378,7 +405,7 @@ def invert_quaternion(q: Vector, wxyz: Vector) -> int:
 @kernel(strict=True)
 def half(sine, cosine):
     """The angle of a pair of numbers; zero where both vanish."""
-    return 0.0 * sine if abs(sine) <= _EPSILON and abs(cosine) <= _EPSILON else atan2(sine, cosine)
+    return 0.0 * sine if magnitude(sine) <= _EPSILON and magnitude(cosine) <= _EPSILON else atan2(sine, cosine)
 
 
 @kernel(strict=True)
@@ -424,7 +451,7 @@ def angle_axis_of_rotation(R: Vector, angle: Vector, axis: Vector) -> None:
         angle[0] = 0.0
         write3(axis, 0, (1.0, 0.0, 0.0))
     else:
-        angle[0] = 2.0 * atan2(n, abs(w))
+        angle[0] = 2.0 * atan2(n, magnitude(w))
         m = -n if w < 0.0 else n
         write3(axis, 0, (x / m, y / m, z / m))
 

@@ -71,6 +71,11 @@ def _finds_numbers(array: np.ndarray) -> bool:
 _SEES_ARRAYS = _finds_numbers(np.zeros(3)) and _finds_numbers(np.zeros((2, 3))[:, 1])
 
 
+def imaginary_parts(numbers: np.ndarray) -> np.ndarray:
+    """Where the imaginary parts of a C-contiguous complex array are, as addresses by eight."""
+    return (HERE.place(numbers) >> 3) + 1 + 2 * np.arange(numbers.size, dtype=np.int64)
+
+
 class Relocation(NamedTuple):
     """One word that is an address: where it stands, of which array, in bytes or in doubles from the slab."""
 

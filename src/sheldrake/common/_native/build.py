@@ -26,7 +26,7 @@ from collections.abc import Iterable
 from concurrent.futures import Future, ProcessPoolExecutor
 from typing import NamedTuple
 
-from sheldrake.common._native import builtin, instances, lower, methods, prebuilt, store, wasm
+from sheldrake.common._native import builtin, duals, instances, lower, methods, prebuilt, store, wasm
 from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import ComplexKernel, Kernel, LaneKernel
@@ -65,8 +65,11 @@ ON_COMPLEX = (
     "sheldrake.multibody.tree._kernels.",
     "sheldrake.multibody.plant._kernels.derivatives",
     "sheldrake.common._kernels.only_stages",
+    "sheldrake.common._kernels.poses",
+    "sheldrake.multibody.math._kernels.spatial",
 )
-"""Modules, by how their names begin, whose entries are there on complex numbers too: plants of AutoDiffXd ask them."""
+"""Modules, by how their names begin, whose entries are there on complex numbers too, as plants and poses of AutoDiffXd
+ask them."""
 
 CPU_LEVEL = """
 ; Which level may this process use? cpuid and xgetbv: 3 when AVX2, FMA, BMI1/2 are there and the system saves AVX state.
@@ -207,7 +210,8 @@ def _build_one(folder: pathlib.Path, target: Platform, name: str, made: Objects)
     codes = {title: future.result() for title, future in made.items()}
     if "x86_64" in target.triple:
         codes["cpu_level"] = builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64"))
-    for title, text in (("call", builtin.CODE), ("instance", instances.CODE), ("method", methods.CODE)):
+    texts = {"call": builtin.CODE, "instance": instances.CODE, "method": methods.CODE, "duals": duals.CODE}
+    for title, text in texts.items():
         codes[title] = builtin.assemble(text, Target(target.triple, 1, target.levels[1]))
     objects = [folder / f"{title}.o" for title in codes]
     for path, code in zip(objects, codes.values()):

@@ -270,6 +270,7 @@ class Block(np.ndarray):
     """The words of one builtin function; keeps alive what their addresses are of."""
 
     keep: Any = None
+    following: Any = None
 
 
 class _Method(ctypes.Structure):

@@ -2,7 +2,7 @@
 
 As in `builtin`, `self` is a block that says what to look for. What is not exactly what was announced (a subclass,
 another scalar, an array in another order) gives None, and so does a kernel that gives a status other than 0: whoever
-asks then goes the long way.
+asks then goes the long way. Another function may be asked before: the same for duals (`duals`).
 
 Layout of a block, in words:
 
@@ -12,7 +12,9 @@ Layout of a block, in words:
     3  number of given arguments               9   where the kernel's words begin in the block
     4  address of None                         10  PyArray_NewCopy, 11  PyType_GenericAlloc
     5  Py_IncRef                               12  PyFloat_FromDouble
-    13 ... rows that take numbers: which argument; which of the kernel's words; a type that the argument must have, or
+    13  what is called with the same arguments before None is the answer, or 0
+    14  PyObject_Vectorcall                    15  not where the first argument is of this type
+    16 ... rows that take numbers: which argument; which of the kernel's words; a type that the argument must have, or
            0, and how many bytes into it stands the object to go on with; the same of that object; number of axes and
            lengths of the two first, a first of -1 for any, which the kernel is told; or, for a float, -1 and two types
            that it may have
@@ -36,12 +38,13 @@ if TYPE_CHECKING:
     from sheldrake.common._native.builtin import _Method
 
 SYMBOL = "sheldrake_method"
-HEAD, PER_TAKEN, PER_MADE = 13, 9, 8
+HEAD, PER_TAKEN, PER_MADE = 16, 9, 8
 MOST_MADE = 8
 AN_ARRAY, A_FLOAT, A_TRUTH = 0, 1, 2
+NEXT = 13
 
-CODE = f"""{builtin.TAKE}
-define internal i1 @find_and_take(ptr %given, ptr %row, ptr %block, ptr %word) {{
+FIND_AND_MAKE = f"""{builtin.TAKE}
+define internal ptr @find(ptr %given, ptr %row) {{
 entry:
   %type_0_at = getelementptr i64, ptr %row, i64 2
   %type_0 = load i64, ptr %type_0_at
@@ -78,12 +81,9 @@ into_inner:
   br i1 %empty_1, label %no, label %found
 found:
   %object = phi ptr [%given, %entry], [%held_0, %deeper], [%held_1, %into_inner]
-  %spec = getelementptr i64, ptr %row, i64 6
-  %types = getelementptr i64, ptr %block, i64 1
-  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word)
-  ret i1 %fits
+  ret ptr %object
 no:
-  ret i1 false
+  ret ptr null
 }}
 
 define internal ptr @make(ptr %row, ptr %block, ptr %made) {{
@@ -158,7 +158,10 @@ whole:
 none:
   ret ptr null
 }}
+"""
+"""Finds what a row that takes speaks of, null where an object is of another type; makes what a row that makes says."""
 
+CODE = f"""{FIND_AND_MAKE}
 define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
 entry:
   %made = alloca [{MOST_MADE} x ptr]
@@ -178,7 +181,7 @@ entry:
   %as_many = icmp eq i64 %count, %given
   br i1 %as_many, label %arguments, label %misfit
 arguments:
-  %i = phi i64 [0, %entry], [%i_next, %one]
+  %i = phi i64 [0, %entry], [%i_next, %right_type]
   %more = icmp slt i64 %i, %takes
   br i1 %more, label %one, label %run
 one:
@@ -191,8 +194,14 @@ one:
   %word = getelementptr i64, ptr %words, i64 %slot
   %arg_at = getelementptr ptr, ptr %args, i64 %which
   %arg = load ptr, ptr %arg_at
-  %fits = call i1 @find_and_take(ptr %arg, ptr %row, ptr %block, ptr %word)
+  %object = call ptr @find(ptr %arg, ptr %row)
   %i_next = add i64 %i, 1
+  %other_type = icmp eq ptr %object, null
+  br i1 %other_type, label %misfit, label %right_type
+right_type:
+  %spec = getelementptr i64, ptr %row, i64 6
+  %types = getelementptr i64, ptr %block, i64 1
+  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word)
   br i1 %fits, label %arguments, label %misfit
 run:
   %kernel = load ptr, ptr %block
@@ -219,6 +228,26 @@ done:
 failed:
   ret ptr null
 misfit:
+  %next_at = getelementptr i64, ptr %block, i64 {NEXT}
+  %next = load ptr, ptr %next_at
+  %no_next = icmp eq ptr %next, null
+  %none_given = icmp eq i64 %count, 0
+  %ask_none = or i1 %no_next, %none_given
+  br i1 %ask_none, label %nothing, label %whose
+whose:
+  %first = load ptr, ptr %args
+  %first_type_at = getelementptr i8, ptr %first, i64 {builtin._TYPE}
+  %first_type = load i64, ptr %first_type_at
+  %not_for_at = getelementptr i64, ptr %block, i64 15
+  %not_for = load i64, ptr %not_for_at
+  %ours = icmp eq i64 %first_type, %not_for
+  br i1 %ours, label %nothing, label %ask_next
+ask_next:
+  %caller_at = getelementptr i64, ptr %block, i64 14
+  %caller = load ptr, ptr %caller_at
+  %said_next = tail call ptr %caller(ptr %next, ptr %args, i64 %count, ptr null)
+  ret ptr %said_next
+nothing:
   %none_at = getelementptr i64, ptr %block, i64 4
   %none = load ptr, ptr %none_at
   %keep_at = getelementptr i64, ptr %block, i64 5
@@ -240,10 +269,17 @@ def make(words: list[int], keep: Any) -> Any:
     return builtin.make(words, keep, _method())
 
 
+def ask_next(function: Any, following: Any) -> None:
+    """Lets a function that was made ask another one, or none, before it gives None."""
+    block = function.__self__
+    block[NEXT] = 0 if following is None else id(following)
+    block.following = following
+
+
 @functools.cache
 def functions() -> dict[str, int]:
     """Addresses of what the code calls of Python."""
-    names = ("Py_IncRef", "PyType_GenericAlloc", "PyFloat_FromDouble")
+    names = ("Py_IncRef", "Py_DecRef", "PyType_GenericAlloc", "PyFloat_FromDouble", "PyObject_Vectorcall")
     return {name: int(ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0) for name in names}
 
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import PATIENCE, Source, Sweep, imaginary_parts, sweep_sources
+from sheldrake.autodiffutils._complex_step import PATIENCE, Source, Sweep, sweep_sources
 from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._native import store as kernel_store
+from sheldrake.common._native.binding import imaginary_parts
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import Kernel, jit_enabled
 from sheldrake.geometry._compiled.hydroelastic import HydroPairs, SurfaceSearch

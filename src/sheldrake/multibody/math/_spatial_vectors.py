@@ -39,8 +39,8 @@ def cross(a: Sequence[Scalar] | np.ndarray, b: Sequence[Scalar] | np.ndarray) ->
     return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 
 
-_SHORT: dict[tuple[str, type], Any] = {}
-"""Short ways of methods by their names and the kinds of vectors; added below."""
+_SHORT: dict[tuple[Any, Any], Any] = {}
+"""Short ways of methods by their names, products by the other vector's family, and families of vectors; added below."""
 
 
 def _never(*args: object) -> None:
@@ -155,7 +155,7 @@ class SpatialVector(ScalarBase):
         Args:
             R_FE: RotationMatrix of E in F.
         """
-        if (made := _SHORT.get(("Rotate", type(self)), _never)(self, R_FE)) is not None:
+        if (made := _SHORT.get(("Rotate", self._template), _never)(self, R_FE)) is not None:
             return made
         R = self._argument("Rotate", instance_of(RotationMatrix_[self._T]), R_FE=R_FE)
         return self._make(self._c.reshape(2, 3).dot(R._M.T).reshape(6))
@@ -164,12 +164,12 @@ class SpatialVector(ScalarBase):
         return isinstance(other, self._plain_class())
 
     def __add__(self, other: Self) -> Self:
-        if (made := _SHORT.get(("+", type(self)), _never)(self, other)) is not None:
+        if (made := _SHORT.get(("+", self._template), _never)(self, other)) is not None:
             return made
         return self._make(self._c + other._c) if self._kin(other) else NotImplemented
 
     def __sub__(self, other: Self) -> Self:
-        if (made := _SHORT.get(("-", type(self)), _never)(self, other)) is not None:
+        if (made := _SHORT.get(("-", self._template), _never)(self, other)) is not None:
             return made
         return self._make(self._c - other._c) if self._kin(other) else NotImplemented
 
@@ -214,7 +214,7 @@ class SpatialVector(ScalarBase):
         return self._argument(call, vector(self._T, 3), offset=offset).tolist()
 
     def _dot(self, other: SpatialVector, *kinds: ScalarTemplate) -> float:
-        if (found := _SHORT.get((type(other).__name__, type(self)), _never)(self, other)) is not None:
+        if (found := _SHORT.get((getattr(other, "_template", None), self._template), _never)(self, other)) is not None:
             return found
         if not any(isinstance(other, kind[self._T]) for kind in kinds):
             accepted = [f"({pretty_class_name(kind[self._T])})" for kind in kinds]
@@ -246,7 +246,7 @@ class SpatialVelocity(SpatialVector):
         Args:
             offset: p_BoCo_E [m], shape (3,).
         """
-        if (made := _SHORT.get(("Shift", type(self)), _never)(self, offset)) is not None:
+        if (made := _SHORT.get(("Shift", self._template), _never)(self, offset)) is not None:
             return made
         p = self._moved("Shift", offset)
         c = self._c.tolist()
@@ -261,7 +261,7 @@ class SpatialVelocity(SpatialVector):
             position_of_moving_frame: p_BoCo_E [m], shape (3,).
             velocity_of_moving_frame: V_BC_E.
         """
-        compose = _SHORT.get(("ComposeWithMovingFrameVelocity", type(self)), _never)
+        compose = _SHORT.get(("ComposeWithMovingFrameVelocity", self._template), _never)
         if (made := compose(self, position_of_moving_frame, velocity_of_moving_frame)) is not None:
             return made
         call = "ComposeWithMovingFrameVelocity"
@@ -349,7 +349,7 @@ class _ForceVector(SpatialVector):
         Args:
             offset: p_BpBq_E [m], shape (3,).
         """
-        if (made := _SHORT.get(("Shift", type(self)), _never)(self, offset)) is not None:
+        if (made := _SHORT.get(("Shift", self._template), _never)(self, offset)) is not None:
             return made
         p = self._moved("Shift", offset)
         c = self._c.tolist()
@@ -377,35 +377,37 @@ class SpatialMomentum(_ForceVector):
     _NAMES = ("h", "l", "L")
 
 
-def _add_short_way(name: str, kind: type, kernel: Kernel, *takes: Any, gives: Any) -> None:
-    _SHORT[name, kind] = short_way(_SHORT, (name, kind), kernel, *takes, gives=gives)
+_HOME = "sheldrake.multibody.math"
+SpatialVelocity_ = ScalarTemplate("SpatialVelocity_", SpatialVelocity, scope=_HOME, value_type=True)
+SpatialAcceleration_ = ScalarTemplate("SpatialAcceleration_", SpatialAcceleration, scope=_HOME, value_type=True)
+SpatialForce_ = ScalarTemplate("SpatialForce_", SpatialForce, scope=_HOME, value_type=True)
+SpatialMomentum_ = ScalarTemplate("SpatialMomentum_", SpatialMomentum, scope=_HOME, value_type=True)
+
+
+def _add_short_way(name: Any, family: ScalarTemplate, kernel: Kernel, *takes: Any, gives: Any) -> None:
+    _SHORT[name, family] = short_way(_SHORT, (name, family), kernel, *takes, gives=gives)
 
 
 _join = short_way(globals(), "_join", spatial.join_spatial, (3,), (3,), gives=(6,))
 VELOCITY, ACCELERATION, FORCE, MOMENTUM = (
     Slots(kind, {"_c": (6,)}) for kind in (SpatialVelocity, SpatialAcceleration, SpatialForce, SpatialMomentum)
 )
-for _kind in (VELOCITY, ACCELERATION, FORCE, MOMENTUM):
-    _add_short_way("+", _kind.cls, spatial.add_spatial, _kind, _kind, gives=_kind)
-    _add_short_way("-", _kind.cls, spatial.subtract_spatial, _kind, _kind, gives=_kind)
-    _add_short_way("Rotate", _kind.cls, spatial.rotate_spatial, _kind, ROTATION, gives=_kind)
-_add_short_way("Shift", SpatialVelocity, spatial.shift_motion, VELOCITY, (3,), gives=VELOCITY)
+_FORCES = {SpatialForce_: FORCE, SpatialMomentum_: MOMENTUM}
+for _family, _kind in {SpatialVelocity_: VELOCITY, SpatialAcceleration_: ACCELERATION, **_FORCES}.items():
+    _add_short_way("+", _family, spatial.add_spatial, _kind, _kind, gives=_kind)
+    _add_short_way("-", _family, spatial.subtract_spatial, _kind, _kind, gives=_kind)
+    _add_short_way("Rotate", _family, spatial.rotate_spatial, _kind, ROTATION, gives=_kind)
+_add_short_way("Shift", SpatialVelocity_, spatial.shift_motion, VELOCITY, (3,), gives=VELOCITY)
 _add_short_way(
     "ComposeWithMovingFrameVelocity",
-    SpatialVelocity,
+    SpatialVelocity_,
     spatial.compose_velocities,
     VELOCITY,
     (3,),
     VELOCITY,
     gives=VELOCITY,
 )
-for _kind in (FORCE, MOMENTUM):
-    _add_short_way("Shift", _kind.cls, spatial.shift_force, _kind, (3,), gives=_kind)
-    _add_short_way("SpatialVelocity", _kind.cls, spatial.dot_spatial, _kind, VELOCITY, gives=float)
-    _add_short_way(_kind.cls.__name__, SpatialVelocity, spatial.dot_spatial, VELOCITY, _kind, gives=float)
-
-_HOME = "sheldrake.multibody.math"
-SpatialVelocity_ = ScalarTemplate("SpatialVelocity_", SpatialVelocity, scope=_HOME, value_type=True)
-SpatialAcceleration_ = ScalarTemplate("SpatialAcceleration_", SpatialAcceleration, scope=_HOME, value_type=True)
-SpatialForce_ = ScalarTemplate("SpatialForce_", SpatialForce, scope=_HOME, value_type=True)
-SpatialMomentum_ = ScalarTemplate("SpatialMomentum_", SpatialMomentum, scope=_HOME, value_type=True)
+for _family, _kind in _FORCES.items():
+    _add_short_way("Shift", _family, spatial.shift_force, _kind, (3,), gives=_kind)
+    _add_short_way(SpatialVelocity_, _family, spatial.dot_spatial, _kind, VELOCITY, gives=float)
+    _add_short_way(_family, SpatialVelocity_, spatial.dot_spatial, VELOCITY, _kind, gives=float)

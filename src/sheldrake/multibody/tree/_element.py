@@ -226,8 +226,10 @@ def finite(call: str, name: str, value: Any) -> Any:
         RuntimeError: one is.
     """
     array = np.asarray(value)
-    if array.dtype == object:  # symbols; and None, which is no number
-        array = np.array([math.nan if x is None else 0.0 for x in array.flat])
-    if not np.isfinite(array).all():
+    if array.dtype == object:
+        is_finite = all([x is not None for x in array.ravel().tolist()])  # symbols pass; None is no number
+    else:
+        is_finite = bool(np.isfinite(array).all())
+    if not is_finite:
         raise RuntimeError(f"{call}(): {name} must be finite, not {value}.")
     return value

@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
-from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.math import RigidTransform, RigidTransform_, RotationMatrix
 from sheldrake.multibody.tree._element import NamedElement, finite_pose, of_scalar
 from sheldrake.multibody.tree._index import FrameIndex
 
@@ -193,6 +193,10 @@ class RigidBodyFrame(Frame):
     def is_body_frame(self) -> bool:
         """True."""
         return True
+
+    def CalcPoseInBodyFrame(self, context: Context) -> RigidTransform:
+        """That of two aligned frames."""
+        return RigidTransform_[self._finalized("CalcPoseInBodyFrame").contexts.view(context).T]()
 
     def _X_BF(self, context: Context) -> RigidTransform:
         return RigidTransform()

@@ -107,8 +107,7 @@ def lifted(values: np.ndarray, scalar: type) -> np.ndarray:
         return values
     new = np.empty(len(values), object)
     if values.dtype != float:
-        for i, x in enumerate(values.tolist()):
-            new[i] = x if isinstance(x, scalar) else scalar(x)
+        new[:] = [x if type(x) is scalar else scalar(x) for x in values.tolist()]
         return new
     bits = values.view(np.int64)  # -0.0 is not 0.0
     new[:] = scalar(0.0)  # numbers are never changed in place: one serves all

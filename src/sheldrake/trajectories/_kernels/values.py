@@ -197,3 +197,30 @@ def spline_at_times(knots: Vector, points: Matrix, work: Matrix, times: Vector, 
         for element in range(work.shape[1]):
             out[element * n + k] = work[work.shape[0] - 1, element]
     done[0] = 1.0
+
+
+@kernel(top=True, strict=True)
+def bezier(points: Vector, s: float, out: Vector, done: Vector) -> None:
+    """The value of a Bézier curve at s, from 0 to 1; `points` has the coordinates of each element one after the other.
+
+    The sum of points times Bernstein's polynomials, in their order.
+    """
+    rows = out.shape[0]
+    n = points.shape[0] // rows
+    for row in range(rows):
+        out[row] = 0.0
+    weight = 1.0
+    for i in range(n):
+        share = weight * power_of(s, i) * power_of(1.0 - s, n - 1 - i)
+        for row in range(rows):
+            out[row] += points[row * n + i] * share
+        weight = weight * (n - 1 - i) / (i + 1)
+    done[0] = 1.0
+
+
+@kernel(strict=True)
+def power_of(x, n):
+    value = 1.0
+    for _ in range(n):
+        value = value * x
+    return value

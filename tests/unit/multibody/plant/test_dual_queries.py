@@ -164,6 +164,47 @@ def test_later_writes_are_seen(plant, state, monkeypatch):
         np.testing.assert_allclose(C, plant.CalcBiasTerm(other), atol=1e-12)
 
 
+def test_what_is_asked_again_is_remembered_until_something_is_written(plant, state, monkeypatch):
+    compiled(monkeypatch)
+    copy = plant.ToAutoDiffXd()
+    context, tip, frame = copy.CreateDefaultContext(), copy.GetBodyByName("b6"), copy.GetFrameByName("f6")
+    copy.SetPositionsAndVelocities(context, InitializeAutoDiff(state)[:, 0])
+    queries = [
+        lambda: copy.CalcMassMatrix(context),
+        lambda: copy.EvalBodyPoseInWorld(context, tip).GetAsMatrix34(),
+        lambda: copy.CalcRelativeRotationMatrix(context, copy.world_frame(), frame).matrix(),
+        lambda: copy.CalcCenterOfMassPositionInWorld(context),
+    ]
+    first = [query() for query in queries]
+    runs = []
+    run = dual_calls.sweep_sources
+    monkeypatch.setattr(dual_calls, "sweep_sources", lambda *args: runs.append(args) or run(*args))
+    again = [query() for query in queries[:3]]
+    assert not runs
+    for a, b in zip(first, again):
+        assert a is not b
+        np.testing.assert_array_equal(ExtractGradient(a), ExtractGradient(b))
+        b[:] = 0.0  # is the caller's
+    writes = [
+        lambda: copy.SetPositions(
+            context, InitializeAutoDiff(state[: copy.num_positions()] * 0.9, len(state), 0)[:, 0]
+        ),
+        lambda: tip.SetMass(context, 2.0),
+        lambda: frame.SetPoseInParentFrame(context, RigidTransform([0.1, 0.2, 0.3])),
+    ]
+    for write in writes:
+        write()
+        fresh = copy.CreateDefaultContext()
+        fresh.SetTimeStateAndParametersFrom(context)
+        found, context_before = [query() for query in queries], context
+        context = fresh
+        expected = [query() for query in queries]
+        context = context_before
+        for a, b in zip(found, expected):
+            np.testing.assert_array_equal(ExtractValue(a), ExtractValue(b))
+            np.testing.assert_array_equal(ExtractGradient(a), ExtractGradient(b))
+
+
 @kernel(top=True)
 def all_functions(x: Vector, y: Vector) -> None:
     """Every generic function at one number between 0 and 1."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from sheldrake.common._kernels.generic import mul_add
 from sheldrake.common._kernels.poses import product, row_times, turned
-from sheldrake.common._kernels.vec import cross3, read3, read9, transpose, write3, write9
+from sheldrake.common._kernels.vec import cross3, magnitude, read3, read9, transpose, write3, write9
 from sheldrake.common.kernel import Vector, kernel
 
 NOT_PLAUSIBLE = 1
@@ -126,8 +126,8 @@ def plus(a, b):
 def is_plausible(I):
     """Whether moments so far apart from each other as the products can make them are those of a body (Weyl 1912)."""
     x, y, z = I[0], I[4], I[8]
-    trace, spare = x + y + z, abs(I[1]) + abs(I[2]) + abs(I[5])
-    slack = _SLACK * max(1.0, abs(trace) / 2)
+    trace, spare = x + y + z, magnitude(I[1]) + magnitude(I[2]) + magnitude(I[5])
+    slack = _SLACK * max(1.0, magnitude(trace) / 2)
     low, high = min(x, y), max(x, y)
     a, b, c = min(low, z), max(low, min(high, z)), max(high, z)
     return trace + spare < 1e300 and a + slack >= spare and a + b + slack >= c + 3.0 * spare
@@ -137,7 +137,7 @@ def is_plausible(I):
 def put_plausible(mass, p, G, mass_out, p_out, G_out):
     """Writes an inertia that is clearly one of a body."""
     x, y, z = p
-    if not (0.0 <= mass and mass < 1e300 and abs(x) < 1e150 and abs(y) < 1e150 and abs(z) < 1e150):
+    if not (0.0 <= mass and mass < 1e300 and magnitude(x) < 1e150 and magnitude(y) < 1e150 and magnitude(z) < 1e150):
         return NOT_PLAUSIBLE
     if not is_plausible(minus(G, unit_particle(p))):
         return NOT_PLAUSIBLE

@@ -114,7 +114,7 @@ class Contexts:
             drawn = list(joint._random_q)
             if isinstance(drawn[0], str):
                 drawn[:4] = UniformlyRandomQuaternion(generator).wxyz()
-            values = [Expression(x).Evaluate(generator=generator) for x in drawn]
+            values = [x if type(x) is float else Expression(x).Evaluate(None, generator) for x in drawn]
             self.write_positions(context, joint._q_start, np.array(values))
 
     def SetDefaultState(self, context: Context, state: State) -> None:

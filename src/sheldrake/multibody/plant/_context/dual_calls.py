@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import Source, Sweep, imaginary_parts, sweep_sources
+from sheldrake.autodiffutils._complex_step import Source, Sweep, sweep_sources
 from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native import store as kernel_store
-from sheldrake.common._native.binding import HERE
+from sheldrake.common._native.binding import HERE, imaginary_parts
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
@@ -135,6 +135,9 @@ class DualCalls:
         sources = [*dict.fromkeys(sources), *inputs]
         out = self._complex_of(answer)
         sweep = Sweep([*stages, (kernel, on_complex)], imaginary_parts(out))
+        others = [a for a in args if isinstance(a, np.ndarray) and a.dtype != object]
+        if not inputs and (kernel is only_stages or not others):
+            return self._kept(plain, sweep, sources, out)
 
         def ask(*arrays: Any) -> Any:
             if len(arrays) != len(inputs):
@@ -149,6 +152,25 @@ class DualCalls:
             if slopes is None or isinstance(slopes, int):
                 return plain(*arrays)  # which says what is wrong
             return filled(out.real, slopes)
+
+        return ask
+
+    @staticmethod
+    def _kept(plain: Query, sweep: Sweep, sources: list[Source], out: np.ndarray) -> Callable[[], np.ndarray]:
+        """A query without given arrays, which gives what it gave before as long as no source has changed."""
+        counters = [source.counter for source in sources if source.counter is not None]
+        seen: list[Any] = []
+        kept = out
+
+        def ask() -> np.ndarray:
+            nonlocal seen, kept
+            now = [counter.item() for counter in counters]
+            if seen != now:
+                slopes = sweep_sources(sweep, sources)
+                if slopes is None or isinstance(slopes, int):
+                    return plain()  # which says what is wrong
+                kept, seen = filled(out.real, slopes), now
+            return kept.copy()
 
         return ask
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import Sweep, imaginary_parts
+from sheldrake.autodiffutils._complex_step import Sweep
+from sheldrake.common._native.binding import imaginary_parts
 from sheldrake.common._scalars import autodiff_class
 from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, Stages
 from sheldrake.systems.framework._engine import complex_rows
