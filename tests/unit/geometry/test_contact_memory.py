@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from tests.unit.geometry.proximity_scenes import Scene, row_of
 
 from sheldrake.geometry import (
@@ -15,8 +16,11 @@ from sheldrake.geometry import (
 from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels import separation
 from sheldrake.geometry._kernels.convex import face_along, slot_at
+from sheldrake.geometry._kernels.epa import make_convex, set_face
 from sheldrake.geometry._kernels.memory import SEPARATED
 from sheldrake.geometry._kernels.model import (
+    FACE,
+    SIMPLEX,
     SLOT_FACES,
     SLOT_VERTICES,
     BodyPoses,
@@ -361,6 +365,80 @@ def test_flat_faces_that_hardly_touch_are_not_searched_anew(shapes, monkeypatch)
         same(kept.point[: kept.num_contacts], points)
     assert 10 < sum(points[:, 9].max() < 0.0 for _, points in steps) < 20
     assert len(searched) < 12
+
+
+def flat_roof():
+    """A block of twelve corners whose upper side is two faces that fall by a hundredth of a radian from their ridge."""
+    turns = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    x, y = 0.3 * np.cos(turns), 0.2 * np.sin(turns)
+    top = np.array([x, y, 0.1 - 5e-3 * np.abs(y)])
+    return Convex(np.hstack((top, [x, y, np.full(12, -0.1)])), "roof")
+
+
+def test_what_rolls_to_a_feature_beside_that_which_met_is_not_searched_anew(monkeypatch):
+    """An edge rocks on two faces that are nearly one: a vertex, the next, or the edge meets."""
+    scene = Scene([flat_roof(), Box(0.2, 0.15, 0.1)])
+    table, fresh = contact_table(scene.model), contact_table(scene.model)
+    searched, met = [], set()
+    monkeypatch.setattr(separation, "search", lambda *args: searched.append(args) or search_pair(*args))
+    for step in range(40):
+        rock = RollPitchYaw(np.pi / 4 + 3e-3 * np.sin(1.7 * step), 3e-3 * np.cos(2.3 * step), 0.4 + 2e-3 * step)
+        at = RigidTransform(rock, [0.02, 5e-3 * np.sin(0.7 * step), 0.155])
+        X_WB = np.array([row_of(X) for X in [RigidTransform(), RigidTransform(), at]])
+        assert find_contacts(scene.model, X_WB, table, False) == 0
+        assert len(searched) == 1
+        met.add((table.slots[0].feature, *table.slots[0].who))
+        forget(fresh)
+        assert find_contacts(scene.model, X_WB, fresh, False) == 0
+        assert points_of(table) == points_of(fresh) and table.num_contacts > 0
+        searched[:] = searched[:1]
+    assert len(met) == 3
+
+
+def put_surface(table, points, corners):
+    """A closed surface of triangles, seen from outside, where EPA keeps its polytope."""
+    starts = {(c[k], c[(k + 1) % 3]): f for f, c in enumerate(corners) for k in range(3)}
+    for v, w in enumerate(points):
+        table.vertices[SIMPLEX + v].w = tuple(w)
+    for f, c in enumerate(corners):
+        set_face(table, f, tuple(c))
+        table.links[f].neighbours = tuple(starts[c[(k + 1) % 3], c[k]] for k in range(3))
+
+
+def outward(points, corners):
+    return [c if np.linalg.det(points[c]) > 0.0 else c[::-1] for c in corners.tolist()]
+
+
+@pytest.mark.parametrize("moved", [0.05, 0.15, 0.3])
+def test_a_surface_whose_vertices_moved_becomes_the_hull_of_them(moved):
+    """Also where some have come inside: of those it is rid, if it is convex in the end."""
+    rng = np.random.default_rng(4)
+    table = contact_table(Scene([Sphere(0.1), Sphere(0.1)]).model)
+    done = mended = swallowed = 0
+    for _ in range(60):
+        half = rng.normal(size=(7, 3))
+        points = np.vstack((half, -half)) / np.linalg.norm(np.vstack((half, half)), axis=1)[:, None]
+        corners = outward(points, ConvexHull(points).simplices)
+        points *= 1.0 + moved * rng.uniform(-1.0, 1.0, (14, 1))
+        put_surface(table, points, corners)
+        if any(table.polytope[FACE + f].offset <= 0.0 for f in range(24)):
+            continue  # the origin is outside
+        done += 1
+        if not make_convex(table, 24, 1e-13):
+            continue
+        mended += 1
+        left = {frozenset(table.links[f].corners) for f in range(24) if table.polytope[FACE + f].exists > 0.0}
+        hull_now = ConvexHull(points)
+        assert left == {frozenset(c) for c in hull_now.simplices.tolist()}
+        swallowed += len(hull_now.vertices) < 14
+        for f in range(24):
+            if table.polytope[FACE + f].exists > 0.0:
+                c, across = table.links[f].corners, table.links[f].neighbours
+                assert all({c[k], c[(k + 1) % 3]} <= set(table.links[across[k]].corners) for k in range(3))
+                assert all(table.polytope[FACE + g].exists > 0.0 for g in across)
+    assert done > 40
+    assert mended == done
+    assert swallowed > 10 or moved < 0.1
 
 
 def test_a_facet_that_does_not_hold_the_ball_is_not_believed():

@@ -18,6 +18,7 @@ from .table import absolute
 EPA_STEPS = 120
 _LEVEL = 1e-15  # relative to the size: a vertex so little in front of a face is in its plane
 NO_AREA = 1e-14  # relative to the squares of its edges: a face with less has none
+_ROUNDS = 8  # in which edges are taken out of a surface
 _FLAT = 1e-8  # relative to the size: least extent of the tetrahedron to begin with
 _NO_SHIFT = (0.0, 0.0, 0.0)
 
@@ -204,6 +205,89 @@ def fill_hole(table, faces, edges, vertex):
             if table.links[edge.outside].corner[k] == edge.end:
                 table.links[edge.outside].across[k] = edge.inside
     return faces
+
+
+@kernel
+def edge_that_begins_at(table, f, vertex):
+    """Which edge of face f begins at one of its vertices."""
+    corner = table.links[f].corner
+    return 0 if corner[0] == vertex else (1 if corner[1] == vertex else 2)
+
+
+@kernel
+def looks_out(table, a, b, c):
+    """Whether the triangle of three vertices has the origin behind it."""
+    u, v, w = table.vertices[SIMPLEX + a].w, table.vertices[SIMPLEX + b].w, table.vertices[SIMPLEX + c].w
+    return dot3(cross3(u, v), w) > 0.0
+
+
+@kernel
+def join_across(table, f, start, g):
+    """Face g is across the edge of f that begins at a vertex from now on."""
+    table.links[f].across[edge_that_begins_at(table, f, start)] = g
+
+
+@kernel(outline=True)
+def turn_edge(table, f, k):
+    """Takes edge k of face f, from p to q, out of a closed surface around the origin; whether it can.
+
+    With r and w the other corners of the two faces there, the edge from r to w takes its place. If these are joined
+    behind q, three faces meet there, and become one without it. No new face may turn its back on the origin.
+    """
+    link = table.links[f]
+    after, before = (k + 1) % 3, (k + 2) % 3
+    g, p, q, r = link.across[k], link.corner[k], link.corner[after], link.corner[before]
+    over_qr, over_rp = link.across[after], link.across[before]
+    m = edge_that_begins_at(table, g, q)
+    after, before = (m + 1) % 3, (m + 2) % 3
+    w, over_pw, over_wq = table.links[g].corner[before], table.links[g].across[after], table.links[g].across[before]
+    alone = over_qr == over_wq
+    if over_rp == over_pw or not looks_out(table, r, p, w) or not (alone or looks_out(table, w, q, r)):
+        return False
+    set_face(table, f, (r, p, w))
+    join_across(table, over_pw, w, f)
+    if alone:
+        over_wr = table.links[over_qr].across[edge_that_begins_at(table, over_qr, w)]
+        table.links[f].neighbours = (over_rp, over_pw, over_wr)
+        join_across(table, over_wr, r, f)
+        table.polytope[FACE + g].exists = 0.0
+        table.polytope[FACE + over_qr].exists = 0.0
+    else:
+        set_face(table, g, (w, q, r))
+        table.links[f].neighbours = (over_rp, over_pw, g)
+        table.links[g].neighbours = (over_wq, over_qr, f)
+        join_across(table, over_qr, r, g)
+    return True
+
+
+@kernel
+def rise_across(table, f, k):
+    """How far the face across edge k of f rises in front of the plane of f [m]."""
+    face, link = table.polytope[FACE + f], table.links[f]
+    g = link.across[k]
+    m = edge_that_begins_at(table, g, link.corner[(k + 1) % 3])
+    return dot3(face.normal, table.vertices[SIMPLEX + table.links[g].corner[(m + 2) % 3]].w) - face.offset
+
+
+@kernel(outline=True)
+def make_convex(table, faces, slack):
+    """Takes edges out of a closed surface around the origin from which faces rise by more than `slack`.
+
+    So are some of a polytope whose vertices have moved a little. Returns whether there are none left.
+    """
+    for _ in range(_ROUNDS):
+        taken, left = 0, 0
+        for f in range(faces):
+            if table.polytope[FACE + f].exists > 0.0:
+                a, b, c = rise_across(table, f, 0), rise_across(table, f, 1), rise_across(table, f, 2)
+                if max(a, b, c) > slack:
+                    if turn_edge(table, f, 0 if a >= max(b, c) else (1 if b >= c else 2)):
+                        taken += 1
+                    else:
+                        left += 1
+        if taken == 0:
+            return left == 0
+    return False
 
 
 @kernel

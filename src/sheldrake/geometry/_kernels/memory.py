@@ -3,9 +3,10 @@
 Of a pair whose boxes were apart, along which axis. Of one that was apart, a direction that separates it, and by how
 much: while it does, nothing else is looked at. Of one that nearly touched, what would have met (see `tracking`), or the
 direction along which it is nearest: there is only one, so what `polish` finds from there is the answer. Of a pair that
-overlapped, what met, and the polytope that EPA grew in the difference, by points of the shapes: placed anew, it mostly
-says at once where the pair overlaps least. All is checked before it is believed and says no more than the search
-without it would find: a polytope only which feature is nearest by far, whose answer `feature` then gives.
+overlapped, what met, and the polytope that EPA grew in the difference, by points of the shapes: placed anew and made
+convex again, it mostly says at once where the pair overlaps least. All is checked before it is believed and says no
+more than the search without it would find: a polytope only which feature is nearest by far, whose answer `feature`
+then gives.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from sheldrake.common._kernels.generic import whole
 from sheldrake.common._kernels.vec import add3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .epa import epa, set_face
+from .epa import epa, make_convex, set_face
 from .feature import number_of, what_meets
 from .gjk import add_vertex
 from .model import ELLIPSOID, FACE, NO_FEATURE, SIMPLEX, SLOT_FACES, SLOT_VERTICES
@@ -36,7 +37,7 @@ _EPA_GAP = 1e-13  # relative to the size: EPA stops when the depth of polytopes 
 _EPA_GAP_SMOOTH = 1e-6  # and that of curved shapes, whose answer is then refined
 _NO_SHIFT = (0.0, 0.0, 0.0)
 _UNKNOWN = -1e300  # [m] a gap that has not been measured
-_FEW_STEPS = 4  # of EPA from what is remembered: one that takes more grows a polytope larger than a new one
+_FEW_STEPS = 8  # of EPA from what is remembered: one that takes more grows a polytope larger than a new one
 SEPARATED = -1
 TOUCHING = -2
 
@@ -272,9 +273,10 @@ def follow(model, table, i, j, size, far, k):
             return known, out, depth, p_i, p_j
     if table.slots[s].num_vertices == 0 or not place_polytope(model, table, i, j, size, s):
         return False, out, 0.0, out, out
-    before = table.slots[s].num_vertices
+    if not make_convex(table, table.slots[s].num_faces, _EPA_GAP * size):  # else EPA adds vertices that there are
+        return False, out, 0.0, out, out
     gap = epa_gap(model, i, j, size)
-    begin = table.slots[s].num_faces, before
+    begin = table.slots[s].num_faces, table.slots[s].num_vertices
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, begin, _FEW_STEPS)
     curved = is_curved(model, i) or is_curved(model, j)
     alike = ALIKE if curved else PARALLEL
@@ -283,5 +285,5 @@ def follow(model, table, i, j, size, far, k):
     what, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
     known = what != NO_FEATURE
     if known:
-        remember_what_meets(model, table, i, j, k, faces, vertices, vertices > before, what, corners, out, depth)
+        remember_what_meets(model, table, i, j, k, faces, vertices, True, what, corners, out, depth)
     return known, out, depth, p_i, p_j

@@ -100,14 +100,12 @@ def is_of_feature(table, s, f, out, lowest):
 
     Corners of a face of a shape, less one vertex of the other, are all in its plane; two edges span a parallelogram.
     """
-    slot = table.slots[s]
-    what, who = kind_of_feature(table, table.links[f].corners)
-    if what == NO_FEATURE or what != slot.feature or not equal4(who, slot.who):
-        return False
     for k in range(3):
         if dot3(out, table.vertices[SIMPLEX + table.links[f].corner[k]].w) < lowest:
             return False
-    return True
+    slot = table.slots[s]
+    what, who = kind_of_feature(table, table.links[f].corners)
+    return what != NO_FEATURE and what == slot.feature and equal4(who, slot.who)
 
 
 @kernel(outline=True)

@@ -249,6 +249,43 @@ def test_a_block_at_rest_has_the_bits_of_all_steps():
     assert np.array_equal(data[:, 490], data[:, 500]) and not np.array_equal(data[:3, 500], data[:3, 1000])
 
 
+@pytest.mark.parametrize("count", [12, 210], ids=["near pairs are listed", "pairs are sought in cells"])
+def test_many_bodies_at_rest_have_the_bits_of_all_steps(count):
+    """Stacks of two; a monitor has every step computed."""
+    ours, found = library("sheldrake"), []
+    shapes = [ours.Box(0.1, 0.1, 0.1), ours.Sphere(0.05), ours.Cylinder(0.05, 0.1)][: 3 if count > 200 else 1]
+    for watched in (False, True):
+        builder = ours.DiagramBuilder()
+        plant, _ = ours.AddMultibodyPlantSceneGraph(builder, 1e-3)
+        friction = ours.CoulombFriction(0.5, 0.5)
+        plant.RegisterCollisionGeometry(plant.world_body(), ours.RigidTransform(), ours.HalfSpace(), "ground", friction)
+        bodies = [
+            plant.AddRigidBody(f"body{k}", ours.SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 0.1))
+            for k in range(count)
+        ]
+        for k, body in enumerate(bodies):
+            shape = shapes[k // 2 % len(shapes)]
+            plant.RegisterCollisionGeometry(body, ours.RigidTransform(), shape, f"shape{k}", friction)
+        plant.Finalize()
+        sink = ours.LogVectorOutput(plant.get_state_output_port(), builder, 0.01)
+        simulator = ours.Simulator(builder.Build())
+        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        for k, body in enumerate(bodies):
+            p = [0.15 * (k // 2 % 15), 0.15 * (k // 30), 0.05 + 0.1 * (k % 2)]
+            plant.SetFreeBodyPose(context, body, ours.RigidTransform(p))
+        if watched:
+            simulator.set_monitor(lambda context: EventStatus.DidNothing())
+        simulator.AdvanceTo(0.2)
+        assert (simulator._span.run.resting != 0) != watched
+        push = ours.SpatialVelocity([0.0, 0.0, 0.0], [0.5, 0.0, 0.0])
+        plant.SetFreeBodySpatialVelocity(context, bodies[1], push)
+        simulator.AdvanceTo(0.3)
+        found.append(sink.FindLog(simulator.get_context()).data())
+    np.testing.assert_array_equal(*(data.view(np.int64) for data in found))
+    data = found[0]
+    assert np.array_equal(data[:, 15], data[:, 20]) and not np.array_equal(data[:, 20], data[:, 21])
+
+
 class TestWorlds:
     """Worlds of a batch leave out what a simulator does, also where several go together."""
 

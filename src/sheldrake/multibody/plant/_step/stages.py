@@ -11,7 +11,14 @@ from sheldrake.geometry._compiled.search import family_kernels, has_pairs
 from sheldrake.geometry._kernels.contacts import box_pairs, half_space_pairs, sphere_pairs
 from sheldrake.geometry._kernels.hydro_model import HydroModel, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._kernels.near import list_near_pairs
 from sheldrake.geometry._kernels.order import sort_contacts
+from sheldrake.geometry._kernels.spatial_hash import (
+    close_box_pairs,
+    close_convex_pairs,
+    close_pairs,
+    close_sphere_pairs,
+)
 from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 from sheldrake.multibody.plant._kernels.contacts import hydro_constraints, refuse_points
 from sheldrake.multibody.plant._kernels.model import PlantModel
@@ -26,15 +33,19 @@ from sheldrake.multibody.plant._kernels.surface_velocities import contact_drifts
 from sheldrake.multibody.plant._step.tuning import can_touch, touches_at_several_points
 
 _FORGETFUL = frozenset(
-    {smooth_motion, half_space_pairs, sphere_pairs, box_pairs, sort_contacts, contact_constraints, joint_constraints}
-    | {next_state, next_state_with_momentum}
+    {smooth_motion, contact_constraints, joint_constraints, next_state, next_state_with_momentum}
+    | {half_space_pairs, list_near_pairs, sphere_pairs, box_pairs, sort_contacts}
+    | {close_pairs, close_sphere_pairs, close_box_pairs, close_convex_pairs}
     | {kernel for kind in APPROXIMATIONS.values() for solver in (kind.as_drake, kind.to_rest) for kernel in solver}
 )
-"""Kernels that do the same with the same state, parameters and inputs, whatever they did before."""
+"""Kernels that do the same with the same state, parameters and inputs, whatever they did before.
+
+Which pairs are listed as near depends on that, but not what is found among them.
+"""
 
 
 def repeats(stages: Sequence[Any]) -> bool:
-    """Whether a step changes nothing if the one before changed nothing: where no search remembers pairs."""
+    """Whether a step changes nothing if the one before changed nothing: where no search remembers what met."""
     return all(isinstance(stage, Kernel) and stage in _FORGETFUL for stage in stages)
 
 
