@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._kernels.generic import cos
 from sheldrake.common._overloads import overloaded
 from sheldrake.geometry import Box, Cylinder, SceneGraph
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
+from ._energy import energy_of
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
 from ._named_vector import NamedVector
@@ -91,14 +91,11 @@ class AcrobotPlant(LeafSystem):
 
     def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""
-        rates = self.get_state(context)._v[2:]
-        return 0.5 * rates @ self.MassMatrix(context) @ rates
+        return energy_of(context, plants.acrobot_kinetic_energy)
 
     def DoCalcPotentialEnergy(self, context: Context) -> Scalar:
         """Potential energy [J], zero at the height of the shoulder."""
-        p, x = self.get_parameters(context), self.get_state(context)
-        c1, c12 = cos(x.theta1()), cos(x.theta1() + x.theta2())
-        return -p.gravity() * (p.m1() * p.lc1() * c1 + p.m2() * (p.l1() * c1 + p.lc2() * c12))
+        return energy_of(context, plants.acrobot_potential_energy)
 
     @staticmethod
     def get_state(context: Context) -> AcrobotState:

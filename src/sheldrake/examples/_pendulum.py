@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._kernels.generic import cos
 from sheldrake.geometry import Box, Cylinder, SceneGraph, Sphere
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
 from sheldrake.systems.framework._port_getters import output_port
 
+from ._energy import energy_of
 from ._geometry import ExampleGeometry
 from ._kernels import plants
 from ._named_vector import NamedVector
@@ -60,13 +60,11 @@ class PendulumPlant(LeafSystem):
 
     def DoCalcKineticEnergy(self, context: Context) -> Scalar:
         """Kinetic energy [J]."""
-        mass, length, _, _ = context.get_numeric_parameter(0).value().tolist()
-        return 0.5 * mass * length**2 * context.get_continuous_state_vector()[1] ** 2
+        return energy_of(context, plants.pendulum_kinetic_energy)
 
     def DoCalcPotentialEnergy(self, context: Context) -> Scalar:
         """Potential energy [J], zero at the height of the pivot."""
-        mass, length, _, gravity = context.get_numeric_parameter(0).value().tolist()
-        return -mass * gravity * length * cos(context.get_continuous_state_vector()[0])
+        return energy_of(context, plants.pendulum_potential_energy)
 
     get_state_output_port = output_port(0, "The port of the state.")
 

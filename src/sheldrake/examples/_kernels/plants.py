@@ -56,6 +56,19 @@ def pendulum(p: Pendulum, xc: PendulumState, u: Vectors, xdot: PendulumState) ->
 
 
 @kernel(top=True)
+def pendulum_kinetic_energy(p: Pendulum, xc: PendulumState, energy: Vector) -> None:
+    """m (l theta')^2 / 2."""
+    speed = p.l * xc.thetadot
+    energy[0] = 0.5 * p.m * speed * speed
+
+
+@kernel(top=True)
+def pendulum_potential_energy(p: Pendulum, xc: PendulumState, energy: Vector) -> None:
+    """Zero at the height of the pivot."""
+    energy[0] = -p.m * p.g * p.l * cos(xc.theta)
+
+
+@kernel(top=True)
 def van_der_pol(p: Vector, xc: Vector, xdot: Vector) -> None:
     """q'' = -mu (q^2 - 1) q' - q; p = mu."""
     xdot[0] = xc[1]
@@ -161,6 +174,21 @@ def acrobot(p: Acrobot, xc: TwoLinkState, u: Vectors, xdot: TwoLinkState) -> Non
     f1, f2 = -bias1, first_input(u) - bias2
     xdot.theta1, xdot.theta2 = xc.w1, xc.w2
     xdot.w1, xdot.w2 = accelerations(m11, m12, m22, f1, f2)
+
+
+@kernel(top=True)
+def acrobot_kinetic_energy(p: Acrobot, xc: TwoLinkState, energy: Vector) -> None:
+    """q'^T M q' / 2."""
+    m11, m12, m22 = acrobot_mass(p, xc.theta2)
+    w1, w2 = xc.w1, xc.w2
+    energy[0] = 0.5 * (m11 * w1 * w1 + m22 * w2 * w2) + m12 * w1 * w2
+
+
+@kernel(top=True)
+def acrobot_potential_energy(p: Acrobot, xc: TwoLinkState, energy: Vector) -> None:
+    """Zero at the height of the shoulder."""
+    c1, c12 = cos(xc.theta1), cos(xc.theta1 + xc.theta2)
+    energy[0] = -p.g * (p.m1 * p.lc1 * c1 + p.m2 * (p.l1 * c1 + p.lc2 * c12))
 
 
 class Spong(Record):

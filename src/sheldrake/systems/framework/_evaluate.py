@@ -13,7 +13,7 @@ from sheldrake.systems.framework._declarations import (
     PythonStage,
 )
 from sheldrake.systems.framework._engine import logs
-from sheldrake.systems.framework._engine.derivatives import DERIVATIVES, keep_native_derivatives
+from sheldrake.systems.framework._engine.asked import DERIVATIVES, native_call
 from sheldrake.systems.framework._engine.layout import NO_ROW
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._event import EventStatus, checked_status
@@ -69,7 +69,7 @@ def run_stages(store: Store, first: int) -> Any:
 
 def derivatives(context: Context) -> np.ndarray:
     """The derivatives of all leaves of a context, computed as far as they are out of date; a view of the slab."""
-    read = context._reads.get(DERIVATIVES)
+    read = context._reads.get(DERIVATIVES) or native_call(context, DERIVATIVES)
     if read is not None and (found := read()) is not None:
         return found
     store, n = context._store, context._node
@@ -86,8 +86,6 @@ def derivatives(context: Context) -> np.ndarray:
                 i[stamp0 + r] = i[2]
         finally:
             store.leave()
-        if not n:
-            keep_native_derivatives(context)
     return store.S[span[0] : span[1]]
 
 

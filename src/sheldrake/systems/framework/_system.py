@@ -16,6 +16,7 @@ from sheldrake.common._scalars import writable
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._context import defaults
 from sheldrake.systems.framework._declarations import DISCRETE
+from sheldrake.systems.framework._engine.asked import UPDATE, native_call
 from sheldrake.systems.framework._engine.layout import Layout
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._engine.topology import tree_of
@@ -278,10 +279,20 @@ class System(ScalarConversion, SystemPorts, Cloned):
         kept = store.cache.get(key)
         if kept is not None and kept[0] == store.i[2] and not (store.uncached or store.unsettled):
             return kept[1].Clone()
+        update = context._reads.get(UPDATE) or native_call(context, UPDATE)
+        if update is not None and update():
+            found = context._discrete_view(store.layout.plus).Clone()
+        else:
+            found = self._unique_update(context)
+        store.cache[key] = store.i[2], found
+        return found.Clone()
+
+    def _unique_update(self, context: Context) -> DiscreteValues:
+        call = "EvalUniquePeriodicDiscreteUpdate"
         times = self._periodic_discrete()
         if len(times) != 1:
             raise RuntimeError(
-                "EvalUniquePeriodicDiscreteUpdate(): there are "
+                f"{call}(): there are "
                 + (
                     "no periodic discrete update events in this System."
                     if not times
@@ -289,10 +300,7 @@ class System(ScalarConversion, SystemPorts, Cloned):
                     f"(period, offset) {sorted(times)}."
                 )
             )
-        call = "EvalUniquePeriodicDiscreteUpdate"
-        found = _evaluate.discrete_update(store, context._node, "periodic", call)[0].Clone()
-        store.cache[key] = store.i[2], found
-        return found.Clone()
+        return _evaluate.discrete_update(context._store, context._node, "periodic", call)[0].Clone()
 
     def IsDifferenceEquationSystem(self) -> tuple[bool, float]:
         """Whether the state is one group of discrete state that has a periodic update with one period; that period [s].

@@ -218,8 +218,12 @@ class Kinematics:
     def CalcPointsPositions(self, context: Context, frame_B: Frame, p_BQi: ArrayLike, frame_A: Frame) -> np.ndarray:
         """Positions in frame A of points given in frame B [m], shape (3, n)."""
         view = self._contexts.view(context)
-        if view.T is float and type(p_AQ := self.ask_point(view, frame_B, frame_A)(p_BQi)) is not int:
-            return p_AQ.reshape(3, 1)  # of one point
+        if type(p_BQi) is not np.ndarray or p_BQi.shape != (3,):
+            p_BQi = points("CalcPointsPositions", "p_BQi", p_BQi)
+        if view.T is float and p_BQi.size == 3:
+            p_AQ = self.ask_point(view, frame_B, frame_A)(p_BQi if p_BQi.ndim == 1 else p_BQi[:, 0].copy())
+            if type(p_AQ) is not int:
+                return p_AQ.reshape(3, 1)
         X_AB = self.relative_pose(context, frame_A, frame_B)
         p_BQi = points("CalcPointsPositions", "p_BQi", p_BQi)
         duals = alike(X_AB.tolist()) if X_AB.dtype == object and p_BQi.dtype == float else None

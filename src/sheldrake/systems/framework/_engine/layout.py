@@ -108,6 +108,7 @@ class Layout(Memory):
         self.version = sum(s._version for s in self.systems)
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
+        self.asked: dict[str, int] = {}  # how often roots were asked for what module `asked` can compute natively
         self.known_words: dict[str, list[int]] = {}  # of the program, as kernels of event loops are told where it is
         del self._chosen, self._models
         del self.systems  # a layout is owned by the root system: it must not own it in turn
@@ -336,11 +337,12 @@ class Layout(Memory):
             self.made["called"] = {*self._tables["calls"].tolist(), *self._tables["prerequisites"].tolist()}
         return self.made["called"]
 
-    @cached_property
-    def derivative_calls(self) -> tuple[list[int], list[int]]:
-        """The rows of the derivatives of all leaves, and those that they need."""
+    def calls_of_group(self, g: int) -> tuple[list[int], list[int]]:
+        """The rows that group `g` calls, -1 being that of derivatives, and those that they need."""
         tables: Any = self._tables
-        calls, needed = ([*tables[k][tables[f"{k}_begin"][-2] :].tolist()] for k in ("calls", "prerequisites"))
+        g %= len(self.group_list)
+        begins = {name: tables[f"{name}_begin"] for name in ("calls", "prerequisites")}
+        calls, needed = ([*tables[name][begin[g] : begin[g + 1]].tolist()] for name, begin in begins.items())
         return calls, needed
 
     @cached_property

@@ -147,7 +147,6 @@ class Store:
         self._scratch: dict[int, tuple[np.ndarray, Any, Any]] = {}  # of leaves: views, and of what they are
         self.outcome: EventStatus | None = None
         self._cold: set[int] = set()
-        self.derivatives_asked = 0  # how often those of the root were computed row by row
         self.stopped: tuple[float, str, list] | None = None
         self.goes_on: tuple[float, str, list] | None = None
 

@@ -15,6 +15,7 @@ from sheldrake.common.kernel import IntVector, Vector, kernel
 from sheldrake.common.record import Record, array, number, table
 from sheldrake.systems.framework._kernels.program import (
     CONTINUOUS,
+    DISCRETE,
     PYTHON_STEP,
     Program,
     Run,
@@ -91,6 +92,19 @@ def derivatives_now(program_model: Program, S: Vector, side: Side, L: Vector, ro
     if status == 0:
         for j in range(program.calls_begin[program.derivatives], program.calls_begin[program.derivatives + 1]):
             side.word[program.stamps + program.calls[j]] = side.word[CONTINUOUS]
+    return status
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def updates_now(program_model: Program, S: Vector, side: Side, L: Vector, rows: IntVector) -> int:
+    """Periodic discrete updates of one timing between steps, from x into x+; a status, which the side has not kept."""
+    program = program_model
+    for g in range(program.num_groups):
+        if program.groups[g].kind == DISCRETE and program.groups[g].clock >= 0:
+            refresh(program, S, side, rows, g)
+            fire(program, S, side, L, rows, g)
+    status = int(side.status)
+    side.status = 0
     return status
 
 

@@ -1,4 +1,4 @@
-"""Derivatives that somebody asks for again and again come from one native call, with the same numbers and errors."""
+"""Derivatives and updates that are asked for again and again come from one native call: same numbers, same errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from sheldrake.all import (
     sqrt,
 )
 from sheldrake.common.kernel import jit_enabled
-from sheldrake.systems.framework._engine.derivatives import DERIVATIVES
+from sheldrake.systems.framework._engine.asked import DERIVATIVES, UPDATE
 
 A, B = np.array([[0.0, 1.0], [-2.0, -0.3]]), np.array([[0.0], [1.0]])
 K = np.array([[-1.0, 0.5]])
@@ -154,3 +154,77 @@ def test_contexts_go_when_nobody_holds_them():
         assert store() is None
     finally:
         gc.enable()
+
+
+def sampled_loop(period=0.1, second=None):
+    """Two sampled systems, each with the state of the other as input."""
+    builder = DiagramBuilder()
+    Ad, Bd = np.array([[0.5]]), np.array([[1.0]])
+    one = builder.AddSystem(LinearSystem(Ad, Bd, np.eye(1), np.zeros((1, 1)), period))
+    two = builder.AddSystem(LinearSystem(2.0 * Ad, Bd, np.eye(1), np.zeros((1, 1)), second or period))
+    adder = builder.AddSystem(Adder(2, 1))
+    builder.Connect(two.get_output_port(), adder.get_input_port(0))
+    builder.ExportInput(adder.get_input_port(1), "u")
+    builder.Connect(adder.get_output_port(), one.get_input_port())
+    builder.Connect(one.get_output_port(), two.get_input_port())
+    return builder.Build(), one
+
+
+def test_updates_are_those_of_the_state_and_the_input():
+    diagram, one = sampled_loop()
+    context = diagram.CreateDefaultContext()
+    diagram.get_input_port().FixValue(context, [0.0])
+    own = one.GetMyMutableContextFromRoot(context)
+    rng, given = np.random.default_rng(2), []
+    for k in range(10):
+        if k == 5:
+            context = context.Clone()  # what has been asked often enough is native in new contexts at once
+            own = one.GetMyMutableContextFromRoot(context)
+        (x, y), u = rng.normal(size=2), rng.normal()
+        context.get_mutable_discrete_state(0).SetFromVector([x])
+        context.get_mutable_discrete_state(1).SetFromVector([y])
+        diagram.get_input_port().FixValue(context, [u])
+        found = diagram.EvalUniquePeriodicDiscreteUpdate(context)
+        expected = [0.5 * x + y + u, y + x]
+        np.testing.assert_allclose([found.value(0)[0], found.value(1)[0]], expected, atol=1e-15)  # terms of about 1
+        assert one.EvalUniquePeriodicDiscreteUpdate(own).value()[0] == found.value(0)[0]
+        given.append((found, found.value(0)[0]))
+        assert context.get_discrete_state(0)[0] == x
+    assert all(values.value(0)[0] == number for values, number in given)
+    assert jit_enabled() == (context._reads.get(UPDATE) is not None)
+
+
+def test_updates_without_an_input_or_one_timing_are_refused_each_time():
+    diagram, _ = sampled_loop()
+    context = diagram.CreateDefaultContext()
+    for _ in range(6):
+        with pytest.raises(RuntimeError, match=r"not connected.*exported as input port 'u'"):
+            diagram.EvalUniquePeriodicDiscreteUpdate(context)
+    diagram, _ = sampled_loop(second=0.2)
+    context = diagram.CreateDefaultContext()
+    diagram.get_input_port().FixValue(context, [0.0])
+    for _ in range(6):
+        with pytest.raises(RuntimeError, match="multiple timing attributes"):
+            diagram.EvalUniquePeriodicDiscreteUpdate(context)
+
+
+def test_updates_of_python_are_called_each_time():
+    class Counts(LeafSystem):
+        calls = 0
+
+        def __init__(self):
+            super().__init__()
+            self.DeclareDiscreteState(1)
+            self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, self.update)
+
+        def update(self, context, values):
+            self.calls += 1
+            values.set_value(2.0 * context.get_discrete_state_vector().value() + self.calls)
+
+    system = Counts()
+    context = system.CreateDefaultContext()
+    for k in range(1, 7):
+        context.SetDiscreteState([1.0])
+        assert system.EvalUniquePeriodicDiscreteUpdate(context).value()[0] == 2.0 + k
+        assert system.EvalUniquePeriodicDiscreteUpdate(context).value()[0] == 2.0 + k  # nothing has changed
+    assert context._reads.get(UPDATE) is None
