@@ -182,6 +182,16 @@ def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> list[int]:
     return [int(i) for i in np.flatnonzero(~keep)]
 
 
+def implied(A: np.ndarray, b: np.ndarray, keep: list[int], candidates: list[int], tol: float = 1e-9) -> set[int]:
+    """Which of the candidates the other rows that are kept imply, one after the other, up to a tolerance."""
+    out: set[int] = set()
+    for j in candidates:
+        rest = [k for k in keep if k != j and k not in out]
+        if largest(A[rest], b[rest], A[j]) <= b[j] + tol:
+            out.add(j)
+    return out
+
+
 def _last_of_equals(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Which rows are not said again, maybe at another scale, by a later one."""
     rows = np.column_stack((A, b))
