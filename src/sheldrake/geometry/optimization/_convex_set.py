@@ -425,10 +425,7 @@ class ConvexSet:
             return nearest
         prog, x = self._program()
         prog.AddQuadraticErrorCost(np.eye(p.size), p, x)
-        result = Solve(prog)
-        if not result.is_success():
-            raise RuntimeError(f"Projection(): the solver failed: {result.get_solution_result().name}.")
-        return result.GetSolution(x)
+        return programs.solved("Projection", prog).GetSolution(x)
 
 
 def sets_of(args: tuple, kwargs: dict) -> list[ConvexSet] | None:

@@ -17,12 +17,13 @@ from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import column_space
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers import MathematicalProgram, _arrays
 from sheldrake.solvers._kernels.inside import inside_ellipsoid
 
 if TYPE_CHECKING:
@@ -297,13 +298,7 @@ class Hyperellipsoid(ConvexSet):
         if point is None:
             prog, x = other._program()
             prog.AddQuadraticErrorCost(self._A.T @ self._A, self._center, x)
-            result = Solve(prog)
-            if not result.is_success():
-                raise RuntimeError(
-                    f"MinimumUniformScalingToTouch(): the solver failed: {result.get_solution_result().name}. Is "
-                    "the other set empty?"
-                )
-            point = result.GetSolution(x)
+            point = programs.solved("MinimumUniformScalingToTouch", prog, " Is the other set empty?").GetSolution(x)
         return float(np.linalg.norm(self._A @ (point - self._center))), point
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
@@ -407,11 +402,7 @@ def _circumscribed(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for p in points.T / size:
         moved = Affine([(np.kron(np.eye(n), p), A.ravel())], np.zeros(n)) + Affine.of(b)
         into.lorentz(Affine.constant(1.0).stacked(moved))
-    result = Solve(prog)
-    if not result.is_success():
-        raise RuntimeError(
-            f"MinimumVolumeCircumscribedEllipsoid(): the solver failed: {result.get_solution_result().name}."
-        )
+    result = programs.solved("MinimumVolumeCircumscribedEllipsoid", prog)
     B = np.linalg.inv(np.array(result.GetSolution(A), dtype=float))
     return size * B, -size * (B @ result.GetSolution(b))
 
