@@ -203,11 +203,12 @@ class GcsTrajectoryOptimization:
     def _for_all(self, least_order: int, apply: Callable[[Any], None], kind: type = subgraphs.Subgraph) -> None:
         """Applies a rule to all parts of a kind whose curves are of this order, at least, and to those added later."""
         self._rules.append((kind, least_order, apply))
-        for part in (*self._subgraphs, *self._between):
+        parts: list[subgraphs.Part] = [*self._subgraphs, *self._between]
+        for part in parts:
             self._follow(part, kind, least_order, apply)
 
     @staticmethod
-    def _follow(part: Any, kind: type, least_order: int, apply: Callable[[Any], None]) -> None:
+    def _follow(part: subgraphs.Part, kind: type, least_order: int, apply: Callable[[Any], None]) -> None:
         if isinstance(part, kind) and min(part._orders()) >= least_order:
             apply(part)
 

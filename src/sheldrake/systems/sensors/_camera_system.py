@@ -24,8 +24,8 @@ class Mounting(NamedTuple):
 
     parent_frame_id: FrameId
     X_PB: RigidTransform
-    color_camera: ColorRenderCamera | None
-    depth_camera: DepthRenderCamera | None
+    color_camera: Any  # ColorRenderCamera or None
+    depth_camera: Any  # DepthRenderCamera or None
 
 
 class CameraPorts:
