@@ -10,6 +10,7 @@ import pytest
 
 import sheldrake
 from sheldrake._pydrake import retired
+from sheldrake._pydrake.retired.methods import Now
 
 ROOT = pathlib.Path(__file__).parents[2]
 
@@ -172,7 +173,10 @@ def test_the_classes_and_todays_methods_exist(module):
             own = vars(cls).get(old, new)
             if isinstance(new, str):
                 assert callable(getattr(cls, new)) or isinstance(vars(cls).get(old, property()), property)
-                assert own is new or own.__doc__ == f"Retired: use `{new}`.", f"{name}.{old} is not retired"
+                docs = f"Retired: use `{new}`.", f"Retired: use `{new}()`."
+                assert own is new or own.__doc__ in docs, f"{name}.{old} is not retired"
+            elif isinstance(new, Now):
+                assert own is new or own.__doc__ == f"Retired: use `{new.way}`.", f"{name}.{old} is not retired"
             else:
                 assert own is new, f"{name}.{old} is not retired"
 

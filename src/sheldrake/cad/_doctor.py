@@ -15,6 +15,7 @@ from ._check_bodies import BodyFault, Solids, check_inertia, is_odd_size, solids
 from ._check_urdf import UrdfText
 from ._findings import Diagnosis, Finding
 from ._xml_edit import Edit, XmlSource, apply, walk
+from ._xml_tree import MOMENTS
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -377,12 +378,9 @@ def _written(link: Element | None) -> tuple[float, np.ndarray, np.ndarray] | Non
     return mass, np.array(xyz), I
 
 
-_MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
-
-
 def _urdf_inertial(mass: float, p: np.ndarray, I: np.ndarray) -> str:
     xyz = " ".join(f"{x:.9g}" for x in p)
-    moments = " ".join(f'{key}="{I[i, j]:.9g}"' for key, i, j in _MOMENTS)
+    moments = " ".join(f'{key}="{I[i, j]:.9g}"' for key, i, j in MOMENTS)
     return (
         f'<inertial>\n      <origin xyz="{xyz}" rpy="0 0 0"/>\n      <mass value="{mass!r}"/>\n'
         f"      <inertia {moments}/>\n    </inertial>"
@@ -391,7 +389,7 @@ def _urdf_inertial(mass: float, p: np.ndarray, I: np.ndarray) -> str:
 
 def _sdf_inertial(mass: float, p: np.ndarray, I: np.ndarray) -> str:
     xyz = " ".join(f"{x:.9g}" for x in p)
-    moments = "".join(f"<{key}>{I[i, j]:.9g}</{key}>" for key, i, j in _MOMENTS)
+    moments = "".join(f"<{key}>{I[i, j]:.9g}</{key}>" for key, i, j in MOMENTS)
     return (
         f"<inertial>\n        <pose>{xyz} 0 0 0</pose>\n        <mass>{mass!r}</mass>\n"
         f"        <inertia>{moments}</inertia>\n      </inertial>"

@@ -16,8 +16,7 @@ from ._preview import write_preview
 from ._repair import Repaired, orient, repair
 from ._solids import MeshFile, Solid, read_mesh_file
 from ._units import UnitBelief, guess_units, size_text, stated_units
-from ._write_parts import MOMENTS
-from ._xml_tree import Node
+from ._xml_tree import MOMENTS, Node
 
 if TYPE_CHECKING:
     from os import PathLike

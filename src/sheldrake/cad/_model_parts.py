@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._text import untaken
 from sheldrake.multibody.parsing._files.diagnostics import Location
 from sheldrake.multibody.parsing._model.description import GeometryDescription
-from sheldrake.multibody.parsing._reading.reading import unique_name
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree._index import BodyIndex, ForceElementIndex, FrameIndex, ModelInstanceIndex
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
@@ -157,8 +157,7 @@ class _Taker:
     def _geometry(self, geometry_id: GeometryId, taken: set[str], is_collision: bool) -> GeometryDescription:
         inspector = self._inspector
         wanted = inspector.GetName(geometry_id).rpartition("::")[2]
-        name = unique_name(wanted, taken)
-        taken.add(name)
+        name = untaken(wanted, taken, first=1)
         X_BG, shape = inspector.GetPoseInFrame(geometry_id), inspector.GetShape(geometry_id)
         part = GeometryDescription(Location(self._parts.name), name, X_BG, shape)
         if is_collision:
@@ -315,11 +314,7 @@ class _Names:
         name = element.name()
         if name in self._taken:
             instance = self._plant.GetModelInstanceName(element.model_instance()).replace("::", "_")
-            wanted, number = f"{instance}_{name}", 1
-            new = wanted
-            while new in self._taken:
-                number += 1
-                new = f"{wanted}_{number}"
+            new = untaken(f"{instance}_{name}", self._taken)
             self._lose(f"{what} '{name}' of model '{instance}' is called '{new}'")
             name = new
         self._taken.add(name)

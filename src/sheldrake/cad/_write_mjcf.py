@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._text import untaken
 from sheldrake.geometry import Convex, HalfSpace, Mesh
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
@@ -79,13 +80,7 @@ class _Mjcf:
         self._counts[what] = self._counts.get(what, 0) + 1
 
     def _unique(self, kind: str, name: str) -> str:
-        taken = self._names.setdefault(kind, set())
-        found, number = name, 1
-        while found in taken:
-            number += 1
-            found = f"{name}_{number}"
-        taken.add(found)
-        return found
+        return untaken(name, self._names.setdefault(kind, set()))
 
     # Bodies, in the order of a tree: a body stands inside its parent.
 

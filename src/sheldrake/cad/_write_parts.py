@@ -19,7 +19,6 @@ from ._xml_tree import Node
 if TYPE_CHECKING:
     from sheldrake.multibody.tree import Frame, RigidBody
 
-MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
 _NUMBERS = (
     ("hydroelastic", "resolution_hint", "drake:mesh_resolution_hint"),
     ("hydroelastic", "hydroelastic_modulus", "drake:hydroelastic_modulus"),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._text import untaken
 from sheldrake.geometry import Convex, HalfSpace, Mesh, Shape
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
@@ -14,7 +15,6 @@ from sheldrake.multibody.parsing._model.description import GeometryDescription
 from ._mesh_files import MeshFiles
 from ._model_parts import BodyPart, JointPart, ModelParts
 from ._write_parts import (
-    MOMENTS,
     add_filters,
     add_forces,
     add_proximity,
@@ -27,7 +27,7 @@ from ._write_parts import (
     image_name,
     measures,
 )
-from ._xml_tree import Node, xyz_rpy
+from ._xml_tree import MOMENTS, Node, xyz_rpy
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
@@ -44,12 +44,7 @@ def _put(node: Node, tag: str, value: Any, attribute: str = "") -> None:
 
 def _free_name(name: str, what: str, taken: set[str]) -> str:
     """The name, with an ending when it is taken; takes it."""
-    found, number = name, 1
-    while found in taken:
-        found = f"{name}_{what}" + (f"_{number}" if number > 1 else "")
-        number += 1
-    taken.add(found)
-    return found
+    return untaken(f"{name}_{what}" if name in taken else name, taken)
 
 
 class _Sdf:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._text import untaken
 from sheldrake.geometry import Convex, Mesh, Shape
 from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
@@ -14,7 +15,6 @@ from sheldrake.multibody.parsing._model.description import GeometryDescription
 from ._mesh_files import MeshFiles
 from ._model_parts import BodyPart, JointPart, ModelParts
 from ._write_parts import (
-    MOMENTS,
     add_filters,
     add_forces,
     add_proximity,
@@ -27,7 +27,7 @@ from ._write_parts import (
     image_name,
     measures,
 )
-from ._xml_tree import Node, xyz_rpy
+from ._xml_tree import MOMENTS, Node, xyz_rpy
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
@@ -187,11 +187,7 @@ class _Urdf:
         return part.X_PF, axis, between
 
     def _between(self, part: JointPart) -> str:
-        names = {*self._parts.names.values()}
-        name, number = f"{part.name}_frame", 1
-        while name in names:
-            number += 1
-            name = f"{part.name}_frame_{number}"
+        name = untaken(f"{part.name}_frame", {*self._parts.names.values()})
         self._parts.names[("between", name)] = name
         self._robot.add("link", name=name)
         weld = self._robot.add("joint", name=f"{name}_to_{part.child}", type="fixed")

@@ -10,6 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
+MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
+
 
 class Node:
     """An element with attributes, and either children or text."""

@@ -12,12 +12,12 @@ from __future__ import annotations
 import argparse
 import os
 
-from sheldrake.cli._first_simulation import (
+from sheldrake.cli._output import take_options_behind
+from sheldrake.cli._script import (
     add_script,
     script_name,
     write_first_simulation,
 )
-from sheldrake.cli._output import take_options_behind
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +29,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake c` takes."""
     _add_options(parser)
-    add_script(parser)
+    add_script(parser, "what is written")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import argparse
 
-from sheldrake.cli._first_simulation import (
+from sheldrake.cli._output import add_output, output_file, take_options_behind
+from sheldrake.cli._script import (
     add_script,
     script_name,
     write_first_simulation,
 )
-from sheldrake.cli._output import add_output, output_file, take_options_behind
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +27,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake page` takes."""
     _add_options(parser)
-    add_script(parser)
+    add_script(parser, "what is written")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -16,13 +16,10 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from sheldrake.cli._output import add_json, add_output, output_file, reporting, say_written, take_options_behind
-
-if TYPE_CHECKING:
-    from sheldrake.systems.framework._diagram import Diagram
-    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
+from sheldrake.cli._output import add_output, output_file, reporting, say_written, take_options_behind
+from sheldrake.cli._script import add_script, have_states_logged, run_script, script_name
 
 _VIEWERS = (".rrd", ".mcap")
 _MODELS = (".urdf", ".sdf", ".xml", ".yaml")
@@ -36,19 +33,13 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake report` takes."""
     _add_options(parser)
-    add_json(parser, "the file that is written")
-    parser.add_argument("-m", dest="is_module", action="store_true", help="RUN is the name of a module")
-    parser.add_argument("script", metavar="RUN", help="a script, or a file of logs")
-    parser.add_argument(
-        "arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script; behind -- all are"
-    )
+    add_script(parser, "the file that is written", "RUN", "a script, or a file of logs")
 
 
 def run(options: argparse.Namespace) -> int:
     """Writes the report; returns the script's exit status, or 1 when there is nothing to report."""
     take_options_behind(options, _add_options)
-    name = os.path.splitext(os.path.basename(options.script))[0]
-    output = options.output or f"{name}.html"
+    output = options.output or f"{script_name(options)}.html"
     with reporting(options) as told:
         with output_file(output, ".html") as path:
             status = _report(options, path)
@@ -87,13 +78,9 @@ def _report(options: argparse.Namespace, output: str) -> int:
 
 
 def _of_script(options: argparse.Namespace, output: str) -> int:
-    from sheldrake.cli import _run
-
     simulators = _watch()
-    try:
-        status = _run.run(options)
-    except SystemExit as end:
-        status = status_of(end.code)
+    have_states_logged()
+    status = run_script(options)
     done = [s for s in simulators if s.get_context() is not None and s.get_num_steps_taken() > 0]
     if not done:
         print("sheldrake report: the script ran no simulation; there is nothing to report.", file=sys.stderr)
@@ -112,45 +99,16 @@ def _of_script(options: argparse.Namespace, output: str) -> int:
     return status
 
 
-def status_of(code: Any) -> int:
-    """The exit status of a script that ends with sys.exit(code)."""
-    if code is None or isinstance(code, int):
-        return int(code or 0)
-    print(code, file=sys.stderr)
-    return 1
-
-
 def _watch() -> list[Any]:
-    """Has every simulator made from now on in a list, and the state of every plant logged."""
+    """Has every simulator that is made from now on in a list."""
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import DiagramBuilder
 
     simulators: list[Any] = []
-    make, build = Simulator.__init__, DiagramBuilder.Build
+    make = Simulator.__init__
 
     def init(self: Any, *args: Any, **kwargs: Any) -> None:
         make(self, *args, **kwargs)
         simulators.append(self)
 
-    def build_with_logs(self: DiagramBuilder) -> Diagram:
-        log_states(self)
-        return build(self)
-
     Simulator.__init__ = init  # type: ignore[method-assign]
-    DiagramBuilder.Build = build_with_logs  # type: ignore[method-assign]
     return simulators
-
-
-def log_states(builder: Any) -> None:
-    """Logs the state of every plant in a diagram in the making that is not logged yet."""
-    from sheldrake.systems.primitives import LogVectorOutput
-
-    logged = {
-        (source, int(j)) for (sink, _), (source, j) in builder.connection_map().items() if hasattr(sink, "FindLog")
-    }
-    for system in builder.GetSystems():
-        if not hasattr(system, "SetPositionsAndVelocities") or not system.is_finalized():
-            continue
-        port = system.get_state_output_port()
-        if (system, int(port.get_index())) not in logged and port.size():
-            LogVectorOutput(port, builder).set_name(f"log of {system.get_name()}/state")

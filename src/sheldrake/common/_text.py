@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 
 
@@ -13,6 +14,14 @@ def number(x: float) -> str:
 def arguments(**values: float) -> str:
     """`a=1, b=2.5` from keyword arguments that are numbers."""
     return ", ".join(f"{name}={number(value)}" for name, value in values.items())
+
+
+def untaken(name: str, taken: set[str], numbered: str = "{}_{}", first: int = 2) -> str:
+    """The name, or the first numbered one that is not taken; it is then."""
+    others = (numbered.format(name, number) for number in itertools.count(first))
+    found = next(new for new in itertools.chain([name], others) if new not in taken)
+    taken.add(found)
+    return found
 
 
 def choices(names: Iterable[str], limit: int = 12) -> str:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._native.target import Target
+from sheldrake.common._text import untaken
 from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._objects import require_compiler, write_objects, zig
@@ -122,17 +123,12 @@ class _Library:
 
     def _vectors(self) -> list[tuple[str, str, dict[str, Any]]]:
         """Kind, identifier and description of all that has a name."""
-        found, taken = [], set()
+        found, taken = [], set[str]()
         for kind in ("states", "inputs", "parameters", "outputs"):
             single = kind.removesuffix("s")
             for vector in self.about[kind]:
                 base = identifier(f"{vector['name']}_{single}" if kind in ("states", "outputs") else vector["name"])
-                title, count = base, 1
-                while title in taken:
-                    count += 1
-                    title = f"{base}_{count}"
-                taken.add(title)
-                found.append((single, title, vector))
+                found.append((single, untaken(base, taken), vector))
         return found
 
     def _header(self) -> str:

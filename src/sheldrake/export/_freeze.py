@@ -12,6 +12,7 @@ import numpy as np
 from sheldrake.common._native.binding import Words, arguments
 from sheldrake.common._native.compiler.module import text_of
 from sheldrake.common._native.store import symbol_of
+from sheldrake.common._text import untaken
 from sheldrake.common.kernel import Kernel
 from sheldrake.export._frozen import VERSION, FrozenDiagram
 from sheldrake.export._image import Image
@@ -92,12 +93,7 @@ class Freezer:
             inside = found[diagram._system_id] + "/" if found[diagram._system_id] else ""
             taken: set[str] = set()
             for system in diagram._subsystems() or ():
-                name, count = plain_name(system.get_name()), 1
-                while name in taken:
-                    count += 1
-                    name = f"{plain_name(system.get_name())} {count}"
-                taken.add(name)
-                found[system._system_id] = inside + name
+                found[system._system_id] = inside + untaken(plain_name(system.get_name()), taken, "{} {}")
         return found
 
     def _refuse(self) -> None:
@@ -390,15 +386,10 @@ class Freezer:
         return found
 
     def _log_descriptions(self) -> list[dict[str, Any]]:
-        found, taken = [], set()
+        found, taken = [], set[str]()
         for s, (n, (a, b)) in enumerate(self.layout.logs):
             sink = self.store.systems[n]
-            known = title = plain_name(log_title(sink, self.store.context(0)))
-            count = 1
-            while title in taken:
-                count += 1
-                title = f"{known} ({count})"
-            taken.add(title)
+            title = untaken(plain_name(log_title(sink, self.store.context(0))), taken, "{} ({})")
             names = sink.FindLog(self.store.context(0)).names()
             about = _vector(title, a, names if len(names) == b - a else [f"y{i}" for i in range(b - a)])
             about["table"] = self.places["side"] // 8 + self.layout.log0 + 3 * s

@@ -245,7 +245,7 @@ class DirectCollocation(MultipleShooting):
             system, context, input_port_index, assume_non_continuous_states_are_fixed
         )
         self._dynamics = constraint._dynamics
-        self._set_up(self._dynamics.num_inputs, self._dynamics.num_states, num_time_samples, None, None, prog)
+        self._set_up(self._dynamics.num_inputs, self._dynamics.num_states, num_time_samples, None, prog)
         self.AddTimeIntervalBounds(minimum_time_step, maximum_time_step)
         bindings = parts_of(self._prog).bindings
         x, u = self._x_vars.reshape(num_time_samples, -1), self._u_vars.reshape(num_time_samples, self._nu)

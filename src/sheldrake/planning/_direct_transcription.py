@@ -150,7 +150,7 @@ class DirectTranscription(MultipleShooting):
                 )
         self._discrete = fixed_time_step is None
         dynamics = Dynamics(system, context, input_port_index, self._discrete)
-        self._set_up(dynamics.num_inputs, dynamics.num_states, num_time_samples, period, None, None)
+        self._set_up(dynamics.num_inputs, dynamics.num_states, num_time_samples, period, None)
         step = None if self._discrete else period
         if isinstance(system, (LinearSystem, AffineSystem)):  # no others are known not to depend on time
             self._add_affine_dynamics(DirectTranscriptionConstraint(dynamics, 0.0, step))

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.geometry.optimization import GraphOfConvexSets
+    from sheldrake.planning._gcs_trajectory_optimization import GcsTrajectoryOptimization
     from sheldrake.symbolic import Expression
 
 
@@ -284,7 +285,7 @@ def require_more_than_position(order: int) -> None:
 class Part:
     """What subgraphs and edges between them have in common."""
 
-    _traj: Any
+    _traj: GcsTrajectoryOptimization
 
     def __init__(self, *args: Any, **kwargs: Any):
         name = type(self).__name__
@@ -295,9 +296,9 @@ class Part:
         self._xu, self._xv = placeholders("xu", n, orders[0]), placeholders("xv", n, orders[1])
         self._tu, self._tv = Variable("tu"), Variable("tv")
 
-    _edges: list[Any]
+    _edges: list[GraphOfConvexSets.Edge]
 
-    def Edges(self) -> list[Any]:
+    def Edges(self) -> list[GraphOfConvexSets.Edge]:
         """Returns the edges."""
         return list(self._edges)
 
@@ -414,7 +415,7 @@ class Subgraph(Part):
     @classmethod
     def _make(
         cls,
-        traj: Any,
+        traj: GcsTrajectoryOptimization,
         regions: list[ConvexSet],
         pairs: list[tuple[int, int]],
         order: int,
@@ -445,7 +446,7 @@ class Subgraph(Part):
         out._edge_names()
         return out
 
-    _vertices: list[Any]
+    _vertices: list[GraphOfConvexSets.Vertex]
 
     def name(self) -> str:
         """Returns its name."""
@@ -463,7 +464,7 @@ class Subgraph(Part):
         """Returns the regions."""
         return list(self._regions)
 
-    def Vertices(self) -> list[Any]:
+    def Vertices(self) -> list[GraphOfConvexSets.Vertex]:
         """Returns the vertices, one for each region."""
         return list(self._vertices)
 
@@ -591,7 +592,7 @@ class EdgesBetweenSubgraphs(Part):
     @classmethod
     def _make(
         cls,
-        traj: Any,
+        traj: GcsTrajectoryOptimization,
         u: Subgraph,
         v: Subgraph,
         pairs: list[tuple[int, int]],

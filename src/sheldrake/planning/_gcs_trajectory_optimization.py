@@ -65,8 +65,7 @@ class GcsTrajectoryOptimization:
         self._subgraphs: list[Subgraph] = []
         self._between: list[EdgesBetweenSubgraphs] = []
         # What holds for the whole graph, and so for parts that are added later.
-        self._for_subgraphs: list[tuple[int, Callable[[Subgraph], None]]] = []
-        self._for_edges: list[tuple[int, Callable[[EdgesBetweenSubgraphs], None]]] = []
+        self._rules: list[tuple[type, int, Callable[[Any], None]]] = []
 
     def num_positions(self) -> int:
         """Returns the dimension of the regions."""
@@ -137,9 +136,8 @@ class GcsTrajectoryOptimization:
         name = name or f"Subgraph{len(self._subgraphs)}"
         subgraph = Subgraph._make(self, regions, pairs, order, h_min, h_max, name, offsets)
         self._subgraphs.append(subgraph)
-        for least, apply in self._for_subgraphs:
-            if subgraph.order() >= least:
-                apply(subgraph)
+        for rule in self._rules:
+            self._follow(subgraph, *rule)
         return subgraph
 
     def RemoveSubgraph(self, subgraph: Subgraph) -> None:
@@ -187,9 +185,8 @@ class GcsTrajectoryOptimization:
             pairs, offsets = self._meeting(from_subgraph._regions, to_subgraph._regions, subspace)
         edges = EdgesBetweenSubgraphs._make(self, from_subgraph, to_subgraph, pairs, offsets, subspace)
         self._between.append(edges)
-        for least, apply in self._for_edges:
-            if min(edges._orders()) >= least:
-                apply(edges)
+        for rule in self._rules:
+            self._follow(edges, *rule)
         return edges
 
     def _meeting(self, A: list, B: list, subspace: ConvexSet | None) -> tuple[list, list | None]:
@@ -203,11 +200,17 @@ class GcsTrajectoryOptimization:
 
     # What holds for the whole graph
 
-    def _for_all(self, least_order: int, apply: Callable[[Subgraph], None]) -> None:
-        self._for_subgraphs.append((least_order, apply))
-        for subgraph in self._subgraphs:
-            if subgraph.order() >= least_order:
-                apply(subgraph)
+    def _for_all(self, least_order: int, apply: Callable[[Any], None], kind: type = subgraphs.Subgraph) -> None:
+        """Applies a rule to all parts of a kind whose curves are of this order, at least, and to those added later."""
+        self._rules.append((kind, least_order, apply))
+        parts: list[subgraphs.Part] = [*self._subgraphs, *self._between]
+        for part in parts:
+            self._follow(part, kind, least_order, apply)
+
+    @staticmethod
+    def _follow(part: subgraphs.Part, kind: type, least_order: int, apply: Callable[[Any], None]) -> None:
+        if isinstance(part, kind) and min(part._orders()) >= least_order:
+            apply(part)
 
     def AddTimeCost(self, weight: float = 1.0) -> None:
         """Adds the duration of all curves, times a weight, to the cost; also of those added later."""
@@ -239,20 +242,14 @@ class GcsTrajectoryOptimization:
     def AddPathContinuityConstraints(self, continuity_order: int) -> None:
         """Makes a derivative of the path r(s) agree wherever curves of high enough order meet."""
         subgraphs.require_more_than_position(continuity_order)
-        self._for_all(continuity_order, lambda s: s.AddPathContinuityConstraints(continuity_order))
-        self._for_all_edges(continuity_order, lambda e: e.AddPathContinuityConstraints(continuity_order))
+        self._for_all(
+            continuity_order, lambda part: part.AddPathContinuityConstraints(continuity_order), subgraphs.Part
+        )
 
     def AddContinuityConstraints(self, continuity_order: int) -> None:
         """Makes a time derivative of q(t) agree wherever curves of high enough order meet."""
         subgraphs.require_more_than_position(continuity_order)
-        self._for_all(continuity_order, lambda s: s.AddContinuityConstraints(continuity_order))
-        self._for_all_edges(continuity_order, lambda e: e.AddContinuityConstraints(continuity_order))
-
-    def _for_all_edges(self, least_order: int, apply: Callable[[EdgesBetweenSubgraphs], None]) -> None:
-        self._for_edges.append((least_order, apply))
-        for edges in self._between:
-            if min(edges._orders()) >= least_order:
-                apply(edges)
+        self._for_all(continuity_order, lambda part: part.AddContinuityConstraints(continuity_order), subgraphs.Part)
 
     # Solutions
 

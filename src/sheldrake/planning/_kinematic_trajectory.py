@@ -264,15 +264,10 @@ class KinematicTrajectoryOptimization:
         m, out = len(M), []
         for i in range(self._nq):
             vars = np.concatenate(([self._T], self._points[i]))
-            low = self._prog.AddLinearConstraint(
-                np.hstack((np.full((m, 1), -lower[i]), M)), np.zeros(m), np.full(m, np.inf), vars
-            )
-            low.evaluator().set_description(f"velocity lower bound for position {i}")
-            high = self._prog.AddLinearConstraint(
-                np.hstack((np.full((m, 1), -upper[i]), M)), np.full(m, -np.inf), np.zeros(m), vars
-            )
-            high.evaluator().set_description(f"velocity upper bound for position {i}")
-            out += [low, high]
+            for end, bound, least, most in (("lower", lower[i], 0.0, np.inf), ("upper", upper[i], -np.inf, 0.0)):
+                rows = np.hstack((np.full((m, 1), -bound), M))
+                out.append(self._prog.AddLinearConstraint(rows, np.full(m, least), np.full(m, most), vars))
+                out[-1].evaluator().set_description(f"velocity {end} bound for position {i}")
         return out
 
     def _derivative_bounds(self, call: str, lb: ArrayLike, ub: ArrayLike, order: int, what: str) -> list:

@@ -58,7 +58,6 @@ class MultipleShooting:
         num_states: int,
         N: int,
         fixed_time_step: float | None,
-        bounds: Any,
         prog: MathematicalProgram | None,
     ) -> None:
         if N < 2:
@@ -80,7 +79,6 @@ class MultipleShooting:
         self._at_samples: dict[Variable, np.ndarray] = {}
         self._stand_for(self._state, self._x_vars.reshape(N, num_states).T)
         self._stand_for(self._input, self._u_vars.reshape(N, num_inputs).T)
-        self._bounds = bounds
 
     def _stand_for(self, placeholders: np.ndarray, vars: np.ndarray) -> None:
         """Says which decision variables placeholders are, one row each, one column a sample."""

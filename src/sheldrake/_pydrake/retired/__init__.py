@@ -18,7 +18,7 @@ from sheldrake.common._scalars import ScalarTemplate
 from .calls import CALLS, FUNCTION_CALLS, KEYWORDS, takes_retired_keywords
 from .functions import FUNCTIONS
 from .hints import hint
-from .methods import METHODS
+from .methods import METHODS, Now
 from .modules import GONE, GONE_NAMES, MODULES, Module
 
 __all__ = ["FUNCTIONS", "GONE", "GONE_NAMES", "METHODS", "MODULES", "Module", "install"]
@@ -34,7 +34,7 @@ def install(module: ModuleType) -> dict[str, Any]:
         cls = getattr(module, class_name, None)
         for name, new in methods.items():
             if cls is not None and not hasattr(cls, name):
-                setattr(cls, name, _renamed(cls, new, f"{class_name}.{name}") if isinstance(new, str) else new)
+                setattr(cls, name, _member(cls, new, f"{class_name}.{name}"))
     for class_name, tables in KEYWORDS.get(module.__name__, {}).items():
         for name, today in tables.items():
             wrap = takes_retired_keywords(f"{class_name}.{name}", today)
@@ -50,17 +50,23 @@ def install(module: ModuleType) -> dict[str, Any]:
     return added | {name: getattr(module, name) for name in functions}
 
 
-def _renamed(cls: type, new: str, retired: str) -> Any:
-    """A member of a class that warns of its name and is what has a name of today: a call or a field."""
-    if not callable(getattr(cls, new)):
-        return _renamed_field(new, retired)
+def _member(cls: type, new: str | Now | Any, retired: str) -> Any:
+    """A member of a class that warns of its name and is what took its place; see `METHODS`."""
+    if isinstance(new, str):
+        if not callable(getattr(cls, new)):
+            return _renamed_field(new, retired)
+        now = Now(f"{new}()", lambda self, *args, **kwargs: getattr(self, new)(*args, **kwargs))
+    elif isinstance(new, Now):
+        now = new
+    else:
+        return new
 
     def method(self: Any, *args: Any, **kwargs: Any) -> Any:
-        hint(f"{retired}() is retired: use {new}().")
-        return getattr(self, new)(*args, **kwargs)
+        hint(f"{retired}() is retired: use {now.way}.")
+        return now.call(self, *args, **kwargs)
 
-    method.__doc__ = f"Retired: use `{new}`."
-    on_class = isinstance(inspect.getattr_static(cls, new), classmethod | staticmethod)
+    method.__doc__ = f"Retired: use `{now.way}`."
+    on_class = isinstance(new, str) and isinstance(inspect.getattr_static(cls, new), classmethod | staticmethod)
     return classmethod(method) if on_class else method
 
 

@@ -7,7 +7,7 @@ import json
 import logging
 import math
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .grabs import Grabs
 from .server import Sweeper
@@ -57,6 +57,9 @@ class _Slider:
         value = min(self.max, max(self.min, value))
         value = math.copysign(math.floor(abs(value) / self.step + 0.5), value) * self.step
         return min(self.max, max(self.min, value))
+
+
+_Control = TypeVar("_Control", _Button, _Slider)
 
 
 class Controls:
@@ -146,7 +149,7 @@ class Controls:
             RuntimeError: when there is no such button.
         """
         with self._lock:
-            return self._button("GetButtonClicks", name).clicks
+            return self._known("GetButtonClicks", "button", self._buttons, name).clicks
 
     def DeleteButton(self, name: str, strict: bool = True) -> bool:
         """Removes a button; returns whether it was there.
@@ -154,21 +157,7 @@ class Controls:
         Raises:
             RuntimeError: when it was not, and `strict`.
         """
-        with self._lock:
-            if name not in self._buttons and not strict:
-                return False
-            self._button("DeleteButton", name).handle.remove()
-            del self._buttons[name]
-            self._send_keys()
-            return True
-
-    def _button(self, call: str, name: str) -> _Button:
-        if name not in self._buttons:
-            raise RuntimeError(
-                f"Meshcat.{call}(): Meshcat does not have any button named {name}. "
-                f"The registered button names are ({', '.join(sorted(self._buttons))})."
-            )
-        return self._buttons[name]
+        return self._delete("DeleteButton", "button", self._buttons, name, strict)
 
     def AddSlider(
         self,
@@ -237,7 +226,7 @@ class Controls:
             RuntimeError: when there is no such slider.
         """
         with self._lock:
-            return self._slider("GetSliderValue", name).value
+            return self._known("GetSliderValue", "slider", self._sliders, name).value
 
     def SetSliderValue(self, name: str, value: float) -> float:
         """Moves a slider in every page and returns the value it took.
@@ -246,7 +235,7 @@ class Controls:
             RuntimeError: when there is no such slider.
         """
         with self._lock:
-            slider = self._slider("SetSliderValue", name)
+            slider = self._known("SetSliderValue", "slider", self._sliders, name)
             slider.value = slider.quantized(float(value))
             slider.handle.value = slider.value
             return slider.value
@@ -257,21 +246,25 @@ class Controls:
         Raises:
             RuntimeError: when it was not, and `strict`.
         """
+        return self._delete("DeleteSlider", "slider", self._sliders, name, strict)
+
+    @staticmethod
+    def _known(call: str, kind: str, controls: dict[str, _Control], name: str) -> _Control:
+        if name not in controls:
+            raise RuntimeError(
+                f"Meshcat.{call}(): Meshcat does not have any {kind} named {name}. "
+                f"The registered {kind} names are ({', '.join(sorted(controls))})."
+            )
+        return controls[name]
+
+    def _delete(self, call: str, kind: str, controls: dict[str, _Control], name: str, strict: bool) -> bool:
         with self._lock:
-            if name not in self._sliders and not strict:
+            if name not in controls and not strict:
                 return False
-            self._slider("DeleteSlider", name).handle.remove()
-            del self._sliders[name]
+            self._known(call, kind, controls, name).handle.remove()
+            del controls[name]
             self._send_keys()
             return True
-
-    def _slider(self, call: str, name: str) -> _Slider:
-        if name not in self._sliders:
-            raise RuntimeError(
-                f"Meshcat.{call}(): Meshcat does not have any slider named {name}. "
-                f"The registered slider names are ({', '.join(sorted(self._sliders))})."
-            )
-        return self._sliders[name]
 
     def DeleteAddedControls(self) -> None:
         """Removes every button and slider."""

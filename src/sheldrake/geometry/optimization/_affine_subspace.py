@@ -10,7 +10,7 @@ from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.solvers import Solve, _arrays
 
 if TYPE_CHECKING:
@@ -109,9 +109,6 @@ class AffineSubspace(ConvexSet):
     def _nearest(self, p: np.ndarray) -> np.ndarray:
         return self.ToGlobalCoordinates(self.ToLocalCoordinates(p))[:, 0]
 
-    def _empty(self) -> bool:
-        return False
-
     def _bounded(self) -> bool:
         return self.AffineDimension() == 0
 
@@ -132,7 +129,7 @@ def _matrix(value: ArrayLike) -> np.ndarray:
 _WAYS = Ways(
     [
         overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-        overload(AffineSubspace._set, basis=_matrix, translation=vector),
+        overload(AffineSubspace._set, basis=_matrix, translation=_arrays.float_vector),
         overload(AffineSubspace._set_of_set, set=instance_of(ConvexSet), tol=(_arrays.number, 1e-12)),
     ]
 )

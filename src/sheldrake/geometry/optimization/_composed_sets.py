@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._overloads import dispatch, overload
+from sheldrake.common._overloads import dispatch, incompatible, overload
 from sheldrake.geometry._shapes import Capsule, Cylinder
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, no_fit, require_one_space, sets_of, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet, require_one_space, sets_of
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.geometry.optimization._vpolytope import VPolytope
@@ -70,9 +70,6 @@ class MinkowskiSum(ConvexSet):
     def _empty(self) -> bool:
         return any(s.IsEmpty() for s in self._sets)
 
-    def _empty_without_dimensions(self) -> bool:
-        return self._empty()
-
     def _bounded(self) -> bool | None:
         return True if all(s.IsBounded() for s in self._sets) else None
 
@@ -112,7 +109,7 @@ class Intersection(ConvexSet):
     def __init__(self, *args: Any, **kwargs: Any):
         sets = sets_of(args, kwargs) if args or kwargs else []
         if sets is None:
-            raise no_fit("Intersection", ["(sets)", "(setA, setB)"], args, kwargs)
+            raise incompatible("Intersection", ["(sets)", "(setA, setB)"], args, kwargs, constructor=True)
         self._sets, self._dimension = sets, require_one_space("Intersection", sets)
 
     def num_elements(self) -> int:
@@ -131,8 +128,8 @@ class Intersection(ConvexSet):
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         return all(s.PointInSet(x, tol) for s in self._sets)
 
-    def _empty_without_dimensions(self) -> bool:
-        return any(s.IsEmpty() for s in self._sets)
+    def _empty(self) -> bool:
+        return super()._empty() if self._dimension else any(s.IsEmpty() for s in self._sets)
 
     def _bounded(self) -> bool | None:
         return True if any(s.IsBounded() for s in self._sets) else None
@@ -164,7 +161,7 @@ class CartesianProduct(ConvexSet):
             self._set(sets)
             return
         ways = [
-            overload(CartesianProduct._set, sets=_list_of_sets, A=_arrays.float_matrix, b=vector),
+            overload(CartesianProduct._set, sets=_list_of_sets, A=_arrays.float_matrix, b=_arrays.float_vector),
             geometry_overload(CartesianProduct._set_of_cylinder),
         ]
         dispatch("CartesianProduct", ways, self, args, kwargs)
@@ -205,8 +202,7 @@ class CartesianProduct(ConvexSet):
 
     @property
     def _has_volume(self) -> bool:  # type: ignore[override]
-        square = self._A is None or self._A.shape[0] == self._A.shape[1]
-        return square and all(s._has_volume for s in self._sets)
+        return not self._is_slice() and all(s._has_volume for s in self._sets)
 
     def _slices(self) -> list[slice]:
         ends = np.cumsum([0, *(s.ambient_dimension() for s in self._sets)])
@@ -226,12 +222,12 @@ class CartesianProduct(ConvexSet):
         y = x if self._A is None else self._A @ x + self._b
         return all(s.PointInSet(y[at], tol) for s, at in zip(self._sets, self._slices()))
 
-    def _empty(self) -> bool:
-        if self._A is not None and self._A.shape[0] != self._A.shape[1]:
-            return super()._empty()
-        return any(s.IsEmpty() for s in self._sets)
+    def _is_slice(self) -> bool:
+        return self._A is not None and self._A.shape[0] != self._A.shape[1]
 
-    def _empty_without_dimensions(self) -> bool:
+    def _empty(self) -> bool:
+        if self._dimension and self._is_slice():
+            return super()._empty()
         return any(s.IsEmpty() for s in self._sets)
 
     def _bounded(self) -> bool | None:
@@ -252,7 +248,7 @@ class CartesianProduct(ConvexSet):
         return self._joined([s.MaybeGetPoint() for s in self._sets])
 
     def _some_point(self) -> np.ndarray | None:
-        if self._A is not None and self._A.shape[0] != self._A.shape[1]:
+        if self._is_slice():
             return super()._some_point()
         return self._joined([s.MaybeGetFeasiblePoint() for s in self._sets])
 
@@ -334,8 +330,6 @@ class ConvexHull(ConvexSet):
 
     def _empty(self) -> bool:
         return all(s.IsEmpty() for s in self._taking_part)
-
-    _empty_without_dimensions = _empty
 
     def _bounded(self) -> bool:
         return all(s.IsBounded() for s in self._taking_part)

@@ -16,7 +16,7 @@ from sheldrake.common._checked import checked
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._no_constructor import no_constructor
-from sheldrake.common._overloads import dispatch, incompatible, overload
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import Constraint, MathematicalProgram, Solve, _arrays
@@ -48,7 +48,7 @@ def checked_box(call: str, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np
     Raises:
         RuntimeError: a lower bound is above its upper bound, or the sizes differ.
     """
-    lb, ub = vector(lb), vector(ub)
+    lb, ub = _arrays.float_vector(lb), _arrays.float_vector(ub)
     if lb.size != ub.size or np.any(lb > ub):
         raise RuntimeError(f"{call}(): lower bounds {lb} must not be above upper bounds {ub}.")
     return lb, ub
@@ -72,8 +72,13 @@ class ConvexSet:
         """Whether a point is in the set; None if a program has to tell."""
         return None
 
+    def _contains_quickly(self, x: ArrayLike, tol: float) -> bool | None:
+        """The same by a kernel, for a set that has one; None for what it does not take."""
+        return None
+
     def _empty(self) -> bool:
-        return self._some_point() is None
+        """In a space without dimensions most sets have a point."""
+        return self._dimension > 0 and self._some_point() is None
 
     def _bounded(self) -> bool | None:
         """Whether it is bounded; None if programs have to tell."""
@@ -210,10 +215,7 @@ class ConvexSet:
 
     def IsEmpty(self) -> bool:
         """Tells whether the set has no points; in a space without dimensions most sets have one."""
-        return self._empty() if self._dimension else self._empty_without_dimensions()
-
-    def _empty_without_dimensions(self) -> bool:
-        return False
+        return self._empty()
 
     def MaybeGetPoint(self) -> np.ndarray | None:
         """Returns the only point of the set, if that is plain without solving a program; else None."""
@@ -234,6 +236,9 @@ class ConvexSet:
         Raises:
             RuntimeError: the point has another dimension.
         """
+        inside = self._contains_quickly(x, tol)
+        if inside is not None:
+            return bool(inside)
         x = np.array(x, dtype=float).ravel()
         if x.size != self._dimension:
             raise RuntimeError(f"PointInSet(): the point has {x.size} coordinates, the set {self._dimension}.")
@@ -420,10 +425,7 @@ class ConvexSet:
             return nearest
         prog, x = self._program()
         prog.AddQuadraticErrorCost(np.eye(p.size), p, x)
-        result = Solve(prog)
-        if not result.is_success():
-            raise RuntimeError(f"Projection(): the solver failed: {result.get_solution_result().name}.")
-        return result.GetSolution(x)
+        return programs.solved("Projection", prog).GetSolution(x)
 
 
 def sets_of(args: tuple, kwargs: dict) -> list[ConvexSet] | None:
@@ -453,13 +455,3 @@ def require_one_space(call: str, sets: list[ConvexSet]) -> int:
     for s in sets[1:]:
         sets[0]._same_space(call, s)
     return sets[0].ambient_dimension() if sets else 0
-
-
-def vector(value: ArrayLike) -> np.ndarray:
-    """A vector of floats."""
-    return _arrays.float_vector(value)
-
-
-def no_fit(call: str, accepted: list[str], args: tuple, kwargs: dict) -> TypeError:
-    """The error for arguments that no constructor takes."""
-    return incompatible(call, accepted, args, kwargs, constructor=True)

@@ -9,9 +9,9 @@ import numpy as np
 
 from sheldrake import symbolic
 from sheldrake.common._no_constructor import no_constructor
-from sheldrake.geometry.optimization._cspace_geometries import CSpaceSeparatingPlane
+from sheldrake.geometry.optimization._cspace_geometries import Condition, CSpaceSeparatingPlane
 from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
-from sheldrake.symbolic import Expression, Monomial, Polynomial
+from sheldrake.symbolic import Expression, Monomial, Polynomial, Variable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,11 +106,11 @@ class Identity:
 
     def __init__(self) -> None:
         self._columns: dict[Any, int] = {}
-        self._variables: list = []
+        self._variables: list[Variable] = []
         self._entries: list[tuple[Powers, int, float]] = []
         self._constants: Table = {}
 
-    def add(self, v: Any, key: Powers, factor: float) -> None:
+    def add(self, v: Variable, key: Powers, factor: float) -> None:
         """Adds factor v times a monomial."""
         column = self._columns.setdefault(v.get_id(), len(self._columns))
         if column == len(self._variables):
@@ -338,7 +338,14 @@ def _subsets(chain: list[int]) -> list[tuple[int, ...]]:
 
 
 def _rational(
-    a_b: list[Table], X: Table, denominator: Table, condition: Any, z: list, side: int, with_cross_y: bool, num_s: int
+    a_b: list[Table],
+    X: Table,
+    denominator: Table,
+    condition: Condition,
+    z: list[Powers],
+    side: int,
+    with_cross_y: bool,
+    num_s: int,
 ) -> Rational:
     size = num_s + 3
     p = {key: value[:3, :3] @ condition.p_G + value[:3, 3] for key, value in X.items()}

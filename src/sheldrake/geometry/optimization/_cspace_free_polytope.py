@@ -360,9 +360,10 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
             faces.append(("s_lower", i, np.eye(n)[i], -self._s_lower[i]))
             faces.append(("s_upper", i, -np.eye(n)[i], self._s_upper[i]))
         faces = [f for f in faces if math.isfinite(f[3])]
-        redundant = _redundant(
+        redundant = programs.implied(
             np.array([-f[2] for f in faces]),
             np.array([f[3] for f in faces]),
+            list(range(len(faces))),
             [k for k, f in enumerate(faces) if f[0] != "polytope" or ignore_redundant_C],
         )
         return [
@@ -656,13 +657,3 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
 def _variables(count: int, name: str) -> np.ndarray:
     return np.array([Variable(f"{name}{i}") for i in range(count)], dtype=object)
-
-
-def _redundant(A: np.ndarray, b: np.ndarray, candidates: list[int]) -> set[int]:
-    """Which of the candidate rows of A x <= b follow from the others."""
-    out: set[int] = set()
-    for k in candidates:
-        others = [i for i in range(len(b)) if i != k and i not in out]
-        if others and programs.largest(A[others], b[others], A[k]) <= b[k] + 1e-9:
-            out.add(k)
-    return out

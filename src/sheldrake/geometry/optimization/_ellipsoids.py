@@ -17,12 +17,13 @@ from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import column_space
-from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers import MathematicalProgram, _arrays
 from sheldrake.solvers._kernels.inside import inside_ellipsoid
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ class AffineBall(ConvexSet):
         Raises:
             RuntimeError: a radius is negative.
         """
-        radius = vector(radius)
+        radius = _arrays.float_vector(radius)
         if np.any(radius < 0.0) or not np.isfinite(radius).all():
             raise RuntimeError(f"MakeAxisAligned(): radii must be finite and not negative, got {radius}.")
         return AffineBall(np.diag(radius), center)
@@ -140,7 +141,7 @@ class AffineBall(ConvexSet):
         Raises:
             RuntimeError: the segment is no longer than epsilon, or epsilon is negative.
         """
-        x_1, x_2 = vector(x_1), vector(x_2)
+        x_1, x_2 = _arrays.float_vector(x_1), _arrays.float_vector(x_2)
         axis = x_2 - x_1
         length = float(np.linalg.norm(axis))
         if not 0.0 <= epsilon < length:
@@ -174,9 +175,6 @@ class AffineBall(ConvexSet):
 
     def _extent(self, direction: np.ndarray) -> float:
         return float(direction @ self._center + np.linalg.norm(self._B.T @ direction))
-
-    def _empty(self) -> bool:
-        return False
 
     def _bounded(self) -> bool:
         return True
@@ -264,7 +262,7 @@ class Hyperellipsoid(ConvexSet):
         Raises:
             RuntimeError: a radius is not positive.
         """
-        radius = vector(radius)
+        radius = _arrays.float_vector(radius)
         if np.any(radius <= 0.0):
             raise RuntimeError(f"MakeAxisAligned(): radii must be positive, got {radius}.")
         return Hyperellipsoid(np.diag(1.0 / radius), center)
@@ -300,13 +298,7 @@ class Hyperellipsoid(ConvexSet):
         if point is None:
             prog, x = other._program()
             prog.AddQuadraticErrorCost(self._A.T @ self._A, self._center, x)
-            result = Solve(prog)
-            if not result.is_success():
-                raise RuntimeError(
-                    f"MinimumUniformScalingToTouch(): the solver failed: {result.get_solution_result().name}. Is "
-                    "the other set empty?"
-                )
-            point = result.GetSolution(x)
+            point = programs.solved("MinimumUniformScalingToTouch", prog, " Is the other set empty?").GetSolution(x)
         return float(np.linalg.norm(self._A @ (point - self._center))), point
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
@@ -322,22 +314,12 @@ class Hyperellipsoid(ConvexSet):
         x = other._least_scaled(self._A, self._center)
         return None if x is None else bool(np.linalg.norm(self._A @ (x - self._center)) <= 1.0 + _TOUCHES)
 
-    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
-        """Tells whether |A (x - center)|^2 <= 1 + tol.
-
-        Raises:
-            RuntimeError: the point has another dimension.
-        """
-        if (inside := _inside(self._A.ravel(), self._center, x, tol)) is not None:
-            return bool(inside)
-        return super().PointInSet(x, tol)
+    def _contains_quickly(self, x: ArrayLike, tol: float) -> bool | None:
+        return _inside(self._A.ravel(), self._center, x, tol)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         e = self._A @ (x - self._center)
         return bool(e @ e <= 1.0 + tol)
-
-    def _empty(self) -> bool:
-        return False
 
     def _bounded(self) -> bool:
         return bool(np.linalg.matrix_rank(self._A) == self._A.shape[1])
@@ -363,7 +345,7 @@ class Hyperellipsoid(ConvexSet):
 _WAYS = Ways(
     [
         overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-        overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
+        overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=_arrays.float_vector),
         geometry_overload(Hyperellipsoid._set_of_geometry),
         overload(Hyperellipsoid._set_of_ball, ellipsoid=instance_of(AffineBall)),
     ]
@@ -371,7 +353,7 @@ _WAYS = Ways(
 _WAYS_OF_BALLS = Ways(
     [
         overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-        overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
+        overload(AffineBall._set, B=_arrays.float_matrix, center=_arrays.float_vector),
         overload(AffineBall._set_of_form, ellipsoid=instance_of(Hyperellipsoid)),
     ]
 )
@@ -416,25 +398,11 @@ def _circumscribed(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     A = prog.NewSymmetricContinuousVariables(n, "A")
     b = prog.NewContinuousVariables(n, "b")
     prog.AddMaximizeLogDeterminantCost(A)
-    vars: list[Any] = []
-    column: dict[int, int] = {}
-    for v in [*A.ravel(), *b]:
-        if v.get_id() not in column:
-            column[v.get_id()] = len(vars)
-            vars.append(v)
+    into = Rows(prog)
     for p in points.T / size:
-        M, z = np.zeros((n + 1, len(vars))), np.zeros(n + 1)
-        z[0] = 1.0
-        for i in range(n):
-            M[i + 1, column[b[i].get_id()]] = 1.0
-            for j in range(n):
-                M[i + 1, column[A[i, j].get_id()]] += p[j]
-        prog.AddLorentzConeConstraint(M, z, np.array(vars, dtype=object))
-    result = Solve(prog)
-    if not result.is_success():
-        raise RuntimeError(
-            f"MinimumVolumeCircumscribedEllipsoid(): the solver failed: {result.get_solution_result().name}."
-        )
+        moved = Affine([(np.kron(np.eye(n), p), A.ravel())], np.zeros(n)) + Affine.of(b)
+        into.lorentz(Affine.constant(1.0).stacked(moved))
+    result = programs.solved("MinimumVolumeCircumscribedEllipsoid", prog)
     B = np.linalg.inv(np.array(result.GetSolution(A), dtype=float))
     return size * B, -size * (B @ result.GetSolution(b))
 

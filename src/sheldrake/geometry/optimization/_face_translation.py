@@ -99,7 +99,7 @@ def _translated(
     for count in range(len(reached), 0, -1):
         moved = b.copy()
         moved[i] = min(b[i], max(least, reached[count - 1][0]))
-        left = [k for k in keep if k not in _dropped(A, moved, keep, [j for _, j in reached[:count]])]
+        left = [k for k in keep if k not in programs.implied(A, moved, keep, [j for _, j in reached[:count]])]
         if len(left) < len(keep) and all(_meet(A[left], moved[left], C, d, padding) for C, d in others):
             return left, moved
     return keep, b
@@ -110,16 +110,6 @@ def _redundant_from(A: np.ndarray, b: np.ndarray, keep: list[int], i: int, j: in
     rest = [k for k in keep if k not in (i, j)]
     rows, bounds = np.vstack((A[rest], -A[j])), np.append(b[rest], -b[j])
     return -programs.largest(rows, bounds, -A[i])
-
-
-def _dropped(A: np.ndarray, b: np.ndarray, keep: list[int], candidates: list[int]) -> set[int]:
-    """Which of the candidates the other faces imply, one after the other."""
-    out: set[int] = set()
-    for j in candidates:
-        rest = [k for k in keep if k != j and k not in out]
-        if programs.largest(A[rest], b[rest], A[j]) <= b[j] + _TOLERANCE:
-            out.add(j)
-    return out
 
 
 def _meet(A: np.ndarray, b: np.ndarray, A_other: np.ndarray, b_other: np.ndarray, padding: float) -> bool:

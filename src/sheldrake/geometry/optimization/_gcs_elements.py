@@ -21,7 +21,7 @@ from sheldrake.symbolic import MakeVectorContinuousVariable, Variable
 
 if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
-    from sheldrake.symbolic import Expression, Formula
+    from sheldrake.symbolic import Formula
 
 
 class VertexId(_Identifier):
@@ -96,14 +96,11 @@ class Element:
         Raises:
             RuntimeError: it has other variables, or no transcription to be used in.
         """
-        binding = what if isinstance(what, BindingBase) else self._parsed_cost(what)
+        binding = what if isinstance(what, BindingBase) else self._parser().AddCost(what)
         chosen = self._checked("AddCost", binding, use_in_transcription)
         ell = Variable(f"{self._name}ell{len(self._costs)}")
         self._costs.append((binding, ell, chosen))
         return as_kind(Cost, binding)
-
-    def _parsed_cost(self, e: Expression) -> BindingBase:
-        return self._parser().AddCost(e)
 
     @overloaded(*constraints("f"))
     def AddConstraint(

@@ -292,9 +292,7 @@ class GraphOfConvexSets:
         Raises:
             RuntimeError: a vertex is not of this graph.
         """
-        for vertex in (u, v):
-            if not self.IsValid(vertex):
-                raise RuntimeError(f"AddEdge(): vertex {vertex.name()} is not in this graph.")
+        self._require("AddEdge", u, v)
         edge = Edge._make(u, v, name or f"e{len(self._edges)}")
         u._out.append(edge)
         v._in.append(edge)
@@ -332,14 +330,19 @@ class GraphOfConvexSets:
         item = e if v is None else v
         return any(item is own for own in (self._edges if isinstance(item, Edge) else self._vertices))
 
+    def _require(self, call: str, *items: Vertex | Edge) -> None:
+        for item in items:
+            if not self.IsValid(item):
+                kind = type(item).__name__.lower()
+                raise RuntimeError(f"{call}(): {kind} {item.name()} is not in this graph.")
+
     def RemoveVertex(self, vertex: Vertex) -> None:
         """Takes out a vertex and its edges.
 
         Raises:
             RuntimeError: it is not of this graph.
         """
-        if not self.IsValid(vertex):
-            raise RuntimeError(f"RemoveVertex(): vertex {vertex.name()} is not in this graph.")
+        self._require("RemoveVertex", vertex)
         for edge in {id(e): e for e in (*vertex._in, *vertex._out)}.values():
             self.RemoveEdge(edge)
         self._vertices = [v for v in self._vertices if v is not vertex]
@@ -350,8 +353,7 @@ class GraphOfConvexSets:
         Raises:
             RuntimeError: it is not of this graph.
         """
-        if not self.IsValid(edge):
-            raise RuntimeError(f"RemoveEdge(): edge {edge.name()} is not in this graph.")
+        self._require("RemoveEdge", edge)
         edge._u._out = [e for e in edge._u._out if e is not edge]
         edge._v._in = [e for e in edge._v._in if e is not edge]
         self._edges = [e for e in self._edges if e is not edge]
@@ -407,9 +409,7 @@ class GraphOfConvexSets:
             RuntimeError: a vertex is not of this graph; a cost or constraint has no perspective or may be negative.
         """
         options = GraphOfConvexSetsOptions() if options is None else options
-        for vertex in (source, target):
-            if not self.IsValid(vertex):
-                raise RuntimeError(f"SolveShortestPath(): vertex {vertex.name()} is not in this graph.")
+        self._require("SolveShortestPath", source, target)
         edges = self._edges
         if options.preprocessing and source is not target:
             edges = usable_edges(source, target, edges)
@@ -467,9 +467,7 @@ class GraphOfConvexSets:
             RuntimeError: an edge is not of this graph.
         """
         options = GraphOfConvexSetsOptions() if options is None else options
-        for edge in active_edges:
-            if not self.IsValid(edge):
-                raise RuntimeError(f"SolveConvexRestriction(): edge {edge.name()} is not in this graph.")
+        self._require("SolveConvexRestriction", *active_edges)
         return self._restricted(active_edges, options, initial_guess, {})
 
     def _restricted(
@@ -513,9 +511,7 @@ class GraphOfConvexSets:
         """
         if not result.is_success():
             raise RuntimeError("Cannot extract a solution path when result.is_success() is false.")
-        for vertex in (source, target):
-            if not self.IsValid(vertex):
-                raise RuntimeError(f"GetSolutionPath(): vertex {vertex.name()} is not in this graph.")
+        self._require("GetSolutionPath", source, target)
         path = follow(source, target, self._flows(result), tolerance)
         if path is None:
             raise RuntimeError(

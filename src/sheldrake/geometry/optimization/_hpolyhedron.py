@@ -18,7 +18,7 @@ from sheldrake.geometry._shapes import Box, HalfSpace
 from sheldrake.geometry.optimization import _face_translation
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.geometry.optimization._hulls import half_spaces
@@ -249,7 +249,7 @@ class HPolyhedron(ConvexSet):
         """
         if scale < 0.0:
             raise RuntimeError(f"Scale(): the scale must not be negative, got {scale}.")
-        center = self.ChebyshevCenter() if center is None else vector(center)
+        center = self.ChebyshevCenter() if center is None else _arrays.float_vector(center)
         at_center = self._A @ center
         return HPolyhedron(self._A, at_center + (self._b - at_center) * scale ** (1.0 / self._dimension))
 
@@ -334,15 +334,8 @@ class HPolyhedron(ConvexSet):
             into.linear(least, self._A @ x - scale.times(self._b), np.zeros(self._b.size))
         into.nonnegative(scale)
 
-    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
-        """Tells whether A x <= b + tol.
-
-        Raises:
-            RuntimeError: the point has another dimension.
-        """
-        if (inside := _inside(self._A.ravel(), self._b, x, tol)) is not None:
-            return bool(inside)
-        return super().PointInSet(x, tol)
+    def _contains_quickly(self, x: ArrayLike, tol: float) -> bool | None:
+        return _inside(self._A.ravel(), self._b, x, tol)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         return bool((self._A.dot(x) <= self._b + tol).all())
@@ -419,7 +412,7 @@ _WALK: dict[str, Any] = {
 }
 _SAMPLE = Ways(
     [
-        overload(HPolyhedron._walk, generator=_generator, previous_sample=vector, **_WALK),
+        overload(HPolyhedron._walk, generator=_generator, previous_sample=_arrays.float_vector, **_WALK),
         overload(HPolyhedron._walk_from_center, generator=_generator, **_WALK),
     ]
 )
@@ -450,7 +443,7 @@ def _rows_of(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
 _WAYS = Ways(
     [
         overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-        overload(HPolyhedron._set, A=_arrays.float_matrix, b=vector),
+        overload(HPolyhedron._set, A=_arrays.float_matrix, b=_arrays.float_vector),
         geometry_overload(HPolyhedron._set_of_geometry),
         overload(HPolyhedron._set_of_vertices, vpoly=instance_of(VPolytope), tol=(_arrays.number, 1e-9)),
         overload(lambda self, prog: self._set(*_rows_of(prog)), prog=instance_of(MathematicalProgram)),

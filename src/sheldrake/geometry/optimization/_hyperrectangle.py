@@ -14,8 +14,9 @@ from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Box
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box
 from sheldrake.math import RigidTransform
+from sheldrake.solvers import _arrays
 from sheldrake.solvers._kernels.inside import inside_box
 
 if TYPE_CHECKING:
@@ -101,21 +102,11 @@ class Hyperrectangle(ConvexSet):
         into.within(self._lb, x, self._ub, scale)
         into.nonnegative(scale)
 
-    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
-        """Tells whether lb - tol <= x <= ub + tol.
-
-        Raises:
-            RuntimeError: the point has another dimension.
-        """
-        if (inside := _inside(self._lb, self._ub, x, tol)) is not None:
-            return bool(inside)
-        return super().PointInSet(x, tol)
+    def _contains_quickly(self, x: ArrayLike, tol: float) -> bool | None:
+        return _inside(self._lb, self._ub, x, tol)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         return bool((x >= self._lb - tol).all() and (x <= self._ub + tol).all())
-
-    def _empty(self) -> bool:
-        return False
 
     def _bounded(self) -> bool:
         return True
@@ -136,7 +127,7 @@ class Hyperrectangle(ConvexSet):
 _WAYS = Ways(
     [
         overload(lambda self: self._set(np.zeros(0), np.zeros(0))),
-        overload(Hyperrectangle._set, lb=vector, ub=vector),
+        overload(Hyperrectangle._set, lb=_arrays.float_vector, ub=_arrays.float_vector),
     ]
 )
 

@@ -30,8 +30,7 @@ class ImplicitGraphOfConvexSets:
         Raises:
             RuntimeError: it is not of this graph.
         """
-        if not self._gcs.IsValid(v):
-            raise RuntimeError(f"Successors(): vertex {v.name()} is not in this graph.")
+        self._gcs._require("Successors", v)
         return self.DoSuccessors(v)
 
     def ExpandRecursively(self, start: Vertex, max_successor_calls: int = 1000) -> None:

@@ -17,11 +17,11 @@ from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
 from sheldrake.geometry.optimization._composed_sets import CartesianProduct, MinkowskiSum
-from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._vpolytope import VPolytope
-from sheldrake.solvers import MathematicalProgram, SolverOptions
+from sheldrake.solvers import MathematicalProgram, SolverOptions, _arrays
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -150,7 +150,7 @@ def Iris(
         RuntimeError: the domain is unbounded, or dimensions differ.
     """
     options = IrisOptions() if options is None else options
-    sample = vector(sample)
+    sample = _arrays.float_vector(sample)
     for s in (domain, *obstacles):
         if s.ambient_dimension() != sample.size:
             raise RuntimeError(f"Iris(): a set has dimension {s.ambient_dimension()}, the sample {sample.size}.")

@@ -13,7 +13,7 @@ from sheldrake.common._overloads import Ways, dispatch, overload
 from sheldrake.geometry._shapes import Sphere
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
@@ -77,7 +77,7 @@ class Point(ConvexSet):
         Raises:
             RuntimeError: the new one has another dimension.
         """
-        x = vector(x)
+        x = _arrays.float_vector(x)
         if x.size != self._dimension:
             raise RuntimeError(f"set_x(): the point has {x.size} coordinates, expected {self._dimension}.")
         self._x = x
@@ -89,27 +89,19 @@ class Point(ConvexSet):
             into.equal(x - scale.times(self._x))
             into.nonnegative(scale)
 
-    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
-        """Tells whether no coordinate is farther than `tol` from the point's.
-
-        Raises:
-            RuntimeError: the point has another dimension.
-        """
-        if (inside := _inside(self._x, self._x, x, tol)) is not None:
-            return bool(inside)
-        return super().PointInSet(x, tol)
+    def _contains_quickly(self, x: ArrayLike, tol: float) -> bool | None:
+        return _inside(self._x, self._x, x, tol)
 
     def _contains(self, x: np.ndarray, tol: float) -> bool:
         return bool((np.abs(x - self._x) <= tol).all())
-
-    def _empty(self) -> bool:
-        return False
 
     def _bounded(self) -> bool:
         return True
 
     def _point(self) -> np.ndarray:
         return self._x.copy()
+
+    _some_point = _point
 
     def _faces(self) -> tuple[np.ndarray, np.ndarray]:
         return programs.box_rows(self._x, self._x)
@@ -127,7 +119,7 @@ class Point(ConvexSet):
 _WAYS = Ways(
     [
         overload(lambda self: self.set_point(np.zeros(0))),
-        overload(Point.set_point, x=vector),
+        overload(Point.set_point, x=_arrays.float_vector),
         geometry_overload(Point._set_of_sphere, maximum_allowable_radius=(_arrays.number, 0.0)),
     ]
 )

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.solvers import MathematicalProgram, Solve
+from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult, Solve
 from sheldrake.solvers._engines.clarabel import minimize_on_cones
 from sheldrake.solvers._engines.conic import Cone
 from sheldrake.solvers._engines.dense_quadratic import solve_dense
@@ -16,6 +16,18 @@ from sheldrake.solvers._engines.linear import INFEASIBLE, OPTIMAL, maximize
 _FAR = 1e4  # How far away a polar point may be, of points of size one, that its place is known to 1e-12 of their size.
 _EXACT = 1e-12
 _FEASIBLE = 1e-7  # By how much rows may be violated, as for the linear programs.
+
+
+def solved(call: str, prog: MathematicalProgram, hint: str = "") -> MathematicalProgramResult:
+    """The solution of a program.
+
+    Raises:
+        RuntimeError: the solver fails.
+    """
+    result = Solve(prog)
+    if not result.is_success():
+        raise RuntimeError(f"{call}(): the solver failed: {result.get_solution_result().name}.{hint}")
+    return result
 
 
 def box_rows(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -182,6 +194,16 @@ def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> list[int]:
     return [int(i) for i in np.flatnonzero(~keep)]
 
 
+def implied(A: np.ndarray, b: np.ndarray, keep: list[int], candidates: list[int], tol: float = 1e-9) -> set[int]:
+    """Which of the candidates the other rows that are kept imply, one after the other, up to a tolerance."""
+    out: set[int] = set()
+    for j in candidates:
+        rest = [k for k in keep if k != j and k not in out]
+        if largest(A[rest], b[rest], A[j]) <= b[j] + tol:
+            out.add(j)
+    return out
+
+
 def _last_of_equals(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Which rows are not said again, maybe at another scale, by a later one."""
     rows = np.column_stack((A, b))
@@ -305,12 +327,7 @@ def _inscribed_by_program(rows: np.ndarray, bounds: np.ndarray) -> tuple[np.ndar
     into = Rows(prog)
     for cone, constant in zip(M, z):
         into.lorentz(Affine([(cone, vars)], constant))
-    result = Solve(prog)
-    if not result.is_success():
-        raise RuntimeError(
-            f"MaximumVolumeInscribedEllipsoid(): the solver failed: {result.get_solution_result().name}. Is "
-            "it unbounded, or without interior?"
-        )
+    result = solved("MaximumVolumeInscribedEllipsoid", prog, " Is it unbounded, or without interior?")
     return np.array(result.GetSolution(B), dtype=float), result.GetSolution(center)
 
 
@@ -335,9 +352,5 @@ def inscribed_image(
             prog.AddLinearEqualityConstraint(e.reshape(1, -1), np.zeros(1), np.concatenate((L[i], T[:, j])))
         e = np.concatenate((b, outer_A[i]))
         prog.AddLinearConstraint(e.reshape(1, -1), [-np.inf], [outer_b[i]], np.concatenate((L[i], t)))
-    result = Solve(prog)
-    if not result.is_success():
-        raise RuntimeError(
-            f"MaximumVolumeInscribedAffineTransformation(): the solver failed: {result.get_solution_result().name}."
-        )
+    result = solved("MaximumVolumeInscribedAffineTransformation", prog)
     return np.array(result.GetSolution(T), dtype=float), result.GetSolution(t)

@@ -177,9 +177,6 @@ class VPolytope(ConvexSet):
     def _empty(self) -> bool:
         return self._vertices.shape[1] == 0
 
-    def _empty_without_dimensions(self) -> bool:
-        return self._empty()
-
     def _bounded(self) -> bool:
         return True
 

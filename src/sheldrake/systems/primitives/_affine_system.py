@@ -9,21 +9,19 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework import LeafSystem
-from sheldrake.systems.primitives._default_state import set_default_state
 from sheldrake.systems.primitives._kernels import blocks
-from sheldrake.systems.primitives._random_state import add_normal_noise
+from sheldrake.systems.primitives._state_space import StateSpace
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
-    from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._engine.memory import RootView
 
 
 @checked
-class AffineSystem(LeafSystem):
+class AffineSystem(StateSpace):
     """x' = A x + B u + f0 (or the next x), y = C x + D u + y0.
 
     Args:
@@ -66,7 +64,6 @@ class AffineSystem(LeafSystem):
         if not period >= 0:
             raise RuntimeError(f"{type(self).__name__}: time_period must not be negative, got {period}.")
         self._coefficients, self._period = coefficients, period
-        self._covariance: np.ndarray | None = None
         k, m = coefficients.D.shape
         n = len(coefficients.f0)
         if m:
@@ -191,22 +188,6 @@ class AffineSystem(LeafSystem):
     def num_outputs(self) -> int:
         """k."""
         return self._coefficients.D.shape[0]
-
-    def time_period(self) -> float:
-        """Period of the discrete update [s]; 0: continuous."""
-        return self._period
-
-    def configure_default_state(self, x0: ArrayLike) -> None:
-        """Sets the default state."""
-        set_default_state(self, x0)
-
-    def configure_random_state(self, covariance: ArrayLike) -> None:
-        """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
-        self._covariance = np.array(covariance, float)
-
-    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
-        if self._covariance is not None and self.num_states():
-            add_normal_noise(context, self._covariance, generator)
 
 
 class LinearSystem(AffineSystem):

@@ -9,8 +9,8 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.systems.framework import BasicVector, LeafSystem
-from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.primitives._state_space import declare_motion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,14 +64,7 @@ class SymbolicVectorSystem(LeafSystem):
             self.DeclareVectorInputPort("u0", len(self._variables[1]))
         if self._variables[2]:
             self.DeclareNumericParameter(BasicVector(np.zeros(len(self._variables[2]))))
-        if n and self._period > 0:
-            self.DeclareDiscreteState(n)
-            update = self._update if motion is None else on_doubles(motion, SymbolicVectorSystem._update)
-            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, update)
-        elif n:
-            self.DeclareContinuousState(n)
-            if motion is not None:
-                self.DeclareTimeDerivatives(on_doubles(motion, SymbolicVectorSystem.DoCalcTimeDerivatives))
+        declare_motion(self, SymbolicVectorSystem, n, motion)
         if self._output:
             self.DeclareVectorOutputPort("y0", len(self._output), self._calc, self._output_tickets())
             self._compute_natively(0, shown)

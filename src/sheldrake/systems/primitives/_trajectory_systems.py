@@ -13,19 +13,14 @@ from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 from sheldrake.systems.framework import LeafSystem
-from sheldrake.systems.framework._declarations import on_doubles
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.primitives._default_state import set_default_state
 from sheldrake.systems.primitives._kernels import paths
-from sheldrake.systems.primitives._random_state import add_normal_noise
+from sheldrake.systems.primitives._state_space import StateSpace, declare_motion
 from sheldrake.trajectories import PiecewisePolynomial, PiecewiseQuaternionSlerp
 from sheldrake.trajectories._base import kept
 from sheldrake.trajectories._pieces import as_piecewise_polynomial, is_piecewise
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from sheldrake.common import RandomGenerator
     from sheldrake.common.kernel import Kernel
     from sheldrake.systems.framework import Context
     from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
@@ -161,7 +156,7 @@ def value_at(trajectory: Trajectory, t: Any) -> np.ndarray:
 
 
 @checked
-class TrajectoryAffineSystem(LeafSystem):
+class TrajectoryAffineSystem(StateSpace):
     """x' = A(t) x + B(t) u + f0(t) (or the next x), y = C(t) x + D(t) u + y0(t).
 
     Args:
@@ -191,18 +186,10 @@ class TrajectoryAffineSystem(LeafSystem):
         self._of = {"A": A, "B": B, "f0": f0, "C": C, "D": D, "y0": y0}
         self._period = float(time_period)
         n, m, k = self._check()
-        self._covariance: Any = None
         if m:
             self.DeclareVectorInputPort("u0", m)
         kernel = self._kernel()
-        if n and self._period > 0:
-            self.DeclareDiscreteState(n)
-            update = self._update if kernel is None else on_doubles(kernel, TrajectoryAffineSystem._update)
-            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, update)
-        elif n:
-            self.DeclareContinuousState(n)
-            if kernel is not None:
-                self.DeclareTimeDerivatives(on_doubles(kernel, TrajectoryAffineSystem.DoCalcTimeDerivatives))
+        declare_motion(self, TrajectoryAffineSystem, n, kernel)
         if k:
             self.DeclareVectorOutputPort("y0", k, self._calc)
             self._compute_natively(0, kernel)
@@ -291,22 +278,6 @@ class TrajectoryAffineSystem(LeafSystem):
     def y0(self, t: float, /) -> np.ndarray:
         """Coefficient at time t [s]."""
         return self._at("y0", t).ravel()
-
-    def time_period(self) -> float:
-        """Period of the discrete update [s]; 0: continuous."""
-        return self._period
-
-    def configure_default_state(self, x0: ArrayLike) -> None:
-        """Sets the default state."""
-        set_default_state(self, x0)
-
-    def configure_random_state(self, covariance: ArrayLike) -> None:
-        """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
-        self._covariance = np.array(covariance, float)
-
-    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
-        if self._covariance is not None:
-            add_normal_noise(context, self._covariance, generator)
 
 
 @checked

@@ -248,16 +248,6 @@ def _number_in(text: str, infinite: bool = False) -> float | None:
     return None
 
 
-def unique_name(wanted: str, taken) -> str:
-    """`wanted`, or `wanted_1`, `wanted_2`... when it is taken."""
-    if wanted not in taken:
-        return wanted
-    number = 1
-    while f"{wanted}_{number}" in taken:
-        number += 1
-    return f"{wanted}_{number}"
-
-
 def make_pose(xyz, rpy):
     """The pose with translation `xyz` [m] and space-fixed roll, pitch, yaw [rad]."""
     from sheldrake.math import RigidTransform, RollPitchYaw

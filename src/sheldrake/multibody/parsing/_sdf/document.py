@@ -7,7 +7,7 @@ from .._model.check import check_model
 from .._model.description import BodyDescription, FrameDescription, FrameReference, JointDescription, ModelDescription
 from .._reading.reading import Reading
 from .children import child_vector
-from .extensions import EXTENSION_READERS
+from .extensions import read_extensions
 from .frames import MODEL_FRAME, SdfScope, read_pose, reference_of_pose
 from .gearbox import make_couplers, read_gearbox
 from .geometry import read_collision, read_visual, without_drake_prefix
@@ -113,10 +113,7 @@ def _describe(model: PreparedModel, X_WM) -> ModelDescription:
             read_drake_joint(element, description, scope, X_WM, reading)
     make_couplers(description, scope, reading)
     drop_impossible_couplers(description, reading)
-    for element in model.elements:
-        reader = EXTENSION_READERS.get(element.tag)
-        if reader is not None:
-            reader(element, description, model)
+    read_extensions(model, description)
     if model.is_static:
         _weld_to_world(model, X_WM, description)
     return description

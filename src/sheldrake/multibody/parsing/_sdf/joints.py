@@ -18,7 +18,7 @@ from .._model.description import (
     JointLimits,
     ModelDescription,
 )
-from .._reading.joints import make_path, read_gains
+from .._reading.joints import read_gains, read_path
 from .._reading.reading import Reading
 from .children import child_number, child_text, child_vector
 from .frames import MODEL_FRAME, SdfScope
@@ -331,46 +331,19 @@ def frame_reference(scope: SdfScope, name: str, element: Element) -> FrameRefere
 
 
 def _read_path(element: Element, joint: JointDescription, reading: Reading) -> None:
-    curves = element.find("drake:curves")
-    if curves is None:
-        reading.fail(element, f"Curvilinear joint '{joint.name}' needs <drake:curves>.")
-    pieces = []
-    reading.warn_unknown(curves, [piece.tag for piece in curves])
-    for piece in curves:
-        known = ("drake:length",) if piece.tag == "drake:line_segment" else ("drake:radius", "drake:angle")
-        reading.warn_unknown(piece, known)
-        if piece.tag == "drake:line_segment":
-            pieces.append((0.0, _piece_number(piece, "drake:length", reading)))
-        elif piece.tag == "drake:circular_arc":
-            radius = _piece_number(piece, "drake:radius", reading)
-            angle = child_number(piece, "drake:angle", reading)
-            if not angle:
-                reading.fail(piece, "A <drake:circular_arc> needs a <drake:angle> other than 0.")
-            pieces.append((np.sign(angle) / radius, radius * abs(angle)))
-        else:
-            reading.fail(piece, f"<drake:curves> has line segments and circular arcs, not <{piece.tag}>.")
-    if not pieces:
-        reading.fail(curves, f"Curvilinear joint '{joint.name}': <drake:curves> is empty.")
+    def numbers(piece: Element, *names: str) -> "list[float | None]":
+        tags = [f"drake:{name}" for name in names]
+        reading.warn_unknown(piece, tags)
+        return [child_number(piece, tag, reading) for tag in tags]
+
+    def vector(tag: str, default: list[float]) -> np.ndarray:
+        """The vector in a child's own child <xyz>, as Drake writes it, or in the child's text."""
+        child = element.find(tag)
+        if child is None:
+            return np.array(default)
+        reading.warn_unknown(child, ["xyz"])
+        return child_vector(*((element, tag) if child.find("xyz") is None else (child, "xyz")), 3, reading)
+
     periodic = child_text(element, "drake:is_periodic", "false")
     is_periodic = reading.parse_bool(periodic, element.where, "<drake:is_periodic>")
-    tangent = _path_vector(element, "drake:initial_tangent", [1.0, 0.0, 0.0], reading)
-    normal = _path_vector(element, "drake:plane_normal", [0.0, 0.0, 1.0], reading)
-    joint.curvilinear_path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
-
-
-def _path_vector(element: Element, tag: str, default: list[float], reading: Reading) -> np.ndarray:
-    """The vector in a child's own child <xyz>, as Drake writes it, or in the child's text."""
-    child = element.find(tag)
-    if child is None:
-        return np.array(default)
-    reading.warn_unknown(child, ["xyz"])
-    if child.find("xyz") is None:
-        return child_vector(element, tag, 3, reading)
-    return child_vector(child, "xyz", 3, reading)
-
-
-def _piece_number(piece: Element, tag: str, reading: Reading) -> float:
-    value = child_number(piece, tag, reading)
-    if value is None or value <= 0.0:
-        reading.fail(piece, f"<{piece.tag}> needs a positive <{tag}>.")
-    return value
+    read_path(element, joint, reading, numbers, vector, is_periodic)

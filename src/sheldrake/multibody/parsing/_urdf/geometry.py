@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sheldrake.common._text import untaken
 from sheldrake.geometry import Shape
 from sheldrake.geometry._shape_types import SHAPE_TYPES, ShapeType
 
@@ -9,7 +10,7 @@ from .._files.xml import Element
 from .._model.description import BodyDescription, GeometryDescription
 from .._reading.looks import Material, add_visual_roles, read_scale
 from .._reading.proximity import read_proximity_properties
-from .._reading.reading import Reading, make_pose, unique_name
+from .._reading.reading import Reading, make_pose
 
 _ORIGIN = ("xyz", "rpy")
 _VISUAL_TAGS = (
@@ -214,9 +215,9 @@ def _read_placed_shape(element: Element, body, reading: Reading, siblings, kind:
     taken = {sibling.name for sibling in siblings}
     wanted = element.get("name")
     if wanted is None or not wanted.strip():
-        name = unique_name(type(shape).__name__, taken)
+        name = untaken(type(shape).__name__, taken, first=1)
     else:
-        name = unique_name(wanted, taken)
+        name = untaken(wanted, taken, first=1)
         if name != wanted:
             reading.warn(element, f"The {kind} name '{wanted}' of link '{body.name}' is taken; it becomes '{name}'.")
     return GeometryDescription(element.where, name, read_origin(element, reading), shape)

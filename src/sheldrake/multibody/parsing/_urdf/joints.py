@@ -18,7 +18,7 @@ from .._model.description import (
     JointLimits,
     ModelDescription,
 )
-from .._reading.joints import make_path, read_gains
+from .._reading.joints import read_gains, read_path
 from .._reading.reading import Reading, rotation_from_z
 from .geometry import read_origin
 
@@ -201,7 +201,9 @@ def _number(element: Element, reading: Reading, attribute: str = "value") -> "fl
 
 
 def _read_path(element: Element, joint: JointDescription, reading: Reading) -> None:
-    """The planar path of a curvilinear joint: straight and circular pieces, joined smoothly."""
+    def numbers(piece: Element, *names: str) -> "list[float | None]":
+        reading.warn_unknown(piece, attributes=names)
+        return [reading.number(piece, name) for name in names]
 
     def vector(tag: str, default: list[float]) -> np.ndarray:
         child = element.find(tag)
@@ -210,42 +212,13 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
         reading.warn_unknown(child, attributes=("xyz",))
         return reading.vector(child, "xyz", 3, np.array(default))
 
-    curves = element.find("drake:curves")
-    if curves is None:
-        reading.fail(element, f"Curvilinear joint '{joint.name}' needs <drake:curves>.")
-    pieces = []
-    reading.warn_unknown(curves, tags=[piece.tag for piece in curves])
-    for piece in curves:
-        known = ("length",) if piece.tag == "drake:line_segment" else ("radius", "angle")
-        reading.warn_unknown(piece, attributes=known)
-        if piece.tag == "drake:line_segment":
-            pieces.append((0.0, _piece_number(piece, "length", joint, reading)))
-        elif piece.tag == "drake:circular_arc":
-            radius = _piece_number(piece, "radius", joint, reading)
-            angle = reading.number(piece, "angle")
-            if not angle:
-                reading.fail(piece, f"Curvilinear joint '{joint.name}': a circular arc needs an 'angle' other than 0.")
-            pieces.append((np.sign(angle) / radius, radius * abs(angle)))
-        else:
-            reading.fail(piece, f"<drake:curves> has line segments and circular arcs, not <{piece.tag}>.")
     periodic = element.find("drake:is_periodic")
     if periodic is not None:
         reading.warn_unknown(periodic, attributes=("value",))
     is_periodic = periodic is not None and reading.parse_bool(
         reading.name(periodic, periodic.tag, "value"), periodic.where_attribute("value"), "<drake:is_periodic>"
     )
-    if not pieces:
-        reading.fail(curves, f"Curvilinear joint '{joint.name}': <drake:curves> is empty.")
-    tangent = vector("drake:initial_tangent", [1.0, 0.0, 0.0])
-    normal = vector("drake:plane_normal", [0.0, 0.0, 1.0])
-    joint.curvilinear_path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
-
-
-def _piece_number(piece: Element, attribute: str, joint: JointDescription, reading: Reading) -> float:
-    value = reading.number(piece, attribute)
-    if value is None or value <= 0.0:
-        reading.fail(piece, f"Curvilinear joint '{joint.name}': <{piece.tag}> needs a positive '{attribute}'.")
-    return value
+    read_path(element, joint, reading, numbers, vector, is_periodic)
 
 
 def read_mimic(element: Element, model: ModelDescription, reading: Reading) -> None:

@@ -5,24 +5,21 @@ Links, frames and filters here; `joints` and `geometry` read the rest.
 
 import os
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from .._files.xml import Element
 from .._model.check import check_model
 from .._model.description import (
-    BallConstraintDescription,
     BodyDescription,
-    BushingDescription,
     FrameDescription,
     FrameReference,
     ModelDescription,
-    SpringDamperDescription,
-    TendonDescription,
 )
+from .._reading.extensions import EXTENSIONS, ExtensionReader
 from .._reading.filter_groups import MEMBER, read_filter_group
 from .._reading.inertia import make_spatial_inertia
-from .._reading.joints import check_spring_damper
 from .._reading.reading import Reading, make_pose
 from .geometry import Material, read_collision, read_material, read_origin, read_visual
 from .joints import link_reference, read_joint, read_mimic, read_transmission
@@ -77,9 +74,14 @@ def read_urdf(root: Element, reading: Reading, model_name: str = "") -> ModelDes
         read_mimic(element, model, reading)
     for element in root.find_all("drake:collision_filter_group"):
         _read_filter_group(element, model, reading)
-    for tag, read in _EXTENSIONS:
+    for element in root.find_all("transmission"):
+        read_transmission(element, model, reading)
+    for element in root.find_all("frame"):
+        _read_frame(element, model, reading)
+    extensions = _UrdfExtensions(model, reading)
+    for tag, read_extension in EXTENSIONS.items():
         for element in root.find_all(tag):
-            read(element, model, reading)
+            read_extension(extensions, element)
     check_model(model, reading.policy)
     return model
 
@@ -171,104 +173,28 @@ def _read_filter_group(element: Element, model: ModelDescription, reading: Readi
     read_filter_group(element, model, reading, name_of)
 
 
-def _child(element: Element, tag: str, reading: Reading) -> Element:
-    child = element.find(tag)
-    if child is None:
-        reading.fail(element, f"<{element.tag}> needs a <{tag}> element.")
-    return child
+class _UrdfExtensions(ExtensionReader):
+    """Names and numbers are attributes."""
 
+    def number_in(self, child: Element) -> float:
+        self.reading.warn_unknown(child, attributes=("value",))
+        return self._there(child, self.reading.number(child, "value"))
 
-def _value(element: Element, tag: str, reading: Reading, size: "int | None" = None):
-    """The number, or the vector of `size` numbers, in attribute `value` of a child."""
-    child = _child(element, tag, reading)
-    reading.warn_unknown(child, attributes=("value",))
-    value = reading.number(child, "value") if size is None else reading.vector(child, "value", size)
-    if value is None:
-        reading.fail(child, f"<{tag}> needs the attribute 'value'.")
-    return value
+    def vector_in(self, child: Element) -> np.ndarray:
+        self.reading.warn_unknown(child, attributes=("value",))
+        return self._there(child, self.reading.vector(child, "value", 3))
 
+    def _there(self, child: Element, value: Any) -> Any:
+        if value is None:
+            self.reading.fail(child, f"<{child.tag}> needs the attribute 'value'.")
+        return value
 
-def _reference(element: Element, tag: str, model: ModelDescription, reading: Reading) -> FrameReference:
-    """The link or frame named by a child; it must be in the model."""
-    child = _child(element, tag, reading)
-    reading.warn_unknown(child, attributes=("name",))
-    name = reading.name(child, f"<{tag}>")
-    known = {body.name for body in model.bodies}
-    known.update(item.name for item in model.elements if isinstance(item, FrameDescription))
-    known.add("world")
-    if name not in known:
-        reading.fail(child, f"<{tag}> names '{name}', which is not in the model; known: {', '.join(sorted(known))}.")
-    return link_reference(name)
-
-
-def _read_bushing(element: Element, model: ModelDescription, reading: Reading) -> None:
-    prefix = "drake:bushing_"
-    names = ("torque_stiffness", "torque_damping", "force_stiffness", "force_damping")
-    reading.warn_unknown(element, [prefix + name for name in ("frameA", "frameC", *names)])
-    frame_a, frame_c = (_reference(element, prefix + name, model, reading) for name in ("frameA", "frameC"))
-    constants = [_value(element, prefix + name, reading, 3) for name in names]
-    model.elements.append(BushingDescription(element.where, frame_a, frame_c, *constants))
-
-
-def _read_spring_damper(element: Element, model: ModelDescription, reading: Reading) -> None:
-    prefix = "drake:linear_spring_damper_"
-    names = ("body_A", "p_AP", "body_B", "p_BQ", "free_length", "stiffness", "damping")
-    reading.warn_unknown(element, [prefix + name for name in names])
-    spring = SpringDamperDescription(
-        element.where,
-        _reference(element, prefix + "body_A", model, reading),
-        _value(element, prefix + "p_AP", reading, 3),
-        _reference(element, prefix + "body_B", model, reading),
-        _value(element, prefix + "p_BQ", reading, 3),
-        _value(element, prefix + "free_length", reading),
-        _value(element, prefix + "stiffness", reading),
-        _value(element, prefix + "damping", reading),
-    )
-    check_spring_damper(spring, reading)
-    model.elements.append(spring)
-
-
-def _read_ball_constraint(element: Element, model: ModelDescription, reading: Reading) -> None:
-    prefix = "drake:ball_constraint_"
-    reading.warn_unknown(element, [prefix + name for name in ("body_A", "p_AP", "body_B", "p_BQ")])
-    model.elements.append(
-        BallConstraintDescription(
-            element.where,
-            _reference(element, prefix + "body_A", model, reading),
-            _value(element, prefix + "p_AP", reading, 3),
-            _reference(element, prefix + "body_B", model, reading),
-            _value(element, prefix + "p_BQ", reading, 3),
-        )
-    )
-
-
-def _read_tendon(element: Element, model: ModelDescription, reading: Reading) -> None:
-    prefix = "drake:tendon_constraint_"
-    numbers = ("offset", "lower_limit", "upper_limit", "stiffness", "damping")
-    reading.warn_unknown(element, [prefix + name for name in ("joint", *numbers)])
-    known = {joint.name for joint in model.joints()}
-    joints, coefficients = [], []
-    for child in element.find_all(prefix + "joint"):
-        reading.warn_unknown(child, attributes=("name", "a"))
-        name, a = reading.name(child, f"<{child.tag}>"), reading.number(child, "a")
+    def frame_in(self, child: Element) -> FrameReference:
+        self.reading.warn_unknown(child, attributes=("name",))
+        name = self.reading.name(child, f"<{child.tag}>")
+        known = {body.name for body in self.model.bodies} | {"world"}
+        known.update(item.name for item in self.model.elements if isinstance(item, FrameDescription))
         if name not in known:
-            reading.fail(child, f"<{child.tag}> names joint '{name}', which does not exist; known: {', '.join(known)}.")
-        if a is None:
-            reading.fail(child, f"<{child.tag}> needs the attribute 'a'.")
-        joints.append(name)
-        coefficients.append(a)
-    if not joints:
-        reading.fail(element, f"<{element.tag}> needs at least one <{prefix}joint>.")
-    values = [_value(element, prefix + n, reading) if element.find(prefix + n) is not None else None for n in numbers]
-    model.elements.append(TendonDescription(element.where, joints, np.array(coefficients), *values))
-
-
-# In the order in which they are added to the plant.
-_EXTENSIONS = (
-    ("transmission", read_transmission),
-    ("frame", _read_frame),
-    ("drake:linear_bushing_rpy", _read_bushing),
-    ("drake:linear_spring_damper", _read_spring_damper),
-    ("drake:ball_constraint", _read_ball_constraint),
-    ("drake:tendon_constraint", _read_tendon),
-)
+            names = ", ".join(sorted(known))
+            self.reading.fail(child, f"<{child.tag}> names '{name}', which is not in the model; known: {names}.")
+        return link_reference(name)
