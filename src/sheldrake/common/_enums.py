@@ -13,6 +13,16 @@ class IndexEnum(enum.Enum):
     __hash__ = object.__hash__  # members are one each, and sets of them are asked for often
 
 
+class NumberEnum(IndexEnum):
+    """Members are equal to their numbers, too."""
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (not isinstance(other, enum.Enum) and self._value_ == other)
+
+    def __hash__(self) -> int:
+        return hash(self._value_)
+
+
 class BoundEnum(IndexEnum):
     """Members have an order, too."""
 

@@ -78,9 +78,13 @@ class AbstractValue:
         """The held value, to be changed in place.
 
         Raises:
-            RuntimeError: it is a str, bool or float, which cannot be changed in place.
+            RuntimeError: it is a str, bool or float, or of a `Value[List[T]]`: these are set as a whole.
         """
         return self._held
+
+    @classmethod
+    def _not_in_place(cls) -> RuntimeError:
+        return RuntimeError(f"Cannot get mutable value (or reference) for a type-conversion type: {cls._type}")
 
     def set_value(self, value: object) -> None:
         """Replace the held value.
@@ -157,7 +161,7 @@ class _ScalarValue(AbstractValue):
             self._held = self._type(*args, **kwargs)
 
     def get_mutable_value(self) -> Any:
-        raise RuntimeError(f"Cannot get mutable value (or reference) for a type-conversion type: {self._type}")
+        raise self._not_in_place()
 
     @classmethod
     def _copy(cls, held: Any) -> Any:
@@ -169,7 +173,7 @@ class _ScalarValue(AbstractValue):
             if hasattr(value, "__float__") or hasattr(value, "__index__"):
                 return float(value)
             raise cls._reject(value)
-        if cls._type is bool and type(value).__name__ in ("bool", "bool_"):
+        if cls._type is bool and (value is None or hasattr(type(value), "__bool__")):
             return bool(value)
         if not isinstance(value, cls._type):
             raise cls._reject(value)
@@ -211,6 +215,9 @@ class _ListValue(AbstractValue):
 
     def __init__(self, value: list | None = None, /):
         self._held = [] if value is None else self._accept(value)
+
+    def get_mutable_value(self) -> Any:
+        raise self._not_in_place()
 
     def _like(self, value: object) -> AbstractValue:
         new = object.__new__(type(self))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._enums import BoundEnum
+from sheldrake.common._enums import BoundEnum, NumberEnum
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import Mismatch, incompatible, kind, overload, overloaded
 
@@ -80,7 +80,7 @@ class ProgramType(BoundEnum):
     kUnknown = 13
 
 
-class SolutionResult(BoundEnum):
+class SolutionResult(NumberEnum):
     """How a solve ended."""
 
     kSolutionFound = 0

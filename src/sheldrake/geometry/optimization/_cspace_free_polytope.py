@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.common import Parallelism
 from sheldrake.common._checked import checked
-from sheldrake.common._enums import BoundEnum
+from sheldrake.common._enums import NumberEnum
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._options import Options as _Options
@@ -77,7 +77,7 @@ class FindSeparationCertificateGivenPolytopeOptions(FindSeparationCertificateOpt
     ignore_redundant_C: bool = False
 
 
-class EllipsoidMarginCost(BoundEnum):
+class EllipsoidMarginCost(NumberEnum):
     """What is made large: the sum, or the geometric mean, of the distances of faces to an ellipsoid."""
 
     kSum = 0

@@ -80,7 +80,13 @@ class SimulatorSettings:
         self._publish_at_initialization = bool(publish)
 
     def set_monitor(self, monitor: Callable[[Context], EventStatus | None] | None) -> None:
-        """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus."""
+        """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus.
+
+        None forgets the monitor.
+        """
+        if monitor is None:
+            self.clear_monitor()
+            return
         if not callable(monitor):
             raise Mismatch(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")
         self._monitor, self._run.has_monitor = monitor, True

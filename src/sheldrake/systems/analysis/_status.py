@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sheldrake.common._checked import checked
-from sheldrake.common._enums import IndexEnum
+from sheldrake.common._enums import NumberEnum
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._text import number
 
@@ -23,7 +23,7 @@ class SimulatorStatus:
     _system: System | None
     _message: str
 
-    class ReturnReason(IndexEnum):
+    class ReturnReason(NumberEnum):
         """Why it returned."""
 
         kReachedBoundaryTime = 0

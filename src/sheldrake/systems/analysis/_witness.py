@@ -30,6 +30,17 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, System
 
 
+def _value(witness: WitnessFunction, context: Context) -> float:
+    value = witness._calc(context)
+    try:
+        return float(plain(value))
+    except (TypeError, ValueError):
+        raise RuntimeError(
+            f"The witness function {witness.description()!r} of {witness._system._describe()} must return a number; "
+            f"it returned {value!r}."
+        ) from None
+
+
 class WitnessWatch:
     """Looks at the active witness functions before and after every step of the continuous state.
 
@@ -100,7 +111,7 @@ class WitnessWatch:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
 
     def _values(self) -> list[float]:
-        return [float(plain(witness._calc(context))) for witness, context in self._active]
+        return [_value(witness, context) for witness, context in self._active]
 
     def before(self) -> None:
         """Remembers the beginning of a step."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._enums import IndexEnum
+from sheldrake.common._enums import NumberEnum
 from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._parts import parts_of
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework._vector import BasicVector
 
 
-class InverseDynamicsMode(IndexEnum):
+class InverseDynamicsMode(NumberEnum):
     """What `InverseDynamics` computes: forces for accelerations, or forces that hold against gravity."""
 
     kInverseDynamics = 0

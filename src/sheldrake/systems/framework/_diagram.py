@@ -147,6 +147,7 @@ class Diagram(System):
         child, j = self._exported_outputs[operator.index(port_index)]
         return self._systems[child], OutputPortIndex(j)
 
+    @checked
     def Accept(self, v: SystemVisitor) -> None:
         """Shows itself to a visitor, who goes on to `GetSystems()` if it likes."""
         v.VisitDiagram(self)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._enums import IndexEnum
+from sheldrake.common._enums import IndexEnum, NumberEnum
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.kernel import Kernel
@@ -52,7 +52,7 @@ class EventStatus:
     _system: System | None
     _message: str
 
-    class Severity(IndexEnum):
+    class Severity(NumberEnum):
         """From best to worst."""
 
         kDidNothing = 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from sheldrake.common._copies import is_never_changed
-from sheldrake.common._enums import IndexEnum
+from sheldrake.common._enums import IndexEnum, NumberEnum
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import _register_value_type
 
@@ -144,7 +144,7 @@ class DependencyTicket(_TypedIndex):
     __slots__ = ()
 
 
-class PortDataType(IndexEnum):
+class PortDataType(NumberEnum):
     """Whether a port carries a vector of numbers or an abstract value."""
 
     kVectorValued = 0

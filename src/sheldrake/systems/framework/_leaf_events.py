@@ -73,24 +73,28 @@ class LeafEvents(System):
         self._events.append(EventDeclaration(kind, trigger, handler, event, offset, period))
         self._changed()
 
+    @checked
     def DeclarePeriodicPublishEvent(
         self, period_sec: float, offset_sec: float, publish: Callable[..., Any] | Stages
     ) -> None:
         """`publish(context)` at offset + k period [s]."""
         self._declare_event(PUBLISH, "periodic", publish, period_sec, offset_sec)
 
+    @checked
     def DeclarePeriodicDiscreteUpdateEvent(
         self, period_sec: float, offset_sec: float, update: Callable[..., Any] | Stages
     ) -> None:
         """`update(context, discrete_state)` at offset + k period [s]."""
         self._declare_event(DISCRETE, "periodic", update, period_sec, offset_sec)
 
+    @checked
     def DeclarePeriodicUnrestrictedUpdateEvent(
         self, period_sec: float, offset_sec: float, update: Callable[..., Any] | Stages
     ) -> None:
         """`update(context, state)` at offset + k period [s]."""
         self._declare_event(UNRESTRICTED, "periodic", update, period_sec, offset_sec)
 
+    @checked
     def DeclarePeriodicEvent(self, period_sec: float, offset_sec: float, event: Event) -> None:
         """`event` at offset + k period [s]."""
         self._declare_event(_kind_of(event), "periodic", event, period_sec, offset_sec)
@@ -236,9 +240,10 @@ class _Dispatch(Event):
 
 
 def _kind_of(event: Event) -> int:
-    if type(event) not in _KIND_OF:
-        raise Mismatch(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
-    return _KIND_OF[type(event)]
+    for cls, kind in _KIND_OF.items():
+        if isinstance(event, cls):
+            return kind
+    raise Mismatch(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
 
 
 def _event_of(kind: int, trigger: str, handler: Callback | Kernel | Stages | str | None) -> Event:

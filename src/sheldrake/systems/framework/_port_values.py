@@ -20,10 +20,17 @@ class BusValue(Cloned):
         self._values: dict[str, AbstractValue] = {}
 
     def Set(self, name: str, value: AbstractValue) -> None:
-        """Stores a copy of `value` under `name`."""
+        """Stores a copy of `value` under `name`.
+
+        Raises:
+            RuntimeError: there is a value of another type under `name`.
+        """
         if not isinstance(value, AbstractValue):
             raise Mismatch(f"BusValue.Set(): incompatible function arguments: {value!r} is no AbstractValue.")
-        self._values[name] = value.Clone()
+        if name in self._values:
+            self._values[name].SetFrom(value)
+        else:
+            self._values[name] = value.Clone()
 
     def Find(self, name: str) -> Any:
         """The held object under `name`, or None."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import operator
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, SupportsIndex
 from typing import overload as typing_overload
 
@@ -20,7 +21,7 @@ from sheldrake.systems.framework._engine.asked import UPDATE, native_call
 from sheldrake.systems.framework._engine.layout import Layout
 from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._engine.topology import tree_of
-from sheldrake.systems.framework._event import PeriodicEventData
+from sheldrake.systems.framework._event import PeriodicEventData, WitnessFunction
 from sheldrake.systems.framework._index import PortDataType
 from sheldrake.systems.framework._port_values import SystemOutput
 from sheldrake.systems.framework._scalar_conversion import ScalarConversion
@@ -409,9 +410,10 @@ class System(ScalarConversion, SystemPorts, Cloned):
         found: list = []
         for m in _evaluate.leaves_under(store, context._node):
             if store.systems[m]._has_witnesses():
-                found += store.systems[m].DoGetWitnessFunctions(store.context(m)) or []
+                found += _witnesses_of(store.systems[m], store.context(m))
         return found
 
+    @checked
     def Accept(self, v: SystemVisitor) -> None:
         """Shows itself to a visitor."""
         v.VisitSystem(self)
@@ -430,6 +432,17 @@ class System(ScalarConversion, SystemPorts, Cloned):
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")
+
+
+def _witnesses_of(system: System, context: Context) -> Sequence[WitnessFunction]:
+    """What `DoGetWitnessFunctions` of a leaf system returns, which people override."""
+    found = system.DoGetWitnessFunctions(context)
+    if not isinstance(found, (list, tuple)) or not all([isinstance(witness, WitnessFunction) for witness in found]):
+        raise (TypeError if found is None else RuntimeError)(
+            f"DoGetWitnessFunctions() of {system._describe()} must return a list of what MakeWitnessFunction() made; "
+            f"it returned {found!r}."
+        )
+    return found
 
 
 class SystemVisitor:

@@ -151,7 +151,13 @@ class SystemPorts(SystemBase):
 
     @checked
     def AllocateInputVector(self, input_port: InputPort) -> BasicVector:
-        """A vector that fits an input port."""
+        """A vector that fits an input port.
+
+        Raises:
+            RuntimeError: the port is abstract.
+        """
+        if input_port.get_data_type() is PortDataType.kAbstractValued:
+            raise RuntimeError(f"AllocateInputVector(): {input_port.GetFullDescription()} is abstract.")
         return input_port.Allocate().get_value()
 
     @checked

@@ -33,17 +33,20 @@ class AbstractValues(Cloned):
     """A list of abstract values.
 
     Args:
-        data: The values; shared, not copied.
+        data: The values; copied.
     """
 
-    def __init__(self, data: list[AbstractValue] | None = None):
-        self._data = list(data or [])
+    def __init__(self, data: Sequence[AbstractValue] = ()):
+        for value in data:
+            if not isinstance(value, AbstractValue):
+                raise Mismatch(f"AbstractValues(): incompatible constructor arguments: {value!r} is no AbstractValue.")
+        self._data = [value.Clone() for value in data]
         self._on_write: Touch | None = None
 
     @classmethod
     def _view(cls, data: list[AbstractValue], on_write: Touch | None) -> AbstractValues:
-        values = cls(data)
-        values._on_write = on_write
+        values = object.__new__(cls)
+        values._data, values._on_write = data, on_write
         return values
 
     def size(self) -> int:
@@ -71,14 +74,14 @@ class AbstractValues(Cloned):
 
     def Clone(self) -> AbstractValues:
         """Independent copies of all values."""
-        return AbstractValues([value.Clone() for value in self._data])
+        return AbstractValues(self._data)
 
 
 class DiscreteValues(Cloned):
     """Groups of numbers, each a BasicVector.
 
     Args:
-        data: The groups, or the only one.
+        data: The groups, or the only one; copied.
     """
 
     def __init__(self, data: BasicVector | Sequence[BasicVector] | None = None, *, datum: BasicVector | None = None):
@@ -87,7 +90,7 @@ class DiscreteValues(Cloned):
         for group in groups:
             if not isinstance(group, BasicVector):
                 raise Mismatch(f"DiscreteValues(): incompatible constructor arguments: {group!r} is no BasicVector.")
-        self._groups: list[BasicVector] = groups
+        self._groups: list[BasicVector] = [group.Clone() for group in groups]
 
     @classmethod
     def _view(cls, groups: list[BasicVector]) -> DiscreteValues:
@@ -181,7 +184,7 @@ class ContinuousState(Cloned):
     """Generalized positions q, velocities v and other variables z, as one vector and as three.
 
     Args:
-        state: All of them, q first. Without counts, everything is z.
+        state: All of them, q first; copied. Without counts, everything is z.
         num_q: Number of q.
         num_v: Number of v, at most `num_q`.
         num_z: Number of z.
@@ -193,12 +196,13 @@ class ContinuousState(Cloned):
             raise Mismatch(f"ContinuousState(): incompatible constructor arguments: {state!r} is no VectorBase.")
         n = vector.size()
         num_z = n - num_q - num_v if num_z is None else num_z
-        if num_q + num_v + num_z != n or min(num_q, num_v, num_z) < 0 or num_v > num_q:
+        if num_q + num_v + num_z != n or min(num_q, num_v, num_z) < 0:
             raise IndexError(
-                f"ContinuousState(): num_q={num_q}, num_v={num_v}, num_z={num_z} do not fit a vector of size {n} "
-                "(num_v may not exceed num_q)."
+                f"ContinuousState(): num_q={num_q}, num_v={num_v}, num_z={num_z} do not fit a vector of size {n}."
             )
-        self._vector = vector
+        if num_v > num_q:
+            raise RuntimeError(f"ContinuousState(): num_v={num_v} may not exceed num_q={num_q}.")
+        self._vector = vector.Clone() if isinstance(vector, BasicVector) else BasicVector(vector.CopyToVector())
         self._parts: Sequence[list[tuple[int, int]]] = [[(0, num_q)], [(num_q, num_q + num_v)], [(num_q + num_v, n)]]
 
     @classmethod

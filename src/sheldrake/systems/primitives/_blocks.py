@@ -281,8 +281,10 @@ class PortSwitch(LeafSystem):
     get_port_selector_input_port = input_port(0, "The input that tells which one.")
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        which = self.get_input_port(0).Eval(context)
-        output.SetFromVector(self.get_input_port(int(which)).Eval(context))
+        which = self.get_input_port(int(self.get_input_port(0).Eval(context)))
+        if which.get_data_type() is PortDataType.kAbstractValued:
+            raise RuntimeError(f"PortSwitch: {which.GetFullDescription()} was chosen, which is no vector.")
+        output.SetFromVector(which.Eval(context))
 
 
 class Sine(LeafSystem):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._checked import checked
-from sheldrake.common._enums import IndexEnum
+from sheldrake.common._enums import NumberEnum
 from sheldrake.common._kinds import instance_of, integers, list_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common._scalars import writable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
 
 
-class PerceptronActivationType(IndexEnum):
+class PerceptronActivationType(NumberEnum):
     """Activation functions."""
 
     kIdentity = 0
