@@ -151,6 +151,7 @@ def refusal(
     if not ours and (frame is None or frame.f_code is not inspect.unwrap(function).__code__):
         return None  # a function of the caller's stumbled
     no_formulas = frame is not None and frame.f_code.co_name == "__bool__"  # as those about symbols for numbers are
+    shape = _unfit_shape(error) if ours else None
     stumbled_over = [error.obj] if ours and isinstance(error, AttributeError) and error.name is not None else []
     for parameter, value in _given(function, args, kwargs):
         if value is parameter.default or (value is None and _may_be_stated(error)):
@@ -161,10 +162,18 @@ def refusal(
             wanted = f"must be {_shown(parameter.annotation, function)}, not"
         elif any(value is thing for thing in stumbled_over) and (test is None or test(_UNKNOWN)):
             wanted = "cannot be"
+        elif shape is not None and _is_array(value) and np.size(value) == shape[0]:
+            wanted = f"must be an array of shape {shape[1]}, not"
         else:
             continue
         return _mismatch(function, args, f"{parameter.name} {wanted}", value)
     return None
+
+
+def _unfit_shape(error: BaseException) -> tuple[int, str] | None:
+    """The size of an array, and the shape that it was to have, where it has too many numbers or too few."""
+    found = re.fullmatch(r"cannot reshape array of size (\d+) into shape (\([\d,]+\))", str(error))
+    return None if found is None else (int(found[1]), found[2])
 
 
 def _is_a_symbol_for_a_number(parameter: inspect.Parameter, value: object) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
+from sheldrake.common._scalars import frozen
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
@@ -76,12 +77,12 @@ class Plane:
         self._normal, self._height = n_F, n_F @ _vector(point_on_plane)
 
     def unit_normal(self) -> np.ndarray:
-        """Unit normal in F, shape (3,)."""
-        return self._normal.copy()
+        """Unit normal in F, shape (3,), read-only."""
+        return frozen(self._normal.copy())
 
     def reference_point(self) -> np.ndarray:
-        """The plane's point nearest to the origin of F [m], shape (3,)."""
-        return self._normal * self._height
+        """The plane's point nearest to the origin of F [m], shape (3,), read-only."""
+        return frozen(self._normal * self._height)
 
     def CalcHeight(self, point: Scalars) -> float:
         """Signed height of a point above the plane [m]."""
@@ -139,12 +140,12 @@ class _Bounds:
         raise NotImplementedError
 
     def center(self) -> np.ndarray:
-        """Centre in H [m], shape (3,)."""
-        return self.pose().translation().copy()
+        """Centre in H [m], shape (3,), read-only."""
+        return frozen(self.pose().translation().copy())
 
     def half_width(self) -> np.ndarray:
-        """Half sizes along the box's axes [m], shape (3,)."""
-        return self._half_width.copy()
+        """Half sizes along the box's axes [m], shape (3,), read-only."""
+        return frozen(self._half_width.copy())
 
     def CalcVolume(self) -> float:
         """Volume [m^3]."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, in_order
+from sheldrake.common._scalars import frozen
 from sheldrake.common._text import arguments, number
 from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
 
@@ -140,8 +141,8 @@ class Box(Shape):
         return self._height
 
     def size(self) -> np.ndarray:
-        """Lengths along Gx, Gy, Gz [m], shape (3,)."""
-        return np.array(self._values())
+        """Lengths along Gx, Gy, Gz [m], shape (3,), read-only."""
+        return frozen(np.array(self._values()))
 
 
 class Cylinder(Shape):

@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._scalars import frozen
 from sheldrake.multibody.tree import BodyIndex
 
 if TYPE_CHECKING:
@@ -147,8 +148,8 @@ class RobotClearance:
         return list(self._kinds)
 
     def distances(self) -> np.ndarray:
-        """Returns distances less padding [m], shape (size,)."""
-        return np.array(self._distances, dtype=float)
+        """Returns distances less padding [m], shape (size,), read-only."""
+        return frozen(np.array(self._distances, dtype=float))
 
     def jacobians(self) -> np.ndarray:
         """Returns the derivatives of distances by configurations, shape (size, num_positions)."""

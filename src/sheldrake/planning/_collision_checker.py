@@ -17,6 +17,7 @@ from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._no_constructor import no_constructor
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Overload, overload, overloaded
+from sheldrake.common._scalars import frozen
 from sheldrake.common._thread_team import threads_of
 from sheldrake.multibody.tree import BodyIndex, RigidBody
 from sheldrake.planning._body_shapes import BodyShapeDescription
@@ -487,8 +488,8 @@ class CollisionChecker:
         self._padding[i, j] = self._padding[j, i] = _finite("SetPaddingBetween", padding)
 
     def GetPaddingMatrix(self) -> np.ndarray:
-        """Returns the paddings of all pairs [m]."""
-        return self._padding.copy()
+        """Returns the paddings of all pairs [m], read-only."""
+        return frozen(self._padding.copy())
 
     def SetPaddingMatrix(self, collision_padding: ArrayLike) -> None:
         """Sets the paddings of all pairs [m].
@@ -565,11 +566,11 @@ class CollisionChecker:
 
     def GetFilteredCollisionMatrix(self) -> np.ndarray:
         """Returns which pairs are not looked at: 1; 0 for those that are, -1 for those that never are."""
-        return self._filter.copy()
+        return frozen(self._filter.copy())
 
     def GetNominalFilteredCollisionMatrix(self) -> np.ndarray:
-        """Returns the filters of the model itself."""
-        return self._nominal.copy()
+        """Returns the filters of the model itself, read-only."""
+        return frozen(self._nominal.copy())
 
     @overloaded(*_pair_and())
     def IsCollisionFilteredBetween(self, bodyA: Any, bodyB: Any) -> bool:

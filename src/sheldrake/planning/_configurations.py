@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._scalars import frozen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -119,8 +120,8 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
         return weights
 
     def distance_weights(self) -> np.ndarray:
-        """Returns the weight of each position."""
-        return self._weights.copy()
+        """Returns the weight of each position, read-only."""
+        return frozen(self._weights.copy())
 
     def quaternion_dof_start_indices(self) -> list[int]:
         """Returns where quaternions start among positions."""

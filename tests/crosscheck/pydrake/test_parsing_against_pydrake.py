@@ -142,7 +142,24 @@ def geom(attributes):
 
 SIZES_LEFT_OUT = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "plane")
 
+MODEL_OF_MODELS = (
+    '<sdf version="1.9"><model name="m"><model name="n"><pose>1 2 3 0 0 0</pose><link name="b"/></model>'
+    '<frame name="f"/><frame name="g" attached_to="f"/><frame name="h" attached_to="n::b"/>'
+    '<frame name="i" attached_to="h"/></model></sdf>'
+)
+SPHERE = '<geometry><sphere radius="0.1"/></geometry>'
+
 SAME = {
+    "frames of a model whose links are another's": {"text": MODEL_OF_MODELS, "type": "sdf"},
+    "numbers of a surface that a shape has not": {
+        "text": robot(
+            f'<link name="a"><collision>{SPHERE}<drake:proximity_properties><drake:hydroelastic_modulus value="-2"/>'
+            '<drake:mesh_resolution_hint value="0"/></drake:proximity_properties></collision></link>'
+        )
+    },
+    "looks without a word on whether they are on": {
+        "text": robot(f'<link name="a"><visual>{SPHERE}<drake:perception_properties/></visual></link>')
+    },
     **{
         f"{tag} without sizes": {"text": sdf(f"<geometry><{tag}/></geometry>"), "type": "sdf"} for tag in SIZES_LEFT_OUT
     },
@@ -308,6 +325,34 @@ def test_strict_parsing_refuses_the_same_tags():
     texts += [robot(LINKS + joint.format(f"<{tag}/>")) for tag in TAGS["joint"]]
     for text, (theirs, ours) in zip(texts, compare([{"text": t, "type": "urdf", "strict": True} for t in texts])):
         assert ("error" in theirs) == ("error" in ours), text[-120:]
+
+
+SDF_TAGS = {
+    "model": (
+        "self_collide", "allow_auto_disable", "enable_wind", "plugin name='p' filename='f'", "frame name='f'",
+    ),
+    "world": (
+        "audio", "wind", "gravity", "magnetic_field", "atmosphere type='adiabatic'", "gui", "physics type='ode'",
+        "scene", "light name='l' type='point'", "state world_name='w'", "frame name='f'",
+    ),
+    "link": ("enable_wind", "must_be_base_link", "pose"),
+    "joint": ("physics", "pose"),
+}  # fmt: skip
+
+
+def test_strict_parsing_refuses_the_same_tags_of_sdformat():
+    model = '<model name="m">{model}<link name="a">{link}</link><joint name="j" type="fixed"><parent>world</parent>'
+    model += "<child>a</child>{joint}</joint></model>"
+    texts = []
+    for place, tags in SDF_TAGS.items():
+        for tag in tags:
+            parts = dict.fromkeys(SDF_TAGS, "") | {place: f"<{tag}/>"}
+            texts.append(f'<sdf version="1.9"><world name="w">{parts["world"]}{model.format(**parts)}</world></sdf>')
+    refused = 0
+    for text, (theirs, ours) in zip(texts, compare([{"text": t, "type": "sdf", "strict": True} for t in texts])):
+        assert ("error" in theirs) == ("error" in ours), text
+        refused += "error" in theirs
+    assert 10 < refused < len(texts)
 
 
 def test_the_same_instances_are_returned(tmp_path):

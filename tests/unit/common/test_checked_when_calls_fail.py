@@ -139,6 +139,18 @@ def test_arguments_of_checked_calls_are_looked_at_when_the_body_stumbles():
         first([1.0], 2.0)
 
 
+def test_an_array_of_another_size_than_the_body_reshapes_it_to_is_a_type_error():
+    @checked
+    def corner(name: str, lower: ArrayLike, upper: ArrayLike) -> Any:
+        return np.reshape(upper, (3,)) - np.asarray(lower)
+
+    assert corner("box", [0, 0, 0], [1, 2, 3]).tolist() == [1, 2, 3]
+    with pytest.raises(TypeError, match=r"corner\(\).*upper must be an array of shape \(3,\), not list"):
+        corner("box", [0, 0, 0], [1, 2])
+    with pytest.raises(ValueError, match="broadcast"):
+        corner("box", [0, 0], [1, 2, 3])
+
+
 def test_a_symbol_for_a_number_that_is_compared_is_a_type_error():
     @checked
     def positive(value: float, symbol: Expression | None = None) -> float:

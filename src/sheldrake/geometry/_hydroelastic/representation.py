@@ -20,7 +20,7 @@ from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType, Role
 from sheldrake.geometry._shape_types import ShapeType, type_of
-from sheldrake.geometry._shapes import Capsule, Convex, Cylinder, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._shapes import Capsule, Convex, Cylinder, HalfSpace, Mesh, Shape
 
 _MOST_VERTICES = 1_000_000  # of meshes that a hint, maybe of a file, makes as fine as it likes
 
@@ -95,11 +95,6 @@ def check_representation(shape: Shape, properties: ProximityProperties) -> None:
         raise RuntimeError(
             f"Cannot create {word} {name}; the ('{proximity.HYDRO}', '{proximity.MARGIN}') property must not be "
             f"negative, it is {number(margin)}"
-        )
-    if isinstance(shape, Sphere) and not shape.radius() > margin:
-        raise RuntimeError(
-            f"Cannot create {word} {name}; its radius {number(shape.radius())} must be greater than the hydroelastic "
-            f"margin {number(margin)}"
         )
     if isinstance(shape, (Cylinder, Capsule)):
         hint = float(properties.GetProperty(proximity.HYDRO, proximity.RESOLUTION_HINT))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sheldrake.common._checked import checked
+from sheldrake.common._scalars import frozen
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 from .mesh_files import boundary_triangles
@@ -86,8 +87,8 @@ class VolumeMesh:
         return [VolumeElement(*row) for row in self._elements.tolist()]
 
     def vertices(self) -> list[np.ndarray]:
-        """Positions of all vertices in M [m]."""
-        return list(self._vertices.copy())
+        """Positions of all vertices in M [m], read-only."""
+        return list(frozen(self._vertices.copy()))
 
     def CalcTetrahedronVolume(self, e: int) -> float:
         """Volume of a tetrahedron [m^3], positive when its corners are in order."""

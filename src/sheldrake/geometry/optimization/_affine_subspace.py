@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
+from sheldrake.common._scalars import frozen
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.solvers import Solve, _arrays
@@ -50,12 +51,12 @@ class AffineSubspace(ConvexSet):
         self._set(*affine_hull(set, 1e-12 if tol is None else float(tol)))
 
     def basis(self) -> np.ndarray:
-        """Returns the basis, shape (n, m)."""
-        return self._basis.copy()
+        """Returns the basis, shape (n, m), read-only."""
+        return frozen(self._basis.copy())
 
     def translation(self) -> np.ndarray:
-        """Returns a point of it, shape (n,)."""
-        return self._translation.copy()
+        """Returns a point of it, shape (n,), read-only."""
+        return frozen(self._translation.copy())
 
     def AffineDimension(self) -> int:
         """Returns its own dimension."""

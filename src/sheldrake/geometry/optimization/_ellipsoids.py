@@ -16,6 +16,7 @@ from sheldrake.common import quick
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Ways, dispatch, overload
+from sheldrake.common._scalars import frozen
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
@@ -154,12 +155,12 @@ class AffineBall(ConvexSet):
         return AffineBall(U * radii, 0.5 * (x_1 + x_2))
 
     def B(self) -> np.ndarray:
-        """Returns B, shape (n, n)."""
-        return self._B.copy()
+        """Returns B, shape (n, n), read-only."""
+        return frozen(self._B.copy())
 
     def center(self) -> np.ndarray:
-        """Returns the center, shape (n,)."""
-        return self._center.copy()
+        """Returns the center, shape (n,), read-only."""
+        return frozen(self._center.copy())
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         u = into.new(self._dimension, "y")

@@ -38,7 +38,9 @@ class _Distances(KinematicFunction):
             self._kept = NativeDistances.of(self._plant, self._context, self._pair)
         return self._kept
 
-    def _check_geometry(self, plant: MultibodyPlant, context: Context) -> None:
+    def _check_geometry(self, plant: MultibodyPlant | None, context: Context | None) -> None:
+        if plant is None:
+            raise ValueError(f"{type(self).__name__}: plant is None.")
         if not plant.geometry_source_is_registered():
             raise ValueError(
                 "Kinematic constraint: MultibodyPlant has not registered its geometry source with SceneGraph yet. "
@@ -81,12 +83,12 @@ class DistanceConstraint(_Distances, Constraint):
         distance_upper: Greatest distance [m].
 
     Raises:
-        ValueError: the plant is not connected to a SceneGraph.
+        ValueError: the plant is None, or not connected to a SceneGraph.
     """
 
     def __init__(
         self,
-        plant: MultibodyPlant,
+        plant: MultibodyPlant | None,
         geometry_pair: tuple[GeometryId, GeometryId],
         plant_context: Context,
         distance_lower: float,
@@ -229,7 +231,7 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
         influence_distance_offset: Pairs farther from each other than bound + this do not count [m].
 
     Raises:
-        ValueError: the offset is not positive and finite, or the plant is not connected to a SceneGraph.
+        ValueError: the offset is not positive and finite, or the plant is None or not connected to a SceneGraph.
     """
 
     def __init__(
@@ -261,7 +263,7 @@ class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
         penalty_function: `(x, compute_grad) -> (value, slope)`, zero for x >= 0; a quadratic hinge if absent.
 
     Raises:
-        ValueError: the offset is not positive and finite, or the plant is not connected to a SceneGraph.
+        ValueError: the offset is not positive and finite, or the plant is None or not connected to a SceneGraph.
     """
 
     _lower_kind = False

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 QDOT = JacobianWrtVariable.kQDot
 PLANT, FRAME = instance_of(MultibodyPlant), instance_of(Frame)
+PLANT_OR_NONE = instance_of(MultibodyPlant, type(None))  # which `_set_plant` refuses, as Drake does
 _ORIGIN = np.zeros(3)
 POSE, POINT = called("RigidTransform"), called("float array of shape (3,)")
 

@@ -12,7 +12,7 @@ from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.inverse_kinematics._kinematic import (
     FRAME,
-    PLANT,
+    PLANT_OR_NONE,
     POINT,
     POSE,
     KinematicFunction,
@@ -45,12 +45,12 @@ class PositionConstraint(KinematicFunction, Constraint):
     @overloaded(
         overload(
             lambda self, plant, A, *rest: self.__init__(plant, A, None, *rest),
-            plant=PLANT,
+            plant=PLANT_OR_NONE,
             frameA=FRAME,
             **BOX,
             **_IN_B,
         ),
-        overload(plant=PLANT, frameAbar=FRAME, X_AbarA=POSE, **BOX, **_IN_B),
+        overload(plant=PLANT_OR_NONE, frameAbar=FRAME, X_AbarA=POSE, **BOX, **_IN_B),
     )
     def __init__(
         self,

@@ -213,7 +213,7 @@ class ModelBuilder:
         from sheldrake.multibody.tree import FixedOffsetFrame
 
         base = self._frame(description.base)
-        owner = self._instance if description.is_model_frame else base.model_instance()
+        owner = self._instance if description.is_of_model else base.model_instance()
         frame = FixedOffsetFrame(description.name, base, copy.copy(description.X_PF), owner)
         self._frames[self._scope, description.name] = self._plant.AddFrame(frame)
 

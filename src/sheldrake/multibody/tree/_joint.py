@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import frozen
 from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math import SpatialVelocity
@@ -288,8 +289,8 @@ class Joint(NamedElement):
         return damping
 
     def default_damping_vector(self) -> np.ndarray:
-        """Damping of each velocity, shape (nv,)."""
-        return self._damping.copy()
+        """Damping of each velocity, shape (nv,), read-only."""
+        return frozen(self._damping.copy())
 
     @checked
     def set_default_damping_vector(self, damping: ArrayLike) -> None:
@@ -299,8 +300,8 @@ class Joint(NamedElement):
         self._damping = self._checked_damping(damping)
 
     def GetDampingVector(self, context: Context) -> np.ndarray:
-        """Damping of each velocity as the context has it, shape (nv,)."""
-        return np.array(self._finalized("GetDampingVector").contexts.numbers(context, self._group))
+        """Damping of each velocity as the context has it, shape (nv,), read-only."""
+        return frozen(np.array(self._finalized("GetDampingVector").contexts.numbers(context, self._group)))
 
     def SetDampingVector(self, context: Context, damping: Scalars) -> None:
         """Changes the damping in a context."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._options import Options
+from sheldrake.common._scalars import writable
 from sheldrake.multibody.tree._element import NamedElement, finite, vector
 from sheldrake.multibody.tree._index import JointActuatorIndex
 from sheldrake.multibody.tree._joint import Joint
@@ -141,12 +142,16 @@ class JointActuator(NamedElement):
         return u[self._input_start : self._input_start + self.num_inputs()]
 
     def set_actuation_vector(self, u_actuator: Scalars, u: np.ndarray) -> None:
-        """Writes its part of the plant's actuation vector u, in place."""
-        self._finalized("set_actuation_vector")
-        u_actuator = vector("set_actuation_vector", "u_actuator", u_actuator, self.num_inputs())
-        u[self._input_start : self._input_start + self.num_inputs()] = np.reshape(
-            u_actuator, np.shape(u[self._input_start : self._input_start + self.num_inputs()])
-        )
+        """Writes its part of the plant's actuation vector u, in place.
+
+        Raises:
+            RuntimeError: either has another size.
+        """
+        call, owner = "set_actuation_vector", self._finalized("set_actuation_vector")
+        u_actuator = vector(call, "u_actuator", u_actuator, self.num_inputs())
+        vector(call, "u", writable(call, "u", u), owner.plant.num_actuated_dofs())
+        part = u[self._input_start : self._input_start + self.num_inputs()]
+        part[:] = np.reshape(u_actuator, part.shape)
 
     # --- position control
 

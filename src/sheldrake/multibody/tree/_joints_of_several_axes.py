@@ -36,7 +36,7 @@ class PlanarJoint(Joint):
             frame_on_child: M.
             damping: Along x and y [N s/m] and about z [N m s], shape (3,).
         """
-        super().__init__(name, frame_on_parent, frame_on_child, damping)
+        super().__init__(name, frame_on_parent, frame_on_child, vector("PlanarJoint.__init__", "damping", damping, 3))
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         T = scalar_of(q)

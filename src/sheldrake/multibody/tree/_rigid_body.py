@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import frozen
 from sheldrake.common.deprecation import _warn_of_retired
 from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialForce_, SpatialInertia, UnitInertia
 from sheldrake.multibody.tree._element import NamedElement, vector
@@ -59,8 +60,8 @@ class RigidBody(NamedElement):
         return self._M_BBo_B.get_mass()
 
     def default_com(self) -> np.ndarray:
-        """Centre of mass p_BoBcm_B [m], shape (3,)."""
-        return self._M_BBo_B.get_com()
+        """Centre of mass p_BoBcm_B [m], shape (3,), read-only."""
+        return frozen(self._M_BBo_B.get_com())
 
     def default_unit_inertia(self) -> UnitInertia:
         """G_BBo_B [m²]."""
@@ -245,8 +246,9 @@ class RigidBody(NamedElement):
         self._floating_joint("Unlock").Unlock(context)
 
     def is_locked(self, context: Context) -> bool:
-        """Whether its inboard joint is locked."""
-        return self._finalized("is_locked").elements.inboard_joint(self).is_locked(context)
+        """Whether its inboard joint is locked; false of the world, which has none."""
+        elements = self._finalized("is_locked").elements
+        return self._index != 0 and elements.inboard_joint(self).is_locked(context)
 
 
 def body_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, SpatialInertia]:

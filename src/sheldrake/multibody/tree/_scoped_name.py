@@ -42,18 +42,15 @@ class ScopedName:
     @checked
     def Join(name1: str, name2: str) -> ScopedName:
         """`name1::name2`, whichever of the two is scoped itself."""
-        return ScopedName.Parse(f"{name1}{_SEPARATOR}{name2}" if name1 and name2 else name1 or name2)
+        return ScopedName.Parse(f"{name1}{_SEPARATOR}{name2}")
 
     @staticmethod
     @checked
     def Parse(scoped_name: str) -> ScopedName:
-        """Splits at the last '::'; leading and trailing '::' are ignored."""
-        while scoped_name.startswith(_SEPARATOR):
-            scoped_name = scoped_name[2:]
-        while scoped_name.endswith(_SEPARATOR):
-            scoped_name = scoped_name[:-2]
+        """Splits at the last '::'; those at the ends of either part are ignored."""
         new = ScopedName()
-        new._namespace, _, new._element = scoped_name.rpartition(_SEPARATOR)
+        namespace, _, new._element = _without_separators(scoped_name).rpartition(_SEPARATOR)
+        new._namespace = _without_separators(namespace)
         return new
 
     def get_namespace(self) -> str:
@@ -105,3 +102,12 @@ class ScopedName:
 
     def __repr__(self) -> str:
         return f"ScopedName({self._namespace!r}, {self._element!r})"
+
+
+def _without_separators(name: str) -> str:
+    """A name without '::' at its ends."""
+    while name.startswith(_SEPARATOR):
+        name = name.removeprefix(_SEPARATOR)
+    while name.endswith(_SEPARATOR):
+        name = name.removesuffix(_SEPARATOR)
+    return name

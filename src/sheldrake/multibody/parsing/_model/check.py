@@ -169,7 +169,7 @@ def _check_frame_names(model, scope, frame_body, taken: dict, policy) -> None:
             claim(scope, body.name, body)
     for element in model.elements:
         if isinstance(element, FrameDescription) and not element.base.is_world:
-            base = scope if element.is_model_frame else (*scope, *element.base.scope)
+            base = scope if element.is_of_model else (*scope, *element.base.scope)
             claim(base, element.name, element)
         elif isinstance(element, JointDescription):
             owner = (*scope, *element.child.scope)

@@ -79,7 +79,7 @@ class FrameDescription:
     name: str
     base: FrameReference
     X_PF: Any
-    is_model_frame: bool = False  # belongs to the describing model even when its base is in a nested one
+    is_of_model: bool = False  # belongs to the describing model even when its base is in a nested one
 
 
 @dataclass

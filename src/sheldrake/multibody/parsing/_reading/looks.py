@@ -86,7 +86,5 @@ def _is_enabled(element: Element, tag: str, reading: Reading) -> bool:
     if child is None:
         return True
     reading.warn_unknown(child, attributes=("enabled",))
-    text = child.get("enabled")
-    if text is None:
-        reading.fail(child, f"<{tag}> needs the attribute 'enabled'.")
+    text = child.get("enabled", "true")
     return reading.parse_bool(text, child.where_attribute("enabled"), f"<{tag}> enabled")

@@ -17,6 +17,7 @@ _NUMBERS = (
     ("drake:relaxation_time", "material", "relaxation_time", True),
     ("drake:point_contact_stiffness", "material", "point_contact_stiffness", False),
 )
+_SURFACE = ("drake:mesh_resolution_hint", "drake:hydroelastic_modulus")  # for shapes with a hydroelastic surface alone
 _FLAGS = ("drake:rigid_hydroelastic", "drake:compliant_hydroelastic")
 _FRICTION = ("drake:mu_static", "drake:mu_dynamic")
 _KNOWN = (*(row[0] for row in _NUMBERS), *_FLAGS, *_FRICTION, "drake:point_contact_algorithm")
@@ -47,7 +48,7 @@ def read_proximity_properties(
         return properties
     _refuse_retired_tag(block, reading)
     reading.warn_unknown(block, tags=_KNOWN)
-    rigid = _read_compliance(block, properties, reading)
+    rigid, compliant = _read_compliance(block, properties, reading)
     for tag, group, name, may_be_zero in _NUMBERS:
         element = block.find(tag)
         if element is None:
@@ -56,7 +57,8 @@ def read_proximity_properties(
         if rigid and tag == "drake:hydroelastic_modulus":
             reading.warn(element, f"A rigid geometry has no <{tag}>; its value {value:g} is ignored.")
             continue
-        if value < 0.0 or (value == 0.0 and not may_be_zero):
+        is_unused = tag in _SURFACE and not (rigid or compliant)
+        if not is_unused and (value < 0.0 or (value == 0.0 and not may_be_zero)):
             kind = "non-negative" if may_be_zero else "positive"
             reading.fail(element, f"<{tag}> must be {kind}, found {value:g}.")
         properties.AddProperty(group, name, value)
@@ -73,8 +75,8 @@ def _refuse_retired_tag(block: Element, reading: Reading) -> None:
         reading.fail(retired, "<drake:soft_hydroelastic> is retired; write <drake:compliant_hydroelastic>.")
 
 
-def _read_compliance(block: Element, properties, reading: Reading) -> bool:
-    """Adds the compliance type; True when the shape is rigid."""
+def _read_compliance(block: Element, properties, reading: Reading) -> tuple[bool, bool]:
+    """Adds the compliance type; whether the shape is rigid, and whether it is compliant."""
     from sheldrake.geometry import AddCompliantHydroelasticPropertiesForHalfSpace, AddRigidHydroelasticProperties
 
     rigid, compliant = (block.find(tag) for tag in _FLAGS)
@@ -92,7 +94,7 @@ def _read_compliance(block: Element, properties, reading: Reading) -> bool:
         AddCompliantHydroelasticPropertiesForHalfSpace(1.0, 1.0, properties)
         properties.RemoveProperty("hydroelastic", "slab_thickness")
         properties.RemoveProperty("hydroelastic", "hydroelastic_modulus")
-    return rigid is not None
+    return rigid is not None, compliant is not None
 
 
 def _read_friction(block: Element, reading: Reading, number_of, fallback):

@@ -1,19 +1,16 @@
 """SDFormat: `<model>` and `<world>` elements to model descriptions."""
 
-import numpy as np
-
 from .._files.xml import Element
 from .._model.check import check_model
 from .._model.description import BodyDescription, FrameDescription, FrameReference, JointDescription, ModelDescription
 from .._reading.reading import Reading
-from .children import child_vector
 from .extensions import read_extensions
 from .frames import MODEL_FRAME, SdfScope, read_pose, reference_of_pose
 from .gearbox import make_couplers, read_gearbox
 from .geometry import read_collision, read_visual, without_drake_prefix
 from .inertial import read_inertial
 from .joints import drop_impossible_couplers, read_drake_joint, read_joint
-from .prepare import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
+from .prepare import PreparedModel, gather, prepare_model, read_version
 from .specification import refuse_undefined, refuse_undefined_attribute
 
 _LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual", "drake:surface_velocity_axis")
@@ -65,22 +62,10 @@ def _read_world(element: Element, reading: Reading, version) -> ModelDescription
     from sheldrake.math import RigidTransform
 
     name = reading.name(element, "<world>")
-    silent = (
-        *SILENT_TAGS,
-        "physics",
-        "scene",
-        "light",
-        "gui",
-        "atmosphere",
-        "magnetic_field",
-        "wind",
-        "state",
-        "audio",
-    )
-    reading.warn_unknown(element, ("model", "include", "frame", "joint", "gravity"), ("name",), (*silent, "road"))
-    gravity = child_vector(element, "gravity", 3, reading)
-    if gravity is not None and not np.allclose(gravity, (0.0, 0.0, -9.81), atol=0.02):
-        reading.warn(element.find("gravity"), "The <gravity> of a world is ignored; set it with plant.gravity_field().")
+    reading.warn_unknown(element, ("model", "include", "frame", "joint", "gravity"), ("name",))
+    gravity = element.find("gravity")
+    if gravity is not None:
+        reading.warn(gravity, "The <gravity> of a world is ignored; set it with plant.gravity_field().")
     scope = SdfScope(name, element.where, reading, is_world=True)
     world = PreparedModel(element, name, reading, version, scope, is_static=False)
     gather(world)
@@ -104,7 +89,7 @@ def _describe(model: PreparedModel, X_WM) -> ModelDescription:
     path, link = scope.body(MODEL_FRAME, model.element.where)
     X_LM = scope.pose_of_body(path, link, model.element.where).inverse()
     description.elements.append(
-        FrameDescription(model.element.where, MODEL_FRAME, FrameReference(link, path), X_LM, True)
+        FrameDescription(model.element.where, MODEL_FRAME, FrameReference(link, path), X_LM, is_of_model=True)
     )
     _describe_joints(model, X_WM, description)
     _describe_frames(model, description)
@@ -129,7 +114,7 @@ def _describe_nested(model: PreparedModel, X_WM, description: ModelDescription) 
                 body.default_pose = X_WN @ place.scope.pose(body.name, place.where) if not body.is_world else None
             base = FrameReference(place.scope.canonical_link)
             X_LM = place.scope.pose(place.scope.canonical_link, place.where).inverse()
-            inner.elements.append(FrameDescription(place.where, MODEL_FRAME, base, X_LM, True))
+            inner.elements.append(FrameDescription(place.where, MODEL_FRAME, base, X_LM, is_of_model=True))
             inner.comes_first = True
             description.nested.append(inner)
 
@@ -139,7 +124,7 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
     name = element.get("name")
     if element.find("drake:deformable_properties") is not None:
         raise NotImplementedError(f"{element.where}: deformable bodies are not implemented.")
-    reading.warn_unknown(element, _LINK_TAGS, ("name",), SILENT_TAGS)
+    reading.warn_unknown(element, _LINK_TAGS, ("name",))
     gravity = element.find("gravity")
     if gravity is not None and not reading.parse_bool(gravity.text, gravity.where, "<gravity>"):
         reading.warn(gravity, f"Link '{name}': gravity cannot be switched off for one link; <gravity> is ignored.")
@@ -182,7 +167,8 @@ def _describe_frames(model: PreparedModel, description: ModelDescription) -> Non
         X_MF = scope.pose(name, element.where)
         X_BF = scope.pose_of_body(path, link, element.where).inverse() @ X_MF
         base = FrameReference(link, path, is_world=link == "world" and not path)
-        description.elements.append(FrameDescription(element.where, name, base, X_BF))
+        is_of_model = scope.is_fixed_to_model_frame(name) and not scope.is_world
+        description.elements.append(FrameDescription(element.where, name, base, X_BF, is_of_model))
 
 
 def _weld_to_world(model: PreparedModel, X_WM, description: ModelDescription) -> None:

@@ -160,6 +160,15 @@ class SdfScope:
             self.known_bodies[name] = self.body(place.attached_to, place.where, pending)
         return self.known_bodies[name]
 
+    def is_fixed_to_model_frame(self, name: str) -> bool:
+        """Whether a frame that can be found is attached to the frame of this model, directly or by others of it."""
+        while name not in ("", MODEL_FRAME):
+            place = self.places.get(name)
+            if place is None or place.kind != "frame":
+                return False
+            name = place.attached_to
+        return True
+
     def pose_of_body(self, scope: tuple[str, ...], link: str, where: Location):
         """The pose of a link found by `body` in this model's frame."""
         if link == "world":

@@ -23,7 +23,7 @@ _TAGS = ("parent", "child", "pose", "axis", "axis2", "gearbox_ratio", "gearbox_r
 def read_gearbox(element: Element, model: ModelDescription, scope: SdfScope, version, reading: Reading) -> None:
     """Adds a gearbox to a model; it becomes a coupler when all joints are known."""
     name = reading.name(element, "<joint>")
-    reading.warn_unknown(element, _TAGS, ("name", "type"), silent=("physics",))
+    reading.warn_unknown(element, _TAGS, ("name", "type"))
     parent, child = read_ends(element, name, scope, reading)
     body = element.find("gearbox_reference_body")
     if body is None or not body.text.strip():

@@ -135,7 +135,7 @@ def without_drake_prefix(element: Element) -> Element:
 
 def read_visual(element: Element, body: BodyDescription, scope: SdfScope, reading: Reading) -> None:
     """Adds a `<visual>` to a body."""
-    reading.warn_unknown(element, _VISUAL_TAGS, ("name",), silent=("meta",))
+    reading.warn_unknown(element, _VISUAL_TAGS, ("name",))
     description = _read_placed_shape(element, body, scope, reading, body.visuals)
     if description is None:
         return

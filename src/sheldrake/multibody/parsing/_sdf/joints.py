@@ -71,7 +71,7 @@ def read_joint(
     kind = joint_type.name
     if is_static and kind != "weld":
         reading.fail(element, f"Joint '{name}' of type {written}: a static model has fixed joints only.")
-    reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"), silent=("physics",))
+    reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"))
     parent, child = read_ends(element, name, scope, reading)
     joint = JointDescription(element.where, name, kind, parent, child)
     _place(joint, element, scope, X_WM)
@@ -150,7 +150,7 @@ def _read_limits(axis: Element, name: str, reading: Reading) -> JointLimits:
     if limit is None:
         return JointLimits()
     known = ("lower", "upper", "effort", "velocity", "drake:acceleration")
-    reading.warn_unknown(limit, known, silent=("stiffness", "dissipation"))
+    reading.warn_unknown(limit, known, silent=("stiffness",))
 
     def get(tag: str, default: float) -> float:
         return child_number(limit, tag, reading, default, infinite=True)

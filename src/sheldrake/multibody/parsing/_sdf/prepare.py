@@ -13,7 +13,6 @@ from .frames import MODEL_FRAME, Place, SdfScope, read_pose, reference_of_pose
 from .scoped_names import NAMES_WITHOUT_SCOPES, with_nested_models
 
 OLDEST, NEWEST = (1, 4), (1, 12)
-SILENT_TAGS = ("allow_auto_disable", "enable_wind", "must_be_base_link", "meta")
 EXTENSION_TAGS = (
     "drake:collision_filter_group",
     "drake:linear_bushing_rpy",
@@ -58,7 +57,7 @@ def prepare_model(
     element: Element, reading: Reading, version, name: str = "", is_static: bool = False
 ) -> PreparedModel:
     """Reads everything that has a name and a pose."""
-    reading.warn_unknown(element, _MODEL_TAGS, _MODEL_ATTRIBUTES, SILENT_TAGS)
+    reading.warn_unknown(element, _MODEL_TAGS, _MODEL_ATTRIBUTES)
     name = name or _plain_name(element, reading)
     static = element.find("static")
     is_static = is_static or (static is not None and reading.parse_bool(static.text, static.where, "<static>"))
