@@ -25,19 +25,21 @@ _DENSE = 20_000  # entries of a matrix of all derivatives that is filled at each
 
 
 class _Forms:
-    """b'x + x'Qx/2 + c, each of some variables, as entries that have a row, a column, and a number in b.
+    """b'y + y'Qy/2 + c, each of some variables, as entries that have a row, a column, and a number in b.
 
     Args:
         linear: Linear forms; their entries are the coefficients that are not zero.
         quadratic: Quadratic forms, which have an entry for each variable.
         num_rows: How many rows there are.
+        scale: Units of the variables.
     """
 
-    def __init__(self, linear: Sequence[Placed], quadratic: Sequence[Placed], num_rows: int):
+    def __init__(self, linear: Sequence[Placed], quadratic: Sequence[Placed], num_rows: int, scale: np.ndarray):
         self.c = np.zeros(num_rows)
-        rows, cols, b, i, j, Q = [], [], [], [], [], []
+        rows, cols, b, i, j, Q = ([] for _ in range(6))  # type: tuple[list[np.ndarray], ...]
+        begin = 0
         for form, columns, places in quadratic:
-            at, begin = form._Q.nonzero(), sum(map(len, b))
+            at = form._Q.nonzero()
             rows.append(places.repeat(len(columns)))
             cols.append(columns)
             b.append(form._b)
@@ -45,7 +47,8 @@ class _Forms:
             j.append(at[1] + begin)
             Q.append(form._Q[at])
             self.c[places] += form._c if isinstance(form, QuadraticCost) else 0.0
-        self.num_quadratic = sum(map(len, b))
+            begin += len(columns)
+        self.num_quadratic = begin
         if linear:
             matrices = [form._a.reshape(1, -1) if isinstance(form, LinearCost) else form._A for form, _, _ in linear]
             local, columns, numbers = entries(matrices, [len(places) for *_, places in linear])
@@ -56,6 +59,8 @@ class _Forms:
                 self.c[places] += form._b if isinstance(form, LinearCost) else 0.0
         self.row, self.col, self.b = joined(rows, np.int64), joined(cols, np.int64), joined(b, float)
         self.i, self.j, self.Q = joined(i, np.int64), joined(j, np.int64), joined(Q, float)
+        units = scale[self.col]
+        self.b, self.Q = self.b * units, self.Q * units[self.i] * units[self.j]
 
 
 class Functions:
@@ -91,7 +96,7 @@ class Functions:
                     formulas.append((written, f))
                 else:
                     rest[k].append(f)
-        forms = self._forms = _Forms(linear, quadratic, num_rows)
+        forms = self._forms = _Forms(linear, quadratic, num_rows, scale)
         self._linear = linear
         self.parts: list[Terms] = [*grouped(rest[0], True), *grouped(rest[1])]
         self._formulas = [f for _, f in formulas]
@@ -106,9 +111,11 @@ class Functions:
         self._is_compiled = jit_enabled()
         self.is_native, self.is_dense = not self.parts and self._is_compiled, num_rows * n <= _DENSE
         self._entry = np.zeros(len(self.row))
+        self._entry[: len(forms.b)] = forms.b
         self._models = kernels.Functions(
-            forms.c, self.row, self.col, forms.b, forms.i, forms.j, forms.Q,
-            joined([f.rows for f in self._formulas], np.int64), scale, np.zeros(n), self._entry,
+            forms.c, self.row, self.col, np.flatnonzero(self.row == 0), forms.b[: forms.num_quadratic], forms.i,
+            forms.j, forms.Q, np.array([len(forms.b)]), joined([f.rows for f in self._formulas], np.int64), scale,
+            np.zeros(n), self._entry,
         )  # fmt: skip
         self._tapes = self._pieces.tapes()
         self.y, self._rows, self._J = np.zeros(n), np.zeros(num_rows), np.zeros((num_rows if self.is_dense else 1, n))
@@ -204,14 +211,15 @@ class Functions:
             of = [(p.rough_hessian if is_rough else p.hessian)(x, weights[p.places]) for p in self.parts]
             found = np.concatenate([found, *of])
         H = without_nan(found)
+        H = H.copy() if H is found else H
         if self._is_scaled:
             rows, cols = self.where_hessian
-            return H * self._scale[rows] * self._scale[cols]
-        return H.copy() if H is found else H
+            begin = len(self._forms.Q)
+            H[begin:] *= self._scale[rows[begin:]] * self._scale[cols[begin:]]
+        return H
 
     def empty_rows(self) -> np.ndarray:
         """Rows of linear forms without a coefficient."""
-        linear = [f.rows for f in self._linear]
-        begin = self._forms.num_quadratic
-        used = self._forms.row[begin:][self._forms.b[begin:] != 0.0]
-        return np.setdiff1d(np.concatenate(linear), used) if linear else used
+        begin, rows = self._forms.num_quadratic, joined([f.rows for f in self._linear], np.int64)
+        counts = np.bincount(self._forms.row[begin:][self._forms.b[begin:] != 0.0], minlength=len(self._rows))
+        return rows[counts[rows] == 0]

@@ -67,12 +67,14 @@ class Slacked:
         self.n = nf + ns
         place = np.full(form.num_vars, -1)
         place[self._free] = np.arange(nf)
-        self._J_kept = np.flatnonzero(place[form.J_cols] >= 0)
-        self.J_rows = np.concatenate((form.J_rows[self._J_kept], self._slack_rows))
-        self.J_cols = np.concatenate((place[form.J_cols[self._J_kept]], nf + np.arange(ns)))
+        row, col = form.functions.row, form.functions.col
+        self._J_kept = np.flatnonzero((row > 0) & (place[col] >= 0))
+        self.J_rows = np.concatenate((row[self._J_kept] - 1, self._slack_rows))
+        self.J_cols = np.concatenate((place[col[self._J_kept]], nf + np.arange(ns)))
         self._H_kept = np.flatnonzero((place[form.H_rows] >= 0) & (place[form.H_cols] >= 0))
         self.H_rows, self.H_cols = place[form.H_rows[self._H_kept]], place[form.H_cols[self._H_kept]]
-        gradient, entries = form.cost(start)[1], form.constraints(start)[1]
+        _, entries, J = form.functions.slopes(start)
+        gradient = J[0]
         self.cost_scale = _scale_of(np.abs(gradient[self._free]).max(initial=0.0))
         largest = np.zeros(self.m)
         np.maximum.at(largest, self.J_rows[: len(self._J_kept)], np.abs(entries[self._J_kept]))
@@ -115,11 +117,11 @@ class Slacked:
 
     def _slopes_at(self, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
         y = self.point(z)
-        (cost, gradient), (rows, entries) = self._form.cost(y), self._form.constraints(y)
+        rows, entries, gradient = self._form.functions.slopes(y)
         g = np.zeros(self.n)
-        g[: len(self._free)] = gradient[self._free] * self.cost_scale
+        g[: len(self._free)] = gradient[0, self._free] * self.cost_scale
         J = np.concatenate((entries[self._J_kept] * self._J_scale, self._minus_ones))
-        return cost * self.cost_scale, g, self._residual(rows, z), J
+        return rows.item(0) * self.cost_scale, g, self._residual(rows[1:], z), J
 
     def hessian(self, z: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         """Entries of the Hessian of f + multipliers' c."""

@@ -79,7 +79,10 @@ class NonlinearSolver(Engine):
         result: MathematicalProgramResult,
     ) -> None:
         result._solver = outcome.by
-        (cost, rows), violation = form.values(y), form.violation(y)
+        # Functions are called now: later they may be others. What is made of their values can wait.
+        multipliers = _Late(_multipliers(form, y, outcome.dual))
+        F, violation = form.functions.values(y).copy(), form.violation(y)
+        cost = F.item(0)
         spent = outcome.iterations_spent
         if violation > settings.feasibility:
             kind = SolutionResult.kIterationLimit if spent else SolutionResult.kInfeasibleConstraints
@@ -91,9 +94,7 @@ class NonlinearSolver(Engine):
             kind = SolutionResult.kIterationLimit if spent else SolutionResult.kSolverSpecificError
         result._finish(kind, y * form.scale, cost)
         if kind is not SolutionResult.kUnbounded:
-            result._cost = float(cost)  # That of the point where it stopped, feasible or not.
-        # Functions are called now: later they may be others. What is made of their values can wait.
-        multipliers, F = _Late(_multipliers(form, y, outcome.dual)), np.append(cost, rows)
+            result._cost = cost  # That of the point where it stopped, feasible or not.
         result._set_details_late(lambda: self._details(kind, outcome, seconds, F, multipliers()))
         if kind is SolutionResult.kSolutionFound:
             own, boxes = form.rows, form.boxes

@@ -55,6 +55,8 @@ class InteriorPointSolver(NonlinearSolver):
 
     def _read(self, options: SolverOptions) -> Settings:
         named = options._of("SNOPT")
+        if not named:
+            return Settings(prints=self._prints(options))
         if wrong := unknown(named):
             raise RuntimeError(
                 f"SNOPT: the following solver option names were not recognized: {', '.join(wrong)}. Heeded are Major "

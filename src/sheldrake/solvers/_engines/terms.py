@@ -63,7 +63,10 @@ class Terms:
 
     def add(self, rows: np.ndarray, values: np.ndarray) -> None:
         """Adds values to their rows, which for costs are all the same."""
-        np.add.at(rows, self.places, values)
+        if not self.places.any():
+            rows[0] += np.add.reduce(values)
+        else:
+            rows[self.places] += values
 
 
 class FullTerms(Terms):

@@ -18,31 +18,36 @@ from sheldrake.symbolic._kernels.tape import (
 
 
 class Functions(NamedTuple):
-    """Rows, the cost being the first: forms b'x + x'Qx/2 + c, formulas, and what Python adds.
+    """Rows, the cost being the first: forms b'y + y'Qy/2 + c, formulas, and what Python adds.
 
-    Derivatives are entries, first those of forms, then those of formulas; those at one place add up.
+    Derivatives are entries: of quadratic forms, of linear ones, where they never change, then of formulas; those at one
+    place add up.
 
     Attributes:
         c: Constants, shape (rows,).
         row: Rows of the entries.
         col: Their columns.
-        b: Of each entry of a form.
+        of_cost: Which entries are those of the cost.
+        b: Of each entry of a quadratic form.
         i: Entries whose derivatives have a term `Q` times the variable of entry `j`.
         j: See `i`.
         Q: See `i`.
+        linear: Where entries of linear forms end, shape (1,).
         value_row: Rows of the values of formulas.
         scale: Units of the variables.
         x: Scratch: the variables, unscaled.
-        entry: The entries; of forms and formulas they are filled.
+        entry: The entries.
     """
 
     c: Vector
     row: IntVector
     col: IntVector
+    of_cost: IntVector
     b: Vector
     i: IntVector
     j: IntVector
     Q: Vector
+    linear: IntVector
     value_row: IntVector
     scale: Vector
     x: Vector
@@ -56,17 +61,31 @@ def unscale(f, y):
 
 
 @kernel
-def compute(f, tapes, y, rows, with_slopes):
-    """Rows, and entries if these are wanted; those of forms always."""
-    unscale(f, y)
-    for k in range(len(rows)):
-        rows[k] = f.c[k]
-    for k in range(len(f.b)):
+def add_forms(f, y, rows):
+    """Rows get their forms; entries of these are computed."""
+    count = len(f.b)
+    for k in range(count):
         f.entry[k] = f.b[k]
     for k in range(len(f.Q)):
-        f.entry[f.i[k]] += f.Q[k] * f.x[f.col[f.j[k]]]
-    for k in range(len(f.b)):
-        rows[f.row[k]] += 0.5 * (f.b[k] + f.entry[k]) * f.x[f.col[k]]
+        f.entry[f.i[k]] += f.Q[k] * y[f.col[f.j[k]]]
+    for k in range(count):
+        rows[f.row[k]] += 0.5 * (f.b[k] + f.entry[k]) * y[f.col[k]]
+    own, total = 0, 0.0  # of entries in a row, to wait for no memory
+    for k in range(count, f.linear[0]):
+        if f.row[k] != own:
+            rows[own] += total
+            own, total = f.row[k], 0.0
+        total += f.entry[k] * y[f.col[k]]
+    rows[own] += total
+
+
+@kernel
+def compute(f, tapes, y, rows, with_slopes):
+    """Rows, and entries if these are wanted; those of forms always."""
+    for k in range(len(rows)):
+        rows[k] = f.c[k]
+    add_forms(f, y, rows)
+    unscale(f, y)
     for p in range(len(tapes.pieces)):
         piece = tapes.pieces[p]
         run(tapes, p, f.x)
@@ -80,16 +99,18 @@ def compute(f, tapes, y, rows, with_slopes):
 @kernel
 def finish(f, J):
     """Entries in units of y, none of them NaN; their sums by row and column."""
+    for k in range(f.linear[0], len(f.entry)):
+        slope = f.entry[k] * f.scale[f.col[k]]
+        f.entry[k] = slope if slope == slope else 0.0
     for i in range(J.shape[0]):
         for k in range(J.shape[1]):
             J[i, k] = 0.0
-    for k in range(len(f.entry)):
-        slope = f.entry[k] * f.scale[f.col[k]]
-        if slope != slope:
-            slope = 0.0
-        f.entry[k] = slope
-        if f.row[k] < J.shape[0]:
-            J[f.row[k], f.col[k]] += slope
+    if J.shape[0] == 1:
+        for k in range(len(f.of_cost)):
+            J[0, f.col[f.of_cost[k]]] += f.entry[f.of_cost[k]]
+    else:
+        for k in range(len(f.entry)):
+            J[f.row[k], f.col[k]] += f.entry[k]
     return 0
 
 
@@ -140,7 +161,7 @@ def slopes(
 def hessian(
     functions_model: Functions, tapes_model: Tapes, y: Vector, rows: Vector, J: Matrix, weights: Vector, H: Vector
 ) -> None:
-    """Entries of the Hessian of weights' rows by the unscaled variables: of forms, then of formulas."""
+    """Entries of the Hessian of weights' rows: of forms, then, by the unscaled variables, of formulas."""
     f, tapes = functions_model, tapes_model
     unscale(f, y)
     for k in range(len(f.Q)):
@@ -169,7 +190,7 @@ def cost_hessian(
         H[k] = 0.0
     for k in range(len(f.Q)):
         if f.row[f.i[k]] == 0:
-            add_second(f, H, n, f.col[f.i[k]], f.col[f.j[k]], f.Q[k])
+            H[f.col[f.i[k]] * n + f.col[f.j[k]]] += f.Q[k]
     for p in range(len(tapes.pieces)):
         piece = tapes.pieces[p]
         run(tapes, p, f.x)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -44,31 +43,31 @@ class Tape(NamedTuple):
 def unary(kind, x):
     """A function of one number."""
     if kind == SIN:
-        return math.sin(x)
+        return np.sin(x)
     if kind == COS:
-        return math.cos(x)
+        return np.cos(x)
     if kind == SQRT:
-        return math.sqrt(x)
+        return np.sqrt(x)
     if kind == EXP:
-        return math.exp(x)
+        return np.exp(x)
     if kind == LOG:
-        return math.log(x)
+        return np.log(x)
     if kind == ABS:
         return abs(x)
     if kind == TAN:
-        return math.tan(x)
+        return np.tan(x)
     if kind == ASIN:
-        return math.asin(x)
+        return np.arcsin(x)
     if kind == ACOS:
-        return math.acos(x)
+        return np.arccos(x)
     if kind == ATAN:
-        return math.atan(x)
+        return np.arctan(x)
     if kind == SINH:
-        return math.sinh(x)
+        return np.sinh(x)
     if kind == COSH:
-        return math.cosh(x)
+        return np.cosh(x)
     if kind == TANH:
-        return math.tanh(x)
+        return np.tanh(x)
     if kind == CEIL:
         return 0.0 - np.floor(-x)
     return np.floor(x)
@@ -84,9 +83,9 @@ def binary(kind, x, y):
     if kind == DIVIDE:
         return x / y
     if kind == POWER or kind == CONSTANT_POWER:
-        return math.pow(x, y)
+        return x**y
     if kind == ATAN2:
-        return math.atan2(x, y)
+        return np.arctan2(x, y)
     if kind == MIN:
         return min(x, y)
     return max(x, y)
@@ -183,9 +182,9 @@ def run(tapes, p, x):
 def slope_of_unary(kind, x, z):
     """The derivative of z, a smooth function of x."""
     if kind == SIN:
-        return math.cos(x)
+        return np.cos(x)
     if kind == COS:
-        return -math.sin(x)
+        return -np.sin(x)
     if kind == SQRT:
         return 0.5 / z
     if kind == EXP:
@@ -195,15 +194,15 @@ def slope_of_unary(kind, x, z):
     if kind == TAN:
         return 1.0 + z * z
     if kind == ASIN:
-        return 1.0 / math.sqrt(1.0 - x * x)
+        return 1.0 / np.sqrt(1.0 - x * x)
     if kind == ACOS:
-        return -1.0 / math.sqrt(1.0 - x * x)
+        return -1.0 / np.sqrt(1.0 - x * x)
     if kind == ATAN:
         return 1.0 / (1.0 + x * x)
     if kind == SINH:
-        return math.cosh(x)
+        return np.cosh(x)
     if kind == COSH:
-        return math.sinh(x)
+        return np.sinh(x)
     return 1.0 - z * z
 
 
@@ -221,9 +220,9 @@ def curvature_of_unary(kind, x, z):
     if kind == TAN:
         return 2.0 * z * (1.0 + z * z)
     if kind == ASIN:
-        return x / math.pow(1.0 - x * x, 1.5)
+        return x / (1.0 - x * x) ** 1.5
     if kind == ACOS:
-        return -x / math.pow(1.0 - x * x, 1.5)
+        return -x / (1.0 - x * x) ** 1.5
     if kind == ATAN:
         return -2.0 * x / ((1.0 + x * x) * (1.0 + x * x))
     return -2.0 * z * (1.0 - z * z)
@@ -232,7 +231,7 @@ def curvature_of_unary(kind, x, z):
 @kernel
 def times_power(c, x, y):
     """c x^y, also where c is 0 and x^y infinite."""
-    return c * math.pow(x, y) if c != 0.0 else 0.0
+    return c * x**y if c != 0.0 else 0.0
 
 
 @kernel(outline=True)
@@ -247,7 +246,7 @@ def slopes_of_binary(kind, x, y, z):
     if kind == CONSTANT_POWER:
         return times_power(y, x, y - 1.0), 0.0
     if kind == POWER:
-        return times_power(y, x, y - 1.0), z * math.log(x)
+        return times_power(y, x, y - 1.0), z * np.log(x)
     square = x * x + y * y
     return y / square, -x / square
 
@@ -264,8 +263,8 @@ def curvatures_of_binary(kind, x, y, z):
     if kind == CONSTANT_POWER:
         return times_power(y * (y - 1.0), x, y - 2.0), 0.0, 0.0
     if kind == POWER:
-        log = math.log(x)
-        return times_power(y * (y - 1.0), x, y - 2.0), math.pow(x, y - 1.0) * (1.0 + y * log), z * log * log
+        log = np.log(x)
+        return times_power(y * (y - 1.0), x, y - 2.0), x ** (y - 1.0) * (1.0 + y * log), z * log * log
     square = x * x + y * y
     turn = 2.0 * x * y / (square * square)
     return -turn, (x * x - y * y) / (square * square), turn
