@@ -2,8 +2,8 @@
 
     python benchmarks/small_calls.py [FAMILY ...] [--rounds 5] [--slower]
 
-Families: values, motions, regulators, contexts, plant, python, present, questions, postures, curves, programs, symbols,
-once, solving, sets, setting_up.
+Families: values, duals, motions, regulators, contexts, plant, python, present, questions, postures, curves, programs,
+symbols, once, solving, sets, setting_up.
 
 Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
 `--slower` prints those lines only in which Drake is faster. What Drake keeps in its cache costs it a look in lines that
@@ -146,6 +146,62 @@ def arm(lib: Any, time_step: float) -> tuple[Any, Any, Any]:
         plant.RegisterCollisionGeometry(owner, pose, shape, name, friction)
     plant.Finalize()
     return builder, plant, scene_graph
+
+
+@family
+def duals(lib: Any) -> Calls:
+    """Poses, rotations and spatial vectors of AutoDiffXd with seven derivatives, and a plant of it at one state."""
+    AD, rng = lib.AutoDiffXd, np.random.default_rng(0)
+
+    def some(*shape: int) -> np.ndarray:
+        size = int(np.prod(shape))
+        return lib.InitializeAutoDiff(rng.normal(size=size), rng.normal(size=(size, 7))).reshape(shape)
+
+    rpy, p, points, square = lib.RollPitchYaw_[AD](some(3)), some(3), some(3, 10), some(7, 7)
+    R = lib.RotationMatrix_[AD](rpy)
+    X, Y = lib.RigidTransform_[AD](R, p), lib.RigidTransform_[AD](R, some(3))
+    plain, q = lib.RigidTransform(lib.RollPitchYaw(0.1, 0.2, 0.3), [1.0, 2.0, 3.0]), R.ToQuaternion()
+    fixed = plain.cast[AD]()
+    V, F = lib.SpatialVelocity_[AD](p, p), lib.SpatialForce_[AD](p, some(3))
+    _, robot, _ = arm(lib, 0.0)
+    robot = robot.ToAutoDiffXd()
+    context, body = robot.CreateDefaultContext(), robot.get_body(lib.BodyIndex(7))
+    states = itertools.cycle([some(robot.num_positions()), some(robot.num_positions())])
+
+    def moved(ask: Callable[[], Any]) -> Any:
+        robot.SetPositions(context, next(states))
+        return ask()
+
+    asked = {
+        "EvalBodyPoseInWorld": lambda: robot.EvalBodyPoseInWorld(context, body),
+        "CalcRelativeTransform": lambda: robot.CalcRelativeTransform(
+            context, robot.get_body(lib.BodyIndex(3)).body_frame(), body.body_frame()
+        ),
+        "CalcMassMatrix": lambda: robot.CalcMassMatrix(context),
+        "EvalKineticEnergy": lambda: robot.EvalKineticEnergy(context),
+    }
+    return {
+        "X @ Y": lambda: X @ Y,
+        "X @ constant": lambda: X @ fixed,
+        "X @ p": lambda: X @ p,
+        "X @ points": lambda: X @ points,
+        "X.inverse()": lambda: X.inverse(),
+        "X.InvertAndCompose(Y)": lambda: X.InvertAndCompose(Y),
+        "RigidTransform_(R, p)": lambda: lib.RigidTransform_[AD](R, p),
+        "RotationMatrix_(rpy)": lambda: lib.RotationMatrix_[AD](rpy),
+        "RotationMatrix_.MakeZRotation": lambda: lib.RotationMatrix_[AD].MakeZRotation(p[0]),
+        "X.cast[AutoDiffXd]()": lambda: plain.cast[AD](),
+        "R.ToQuaternion()": lambda: R.ToQuaternion(),
+        "R.ToRollPitchYaw()": lambda: R.ToRollPitchYaw(),
+        "quaternion.multiply": lambda: q.multiply(q),
+        "V.Shift(p)": lambda: V.Shift(p),
+        "F.dot(V)": lambda: F.dot(V),
+        "V + V": lambda: V + V,
+        "matmul": lambda: lib.matmul(square, square),
+        "inv": lambda: lib.inv(square),
+        **asked,
+        **{f"SetPositions, {name}": functools.partial(moved, ask) for name, ask in asked.items()},
+    }
 
 
 @family

@@ -92,28 +92,31 @@ def _parts(found: list[AutoDiffXd]) -> tuple[np.ndarray, np.ndarray, bool]:
     return np.array([x._v for x in found]), slopes, len(sizes) > 1
 
 
-def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """A @ B of matrices of AutoDiffXd, by products of floats.
+def product(A: np.ndarray, B: np.ndarray, c: np.ndarray | None = None) -> np.ndarray:
+    """A @ B of matrices of AutoDiffXd, plus a column if one is given, by products of floats.
 
     Raises:
         RuntimeError: elements carry different, non-zero numbers of derivatives.
     """
     (m, k), n = A.shape, B.shape[1]
-    found = [*A.ravel().tolist(), *B.ravel().tolist()]
+    found = [*A.ravel().tolist(), *B.ravel().tolist(), *([] if c is None else c.tolist())]
     numbers, slopes, mixed = _parts(found)
-    size = slopes.shape[1]
-    a, b = numbers[: m * k].reshape(m, k), numbers[m * k :].reshape(k, n)
+    size, i, j = slopes.shape[1], m * k, m * k + k * n
+    a, b = numbers[:i].reshape(m, k), numbers[i:j].reshape(k, n)
     with np.errstate(all="ignore"):
-        values = a.dot(b)
+        values = a.dot(b) if c is None else a.dot(b) + numbers[j:, None]
         if not size:
             return constants(values)
-        da, db = slopes[: m * k].reshape(m, k, size), slopes[m * k :].reshape(k, n * size)
+        da, db, dc = slopes[:i].reshape(m, k, size), slopes[i:j].reshape(k, n * size), slopes[j:, None]
         slopes = a.dot(db).reshape(m, n, size) + b.T @ da
+        if c is not None:
+            slopes += dc
     out = filled(values, slopes.reshape(m * n, size))
     if mixed:
         is_constant = np.array([x._d is None for x in found])
-        rows_of_a, columns_of_b = is_constant[: m * k].reshape(m, k), is_constant[m * k :].reshape(k, n)
-        for x in out[np.logical_and.outer(rows_of_a.all(axis=1), columns_of_b.all(axis=0))]:
+        rows, columns = is_constant[:i].reshape(m, k).all(axis=1), is_constant[i:j].reshape(k, n).all(axis=0)
+        rows = rows if c is None else rows & is_constant[j:]
+        for x in out[np.logical_and.outer(rows, columns)]:
             x._d = None
     return out
 

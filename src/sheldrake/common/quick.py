@@ -21,10 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._forms import ANY as ANY
-from sheldrake.common._forms import FEW as FEW
-from sheldrake.common._forms import Form as Form
-from sheldrake.common._forms import Slots as Slots
-from sheldrake.common._forms import leaves
+from sheldrake.common._forms import FEW, Form, Slots, leaves
 from sheldrake.common.kernel import jit_enabled
 
 if TYPE_CHECKING:

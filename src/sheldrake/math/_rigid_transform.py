@@ -23,6 +23,7 @@ from sheldrake.common._scalars import (
     any_array,
     as_array,
     frozen,
+    home_of,
     identity,
     is_symbolic,
     matrix,
@@ -337,11 +338,9 @@ class RigidTransform(ScalarBase):
 
     def _of_points(self, p_BQ: np.ndarray) -> np.ndarray:
         """p_AQ of points in columns."""
-        T = self._T
-        if T is float or is_symbolic(T):
+        if self._T is float or is_symbolic(self._T):
             return self._R._M.dot(p_BQ) + self._p[:, None]
-        ones = any_array(T, np.ones((1, p_BQ.shape[1])))
-        return product(T, np.column_stack((self._R._M, self._p)), np.concatenate((p_BQ, ones)))
+        return home_of("AutoDiffXd")._matrices.product(self._R._M, p_BQ, self._p)
 
     def _turned(self, M: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """M R and M p."""
@@ -372,7 +371,7 @@ class RigidTransform(ScalarBase):
                 f"RigidTransform.multiply(): the 4th element of vector {vec_B.ravel().tolist()} is neither 0 (a "
                 "direction) nor 1 (a position)."
             )
-        return self.GetAsMatrix4().dot(vec_B)
+        return np.concatenate((self.GetAsMatrix34().dot(vec_B), vec_B[3:]))
 
     def IsExactlyIdentity(self) -> bool:
         """Whether rotation and position are exactly those of the identity."""

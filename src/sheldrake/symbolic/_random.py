@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 from sheldrake.common import RandomGenerator
-from sheldrake.symbolic._keys import age
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._variable import Variable
 
@@ -20,7 +19,7 @@ def sample(variables: frozenset[Variable], values: dict[Variable, float], genera
         values: Values known, by variable.
         generator: Gives 32 random bits a call.
     """
-    for v in sorted(variables, key=age):
+    for v in sorted(variables, key=Variable.get_id):
         draw: Any = _DRAWS.get(v._type)
         if v not in values and draw is not None:
             values[v] = draw(generator)

@@ -135,8 +135,8 @@ class DualCalls:
         sources = [*dict.fromkeys(sources), *inputs]
         out = self._complex_of(answer)
         sweep = Sweep([*stages, (kernel, on_complex)], imaginary_parts(out))
-        others = [a for a in args if isinstance(a, np.ndarray) and a.dtype != object]
-        if not inputs and (kernel is only_stages or not others):
+        constants = [a for a in args if isinstance(a, np.ndarray) and a.dtype != object]
+        if not inputs and (kernel is only_stages or not constants):
             return self._kept(plain, sweep, sources, out)
 
         def ask(*arrays: Any) -> Any:
