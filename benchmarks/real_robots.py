@@ -2,6 +2,7 @@
 
     python benchmarks/real_robots.py [name ...] [--keep FILE] [--hulls FOLDER] [--write docs/performance.md]
     python benchmarks/real_robots.py panda_collision --dissipation 1
+    python benchmarks/real_robots.py panda_collision --time-constant 1
 
 Needs `pip install "sheldrake[kernels,peers,robots]"`. With --keep, robots that FILE (JSON) has are not measured again;
 with --hulls, meshes whose hulls are in FOLDER are not read again.
@@ -17,7 +18,8 @@ not simulate.
 Limbs that overlap in the posture of zeros do so in all engines, as deep at first, but MuJoCo throws them apart within
 some steps. With Drake's law and its dissipation of 50 s/m, sheldrake's too, a contact does not push what parts faster
 than 1 / 50 m/s, and they overlap until the end of the fall. Where MuJoCo holds far fewer contacts, as of
-panda_collision, it has less to do; with `--dissipation 1` those limbs part in all engines.
+panda_collision, it has less to do; with `--dissipation 1` those limbs part in all engines, with `--time-constant 1` in
+none.
 """
 
 from __future__ import annotations
@@ -48,6 +50,8 @@ FALLS, MOST_FALLS, ENOUGH = 3, 60, 0.3
 """The least and the largest number of falls, and time that is enough for them [s]."""
 DISSIPATION = 50.0
 """Drake's default [s/m]."""
+TIME_CONSTANT = 0.02
+"""MuJoCo's default [s]."""
 ENGINES = ("sheldrake", "one point", "Drake", "MuJoCo")
 MESH = re.compile(r'filename="([^"]*\.(?:dae|stl|ply|obj))"', re.IGNORECASE)
 
@@ -121,8 +125,8 @@ def fall_like_drake(package: str, path: pathlib.Path, seconds: float, dissipatio
     return {"nv": plant.num_velocities(), **timed(begin, simulator.AdvanceTo, contacts, seconds)}
 
 
-def fall_in_mujoco(path: pathlib.Path, seconds: float) -> dict:
-    """A fall in MuJoCo."""
+def fall_in_mujoco(path: pathlib.Path, seconds: float, time_constant: float) -> dict:
+    """A fall in MuJoCo, with the time in which all contacts part [s]."""
     import mujoco
 
     bounds = 'balanceinertia="true" boundmass="1e-6" boundinertia="1e-9"'  # some links have no mass
@@ -136,6 +140,7 @@ def fall_in_mujoco(path: pathlib.Path, seconds: float) -> dict:
             body.add_freejoint()
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, -HEIGHT])
     model = spec.compile()
+    model.geom_solref[:, 0] = time_constant
     data = mujoco.MjData(model)
 
     def advance_to(t: float) -> None:
@@ -164,18 +169,21 @@ def timed(begin, advance_to, contacts, seconds: float) -> dict:
     return {"us": min(spent) / round(seconds / DT - 1) * 1e6, "contacts": float(np.mean(found))}
 
 
-def fall(engine: str, path: pathlib.Path, seconds: float, dissipation: float) -> dict:
+def fall(engine: str, path: pathlib.Path, seconds: float, dissipation: float, time_constant: float) -> dict:
     """Time and contacts of one robot in one engine."""
     if engine == "MuJoCo":
-        return fall_in_mujoco(path, seconds)
+        return fall_in_mujoco(path, seconds, time_constant)
     package = "pydrake" if engine == "Drake" else "sheldrake"
     return fall_like_drake(package, path, seconds, dissipation, engine == "one point")
 
 
-def in_own_process(engine: str, path: pathlib.Path, seconds: float, dissipation: float) -> dict | None:
+def in_own_process(
+    engine: str, path: pathlib.Path, seconds: float, dissipation: float, time_constant: float
+) -> dict | None:
     """`fall` in a process that may fail, or take for ever."""
-    numbers = ["--seconds", str(seconds), "--dissipation", str(dissipation)]
-    command = [sys.executable, __file__, "--engine", engine, str(path), *numbers]
+    numbers = {"--seconds": seconds, "--dissipation": dissipation, "--time-constant": time_constant}
+    given = [text for name, number in numbers.items() for text in (name, str(number))]
+    command = [sys.executable, __file__, "--engine", engine, str(path), *given]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     except subprocess.TimeoutExpired:
@@ -236,12 +244,13 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="parts of paths; all robots without any")
     parser.add_argument("--seconds", type=float, default=0.3)
     parser.add_argument("--dissipation", type=float, default=DISSIPATION, help="of contacts, but MuJoCo's [s/m]")
+    parser.add_argument("--time-constant", type=float, default=TIME_CONSTANT, help="of MuJoCo's contacts [s]")
     parser.add_argument("--keep", type=pathlib.Path, metavar="FILE", help="numbers found so far, as JSON")
     parser.add_argument("--hulls", type=pathlib.Path, metavar="FOLDER", help="where hulls of meshes are kept")
     parser.add_argument("--write", type=pathlib.Path, metavar="PAGE", help="put the table into this page")
     parser.add_argument("--engine", choices=ENGINES, help=argparse.SUPPRESS)
     options = parser.parse_args()
-    numbers = options.seconds, options.dissipation
+    numbers = options.seconds, options.dissipation, options.time_constant
     if options.engine:
         warnings.simplefilter("ignore")
         print(json.dumps(fall(options.engine, pathlib.Path(options.names[0]), *numbers)))

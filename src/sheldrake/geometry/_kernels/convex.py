@@ -206,6 +206,12 @@ def circle_around(table, corners):
     return middle, most * (1.0 + _LEVEL)
 
 
+@kernel
+def is_behind(table, row, a, outward):
+    """Whether a corner is not in front of the plane through a."""
+    return dot3(outward, sub3(table.corners[row].p_W, a)) <= 0.0
+
+
 @kernel(outline=True)
 def face_candidates(model, table, ref, inc, sides, corners, out):
     """Points of what `inc` shows, within and below the face of `ref` with outward normal out; how many.
@@ -216,9 +222,13 @@ def face_candidates(model, table, ref, inc, sides, corners, out):
     source = POLYGON_B
     for k in range(sides):
         a, outward = side_of_face(table, k, sides, out)
-        height = dot3(outward, sub3(middle, a))
-        if height < 0.0 and height * height >= reach2 * dot3(outward, outward):
-            continue  # all corners are behind the side
+        if corners == 2:
+            if is_behind(table, source, a, outward) and is_behind(table, source + 1, a, outward):
+                continue
+        else:
+            height = dot3(outward, sub3(middle, a))
+            if height < 0.0 and height * height >= reach2 * dot3(outward, outward):
+                continue  # all corners are behind the side
         target = POLYGON_C if source == POLYGON_B else POLYGON_B
         corners = clip(table, source, corners, target, a, outward)
         source = target

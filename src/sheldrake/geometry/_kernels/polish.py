@@ -171,11 +171,17 @@ def show(model, table, g, d, square, sign, count):
     return add3(table.poses[g].p_WG, p), count
 
 
+@kernel
+def may_show_face(model, table, g, d):
+    """Whether a face of g may look along d; of cylinders it is told at once that none does."""
+    if model[g].kind == CYLINDER:
+        return absolute(dot3(column(table.poses[g].R_WG, Z_AXIS), d)) >= 1.0 - 0.5 * SQUARE * SQUARE
+    return has_faces(model, g)
+
+
 @kernel(outline=True)
 def face_against(model, table, g, other, d):
-    """From a direction d out of g: (whether a face of g touches, its normal, depth, points on g and other)."""
-    if not has_faces(model, g):
-        return False, d, 0.0, d, d
+    """From a direction d out of g, which has faces: (whether one touches, its normal, depth, points on g and other)."""
     face, n = best_face(model, table, g, d)
     if dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
         return False, d, 0.0, d, d
@@ -403,11 +409,7 @@ def edge_over_cap(model, table, g, other, size, d):
     the plane: r phi / sqrt(s^2 + phi^2) is how far the edge passes from the middle of the cap, q. `slope` is phi / s.
     """
     nothing = (False, d, 0.0, d, d)
-    if model[g].kind != CYLINDER:
-        return nothing
     _face, n = best_face(model, table, g, d)
-    if dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
-        return nothing
     p, count = show(model, table, other, scale3(n, -1.0), NARROW, 1.0, 0)
     if count != 1:
         return nothing
@@ -443,20 +445,25 @@ def nearby(model, table, i, j, size, out, depth):
 
     Of what meets there: a face, an edge over a rim, or what `polish` finds.
     """
+    shows_i, shows_j = may_show_face(model, table, i, out), may_show_face(model, table, j, out)
     limit = depth + _AS_GOOD * size
-    found, d, least, a, b = face_against(model, table, i, j, out)
-    if found and least <= limit:
-        return True, d, least, a, b
-    found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
-    if found and least <= limit:
-        return True, scale3(d, -1.0), least, a, b
+    if shows_i:
+        found, d, least, a, b = face_against(model, table, i, j, out)
+        if found and least <= limit:
+            return True, d, least, a, b
+    if shows_j:
+        found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
+        if found and least <= limit:
+            return True, scale3(d, -1.0), least, a, b
     limit = depth + _ROUNDING * size
-    found, d, least, a, b = edge_over_cap(model, table, i, j, size, out)
-    if found and least <= limit:
-        return True, d, least, a, b
-    found, d, least, b, a = edge_over_cap(model, table, j, i, size, scale3(out, -1.0))
-    if found and least <= limit:
-        return True, scale3(d, -1.0), least, a, b
+    if shows_i and model[i].kind == CYLINDER:
+        found, d, least, a, b = edge_over_cap(model, table, i, j, size, out)
+        if found and least <= limit:
+            return True, d, least, a, b
+    if shows_j and model[j].kind == CYLINDER:
+        found, d, least, b, a = edge_over_cap(model, table, j, i, size, scale3(out, -1.0))
+        if found and least <= limit:
+            return True, scale3(d, -1.0), least, a, b
     for square in (SQUARE, NARROW, FINE):
         if square > FINE or (model[i].kind == CYLINDER and model[j].kind == CYLINDER):
             found, d, least, a, b = polish(model, table, i, j, size, out, square)
