@@ -93,8 +93,8 @@ def test_a_contact_made_by_hand_says_what_it_was_given():
     assert info.contact_force()[0] == 4.0
 
 
-@pytest.mark.parametrize("time_step", [0.0, 1e-4])
-@pytest.mark.parametrize("speed", [-0.3, 0.2])
+@pytest.mark.parametrize("time_step", [0.0, 1e-5])
+@pytest.mark.parametrize("speed", [-0.01, 0.01])
 def test_separation_is_positive_when_bodies_part(time_step, speed):
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, time_step)
@@ -108,4 +108,4 @@ def test_separation_is_positive_when_bodies_part(time_step, speed):
     plant.SetFreeBodyPose(own, ball, RigidTransform([0.0, 0.0, 0.0999]))
     plant.SetFreeBodySpatialVelocity(own, ball, SpatialVelocity([0.0, 0.0, 0.0], [0.0, 0.0, speed]))
     info = plant.get_contact_results_output_port().Eval(own).point_pair_contact_info(0)
-    assert info.separation_speed() == pytest.approx(speed, abs=0.05)  # a step of 0.1 ms changes it by less
+    assert info.separation_speed() == pytest.approx(speed, abs=0.003)  # 150 N for 10 us change it by 0.0015
