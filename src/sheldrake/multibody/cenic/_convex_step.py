@@ -123,7 +123,7 @@ class ConvexStep:
         return any((me, n) in parent._wires for n in self._parts.inputs.of_forces())
 
     def _find_applied_force(self) -> None:
-        self._work.step.applied_force[:] = self._parts.applied_forces.as_generalized(self._context)
+        self._work.step.applied_force[:] = self._parts.applied_forces.amount(self._context)[0]
 
     def _find_surface_speeds(self) -> None:
         self._work.step.surface_speed[:] = self._parts.surface_speeds.speeds(self._context)

@@ -503,7 +503,7 @@ class MultibodyPlant(LeafSystem):
         """Memory of the step in a context; grows with the geometry that may touch."""
         if not self._parts.elements.is_finalized():
             return 0
-        return self._parts.advance.prototype(self._parts.kernel_models.geometry_in(root))
+        return self._parts.advance.prototype(self, self._parts.kernel_models.geometry_in(root))
 
     def _carry_scratch(self, old: Any, new: Any) -> None:
         self._parts.advance.carry(old, new)

@@ -21,6 +21,8 @@ from sheldrake.all import (
     JacobianWrtVariable,
     LeafSystem,
     MultibodyPlant,
+    PiecewisePolynomial,
+    PrismaticJoint,
     Propeller,
     PropellerInfo,
     RevoluteJoint,
@@ -29,6 +31,7 @@ from sheldrake.all import (
     Simulator,
     SpatialForce,
     SpatialInertia,
+    TrajectorySource,
     Wing,
 )
 from sheldrake.common._native import binding
@@ -364,3 +367,60 @@ def test_derivatives_through_wings(time_step):
         motion = next_state(on_duals, own) if time_step else on_duals.EvalTimeDerivatives(own).CopyToVector()
         slopes.append(np.array([a.derivatives() for a in motion]))
     np.testing.assert_allclose(*slopes, rtol=1e-9, atol=1e-9)  # round-off of other sums
+
+
+def pushed_on_a_rail(by_propeller: bool, sampled: bool, dt: float = 0.01) -> tuple[object, MultibodyPlant, object]:
+    """A block that a joint holds against a force of 100 t along x [N], without gravity."""
+    builder = DiagramBuilder()
+    plant = builder.AddSystem(MultibodyPlant(dt))
+    block = plant.AddRigidBody("block", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 0.1))
+    plant.AddJoint(PrismaticJoint("rail", plant.world_frame(), block.body_frame(), [0, 0, 1]))
+    plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
+    plant.SetUseSampledOutputPorts(sampled)
+    plant.Finalize()
+    ramp = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 100.0]])))
+    x_for_z = RigidTransform(RollPitchYaw(0.0, np.pi / 2, 0.0), [0, 0, 0])
+    propeller = builder.AddSystem(Propeller([PropellerInfo(block.index(), x_for_z, 1.0, 0.0)]))
+    builder.Connect(plant.get_body_poses_output_port(), propeller.get_body_poses_input_port())
+    builder.Connect(ramp.get_output_port(), propeller.get_command_input_port())
+    forces = propeller.get_output_port()
+    if not by_propeller:
+        joined = builder.AddSystem(JoinedInPython(1))
+        builder.Connect(forces, joined.get_input_port(0))
+        forces = joined.get_output_port()
+    builder.Connect(forces, plant.get_applied_spatial_force_input_port())
+    diagram = builder.Build()
+    return diagram, plant, Simulator(diagram)
+
+
+@pytest.mark.parametrize("sampled", [True, False])
+@pytest.mark.parametrize("by_propeller", [True, False])
+def test_reactions_are_of_the_forces_of_their_step(by_propeller, sampled):
+    """A sampled port speaks of the last step, which began with the force of its time; as in Drake."""
+    _, plant, simulator = pushed_on_a_rail(by_propeller, sampled)
+    for t, last in ((0.005, 0.0), (0.015, 0.01), (0.038, 0.03)):
+        simulator.AdvanceTo(t)
+        for root in (simulator.get_context(), simulator.get_context().Clone()):
+            (reaction,) = plant.get_reaction_forces_output_port().Eval(plant.GetMyContextFromRoot(root))
+            expected = [-100.0 * (last if sampled else t), 0.0, 0.0]
+            np.testing.assert_allclose(reaction.translational(), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_forces_may_be_fixed_after_some_steps():
+    """What steps have left is kept when the scratch grows by forces on bodies."""
+    plant = MultibodyPlant(0.01)
+    body = plant.AddRigidBody("body", SpatialInertia.SolidBoxWithMass(2.0, 0.1, 0.1, 0.1))
+    plant.AddJoint(PrismaticJoint("rail", plant.world_frame(), body.body_frame(), [0, 0, 1]))
+    plant.Finalize()
+    simulator = Simulator(plant)
+    context = simulator.get_mutable_context()
+    simulator.AdvanceTo(0.1)
+    push = ExternallyAppliedSpatialForce()
+    push.body_index, push.F_Bq_W = body.index(), SpatialForce([0, 0, 0], [5.0, 0, 1.0])
+    acceleration = plant.get_generalized_acceleration_output_port()
+    plant.get_applied_spatial_force_input_port().FixValue(context, AbstractValue.Make([push]))
+    np.testing.assert_allclose(acceleration.Eval(context), [-9.81], rtol=1e-12)
+    simulator.AdvanceTo(0.2)
+    (reaction,) = plant.get_reaction_forces_output_port().Eval(context)
+    np.testing.assert_allclose(reaction.translational(), [-5.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(acceleration.Eval(context), [-9.81 + 0.5], rtol=1e-12)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import copy
 
 import numpy as np
+import pytest
 from free_bodies import FreeBodies, box_inertia
 
 from sheldrake import geometry as g
-from sheldrake.multibody.plant import PointPairContactInfo
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.math import SpatialVelocity
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, PointPairContactInfo
 from sheldrake.multibody.plant._kernels.contact_report import PointContact
 from sheldrake.multibody.plant._step.results import (
     accelerations,
@@ -16,7 +19,8 @@ from sheldrake.multibody.plant._step.results import (
     contacts_in,
     generalized_contact_forces,
 )
-from sheldrake.multibody.tree import BodyIndex
+from sheldrake.multibody.tree import BodyIndex, SpatialInertia
+from sheldrake.systems.framework import DiagramBuilder
 
 
 def step_contacts(scene):
@@ -87,3 +91,21 @@ def test_a_contact_made_by_hand_says_what_it_was_given():
         assert one.point_pair() is pair
     info.contact_force()[0] = 1.0
     assert info.contact_force()[0] == 4.0
+
+
+@pytest.mark.parametrize("time_step", [0.0, 1e-5])
+@pytest.mark.parametrize("speed", [-0.01, 0.01])
+def test_separation_is_positive_when_bodies_part(time_step, speed):
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step)
+    ball = plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    for body, shape in ((ball, g.Sphere(0.1)), (plant.world_body(), g.HalfSpace())):
+        plant.RegisterCollisionGeometry(body, RigidTransform(), shape, body.name(), CoulombFriction(0.5, 0.5))
+    plant.SetUseSampledOutputPorts(False)
+    plant.Finalize()
+    context = builder.Build().CreateDefaultContext()
+    own = plant.GetMyContextFromRoot(context)
+    plant.SetFreeBodyPose(own, ball, RigidTransform([0.0, 0.0, 0.0999]))
+    plant.SetFreeBodySpatialVelocity(own, ball, SpatialVelocity([0.0, 0.0, 0.0], [0.0, 0.0, speed]))
+    info = plant.get_contact_results_output_port().Eval(own).point_pair_contact_info(0)
+    assert info.separation_speed() == pytest.approx(speed, abs=0.003)  # 150 N for 10 us change it by 0.0015

@@ -101,8 +101,8 @@ class View:
         """What computes so many numbers of where frames are in others, for constraints, once they were asked for."""
         self._in_step: tuple[Any, Query] | None = None
         """The tree of a step, and the query of accelerations there, once they were asked for."""
-        self.applied_force: np.ndarray | None = None
-        """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
+        self.applied_force: tuple[np.ndarray, ...] | None = None
+        """What applied spatial forces amount to, in the scratch of the step, once they were asked for."""
         self.model, self.native = frozen.tree, store.native
         is_float = store.S.dtype == float
         work, memory = frozen.blank_work.new() if is_float else (make_work(self.model, object), None)
@@ -115,7 +115,7 @@ class View:
         self.written = store.count_writes_of(self.source)
         self._buffers: dict[str, np.ndarray] = {}
         self._bound: dict[Kernel, Query] = {}
-        self._applied: tuple[np.ndarray, np.ndarray, np.ndarray, Query] | None = None
+        self._applied: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Query] | None = None
         self.V_WB = self.zeros(self.nb, 6)
 
         counter = store.I[self.level : self.level + 1]
@@ -426,20 +426,21 @@ class View:
         ask = self.query(queries.calc_generalized_forces, *arguments, given=("F_Bo_W",), needs=self.POSES, answer=tau)
         return ask(F_Bo_W)
 
-    def applied_forces(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, Query]:
+    def applied_forces(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Query]:
         """Room for `count` applied forces, and a query for the generalized forces of those in it.
 
         Returns:
-            Rows of the bodies, the last item the number of forces; points p_BoBq_B; forces F_Bq_W; the query.
+            Rows of the bodies, the last item the number of forces; points p_BoBq_B; forces F_Bq_W; what the query
+            fills with forces by body about `root`; the query.
         """
         found = self._applied
         if found is None or len(found[1]) < count:
             room = max(4, 2 * count)
             rows, points, forces = np.zeros(room + 1, np.int64), np.zeros((room, 3)), np.zeros((room, 6))
-            tau = self.zeros(self.nv)
-            arguments = self.model, self.work, rows, points, forces, tau
+            F, tau = self.zeros(self.nb, 6), self.zeros(self.nv)
+            arguments = self.model, self.work, rows, points, forces, F, tau
             ask = self.calls.query(queries.calc_applied_forces, *arguments, needs=self.POSES, answer=tau)
-            found = self._applied = rows, points, forces, ask
+            found = self._applied = rows, points, forces, F, ask
         return found
 
     @cached_property

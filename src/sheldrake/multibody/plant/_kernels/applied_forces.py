@@ -14,7 +14,7 @@ from sheldrake.common.record import Record, number, numbers, table
 from sheldrake.multibody.plant._kernels.derivatives import DerivativeVectors
 from sheldrake.multibody.plant._kernels.model import StepVectors
 from sheldrake.multibody.tree._kernels.dynamics import project_forces
-from sheldrake.multibody.tree._kernels.forces import add_force, add_point_force, clear
+from sheldrake.multibody.tree._kernels.forces import add_force, add_point_force, clear, copy_rows6
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_at, velocity_kinematics
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
@@ -81,6 +81,7 @@ def begin_forces_of_derivatives(
 @kernel(top=True, short_loops=True)
 def end_forces_of_step(tree_model: TreeModel, tree: TreeWork, step: StepVectors) -> None:
     """What was added up, among the applied forces of a step."""
+    copy_rows6(step.body_force, tree.F)
     project_forces(tree_model, tree, step.applied_force)
 
 

@@ -131,6 +131,7 @@ class StepVectors(NamedTuple):
         surface_speed: of the plant's belts [m/s], shape (num_belts,).
         surface_turn: by body, what the surface runs at is the cross product of this [m/s] with the outward normal;
             shape (num_bodies, 3), empty where no surface runs.
+        body_force: applied spatial forces about `root` [N m, N], shape (num_bodies, 6), empty where none are applied.
     """
 
     v: Vector
@@ -140,6 +141,7 @@ class StepVectors(NamedTuple):
     applied_force: Vector
     surface_speed: Vector
     surface_turn: Matrix
+    body_force: Matrix
 
 
 class StepWork(NamedTuple):

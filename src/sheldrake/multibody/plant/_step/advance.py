@@ -62,7 +62,7 @@ class Advance:
         kind = DiscreteUpdate if settings.is_discrete() else ContinuousDynamics
         self.equations: Any = kind(elements, settings, models)
         """A `DiscreteUpdate` or `ContinuousDynamics`: which kernels run, and what their scratch means."""
-        self._prototype: tuple[Any, Any] | None = None
+        self._prototype: tuple[Any, bool, Any] | None = None
 
     # --- rows
 
@@ -95,7 +95,11 @@ class Advance:
         view = self._contexts.view(context)
         if view.applied_force is None:
             view.applied_force = self.equations.applied_force(context._store.scratch(context._node))
-        view.applied_force[:] = self._applied.as_generalized(context)
+        self._put_applied_force(context, view.applied_force)
+
+    def _put_applied_force(self, context: Context, targets: tuple[np.ndarray, ...]) -> None:
+        for target, values in zip(targets, self._applied.amount(context)):
+            target[...] = values
 
     def find_surface_speeds(self, context: Context) -> None:
         """Puts the speeds of surfaces into the scratch of the step or the derivatives."""
@@ -113,11 +117,12 @@ class Advance:
 
     # --- scratch
 
-    def prototype(self, geometry: CompiledGeometry) -> StepWork:
-        """The scratch of contexts with a state of the geometry."""
-        if self._prototype is None or self._prototype[0] is not geometry.model:
-            self._prototype = geometry.model, self.equations.make_work(geometry)
-        return self._prototype[1]
+    def prototype(self, plant: LeafSystem, geometry: CompiledGeometry) -> StepWork:
+        """The scratch of a plant's contexts with a state of the geometry."""
+        known, pushes = self._prototype, self._applied.are_used(plant)
+        if known is None or known[0] is not geometry.model or known[1] != pushes:
+            known = self._prototype = geometry.model, pushes, self.equations.make_work(geometry, pushes)
+        return known[2]
 
     def arrays(self) -> list[Any]:
         """What copies of the plant on other scalars share."""
@@ -127,7 +132,8 @@ class Advance:
         """Fills new scratch with what old scratch says that does not speak of contacts."""
         for name in self.equations.kept_parts:
             for target, values in zip(getattr(new, name), getattr(old, name)):
-                target[...] = values
+                if target.shape == values.shape:  # forces may be applied from now on
+                    target[...] = values
 
     def results(self, context: Context, motion: bool = True) -> Any:
         """Scratch of the last step; of the present state when ports are not sampled.
@@ -179,7 +185,7 @@ class Advance:
         """
         view = self._contexts.view(context)
         connected, geometry = sees_geometry(context), self._models.geometry_of(context)
-        models, prototype = self._models.of(connected, geometry), self.prototype(geometry)
+        models, prototype = self._models.of(connected, geometry), self.prototype(context._system, geometry)
         late = context._store.unsettled
         rehearsal: Rehearsal | None = None if late else view.rehearsal
         if rehearsal is None or not rehearsal.serves(prototype, models):
@@ -187,7 +193,7 @@ class Advance:
             view.rehearsal = rehearsal if view.native and not late else None
         work = rehearsal.afresh()
         if self._applied.are_given(context):
-            self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
+            self._put_applied_force(context, self.equations.applied_force(work))
         if self._speeds.any():
             getattr(work, self.equations.vectors).surface_speed[:] = self._speeds.speeds(context)
         for row in rehearsal.rows:

@@ -23,6 +23,7 @@ from sheldrake.multibody.plant._kernels.applied_forces import (
 )
 from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
 from sheldrake.multibody.plant._step.input_ports import InputPorts, has_value
+from sheldrake.multibody.tree._kernels.forces import add_body_forces
 from sheldrake.multibody.tree._kernels.model import BodyPose
 from sheldrake.systems.framework import Context, InputPort, LeafSystem
 from sheldrake.systems.framework._declarations import FedStage
@@ -110,18 +111,24 @@ class AppliedForces:
         """Whether the applied_spatial_force port has a value."""
         return has_value(context, self._inputs.spatial_force)
 
-    def as_generalized(self, context: Context) -> np.ndarray:
-        """Generalized forces of the applied spatial forces, shape (nv,)."""
+    def amount(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
+        """What the applied spatial forces amount to: generalized forces, shape (nv,), and forces by body about `root`.
+
+        The latter have shape (num_bodies, 6), and hold until the next call.
+        """
         view = self._contexts.view(context)
         if view.dtype == float:
             return self._of_floats(context, view)
-        F_Bo_W = self.on_bodies(context, view.X_WB())
-        return view.zeros(view.nv) if F_Bo_W is None else view.ask_generalized_forces(F_Bo_W)
+        F_Bo_W, F = self.on_bodies(context, view.X_WB()), view.zeros(view.nb, 6)
+        if F_Bo_W is None:
+            return view.zeros(view.nv), F
+        add_body_forces(view.model, view.positions(), F_Bo_W, F)
+        return view.ask_generalized_forces(F_Bo_W), F
 
-    def _of_floats(self, context: Context, view: View) -> np.ndarray:
+    def _of_floats(self, context: Context, view: View) -> tuple[np.ndarray, np.ndarray]:
         """The same in a context of floats, by one kernel for all forces."""
         applied = self._given(context)
-        rows, points, forces, ask = view.applied_forces(len(applied))
+        rows, points, forces, F, ask = view.applied_forces(len(applied))
         bodies, row_of = view.nb, view.frozen.row_list
         for i, one in enumerate(applied):
             body = one._body_index._value
@@ -129,7 +136,7 @@ class AppliedForces:
                 self._elements.bodies.get(one._body_index, "applied_spatial_force")  # which says that there is none
             rows[i], points[i], forces[i] = row_of[body], one._p_BoBq_B, one.F_Bq_W._c
         rows[-1] = len(applied)
-        return ask()
+        return ask(), F
 
     def _given(self, context: Context) -> Sequence[ExternallyAppliedSpatialForce]:
         """What the applied_spatial_force port says; nothing where it has no value."""

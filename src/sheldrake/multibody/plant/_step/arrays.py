@@ -112,6 +112,7 @@ def make_step_work(
     dtype: type = float,
     hydro_model: HydroModel | None = None,
     cells: Cells | None = None,
+    pushes: bool = False,
 ) -> StepWork:
     """The scratch of a step; room for as many contacts as the tables hold, and all limits and actuators.
 
@@ -123,6 +124,7 @@ def make_step_work(
         dtype: float, or object for duals and symbols.
         hydro_model: pairs of geometries that touch along surfaces.
         cells: scratch of the broad phase, see `make_cells`.
+        pushes: whether spatial forces are applied.
     """
     cells = cells or make_cells(empty_geometry_model())
     tree = make_work(tree_model, dtype)
@@ -143,8 +145,9 @@ def make_step_work(
         return a if dtype is float or a.dtype == np.int64 else a.astype(dtype)
 
     actuators, belts = len(plant_model.actuator), len(plant_model.belt)
-    turns = numbers(len(tree_model.body) if belts else 0, 3)
-    step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(actuators), numbers(nv), numbers(belts), turns)
+    turns, pushed = numbers(len(tree_model.body) if belts else 0, 3), numbers(len(tree_model.body) if pushes else 0, 6)
+    vectors = numbers(nv), numbers(nv), numbers(nv), numbers(actuators), numbers(nv), numbers(belts)
+    step = StepVectors(*vectors, turns, pushed)
     tables = ContactTable(*(convert(a) for a in table)), HydroTable(*(convert(a) for a in surfaces))
     return StepWork(tree, tables[0], *solver, step, tables[1], Cells(*(convert(a) for a in cells)))
 
@@ -155,18 +158,19 @@ def step_work_of(
     plant_model: PlantModel,
     geometry_model: GeometryModel,
     hydro_model: HydroModel,
+    pushes: bool,
 ) -> StepWork:
     """The scratch of a step with some geometry, to be copied; plants that need the same share its arrays."""
     key = (
         *(tree_model.body.tobytes(), tree_model.dof.tobytes(), solver_model.sides),
         *(*map(len, plant_model), plant_model.constraint.tobytes()),
         *(len(geometry_model.geometry), len(geometry_model.pair), len(geometry_model.cell)),
-        *(geometry_model.family.tobytes(), len(hydro_model.geometry)),
+        *(geometry_model.family.tobytes(), len(hydro_model.geometry), pushes),
     )
     work = _MADE.get(key)
     if work is None:
         table, cells = contact_table(geometry_model), make_cells(geometry_model)
-        work = make_step_work(tree_model, solver_model, plant_model, table, float, hydro_model, cells)
+        work = make_step_work(tree_model, solver_model, plant_model, table, float, hydro_model, cells, pushes)
         if len(hydro_model.geometry) or size_of(work) > _LARGE:
             return work
         for array in arrays_of(work):

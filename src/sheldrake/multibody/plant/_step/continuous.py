@@ -74,8 +74,8 @@ class ContinuousDynamics:
             return [refuse_without_geometry]
         return [refuse_constraints] if self._elements.constraints else []
 
-    def make_work(self, geometry: CompiledGeometry) -> DerivativeWork:
-        """The scratch of the derivatives."""
+    def make_work(self, geometry: CompiledGeometry, pushes: bool) -> DerivativeWork:
+        """The scratch of the derivatives, which is the same whether spatial forces are applied or not (`pushes`)."""
         model = self._elements.model("MultibodyPlant")
         table, nb, nv = contact_table(geometry.model), model.num_bodies, model.nv
         belts = len(self._models.plant_model.belt)
@@ -95,9 +95,9 @@ class ContinuousDynamics:
 
     # --- what they leave
 
-    def applied_force(self, work: DerivativeWork) -> np.ndarray:
+    def applied_force(self, work: DerivativeWork) -> tuple[np.ndarray, ...]:
         """Where the generalized forces of applied spatial forces belong."""
-        return work.flow.applied_force
+        return (work.flow.applied_force,)
 
     def vdot(self, work: DerivativeWork) -> np.ndarray:
         """Generalized accelerations, shape (nv,)."""

@@ -80,11 +80,11 @@ class DiscreteUpdate:
         """The kernel that refuses to step in the contexts of a root, where geometry is missing."""
         return [refuse_without_geometry] if self._models.misses_geometry(root.source(0) is not None) else []
 
-    def make_work(self, geometry: CompiledGeometry) -> StepWork:
-        """The scratch of a step."""
+    def make_work(self, geometry: CompiledGeometry, pushes: bool) -> StepWork:
+        """The scratch of a step; `pushes` says whether spatial forces are applied."""
         tree = self._elements.model("MultibodyPlant").tree
         models = tree, self._models.solver_model(geometry), self._models.plant_model
-        return step_work_of(*models, geometry.model, geometry.hydro)
+        return step_work_of(*models, geometry.model, geometry.hydro, pushes)
 
     def scratch_fault(self, scratch: StepWork) -> str:
         """Counts must be those of rows that are there, and no number may be larger than the scratch itself."""
@@ -107,9 +107,9 @@ class DiscreteUpdate:
 
     # --- what a step leaves
 
-    def applied_force(self, work: StepWork) -> np.ndarray:
-        """Where the generalized forces of applied spatial forces belong."""
-        return work.step.applied_force
+    def applied_force(self, work: StepWork) -> tuple[np.ndarray, ...]:
+        """Where the generalized forces of applied spatial forces belong, and these by body about `root`."""
+        return work.step.applied_force, work.step.body_force
 
     def vdot(self, work: StepWork) -> np.ndarray:
         """Generalized accelerations in the step, shape (nv,)."""

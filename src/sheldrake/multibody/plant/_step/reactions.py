@@ -94,6 +94,10 @@ class Reactions:
             self._add_surface_force(view.frozen, work.tree, surface, other)
         if self._settings.is_discrete() and self._elements.constraints:
             self._add_constraint_forces(view.frozen, work, view.p, other)
+        if self._settings.is_discrete():
+            if len(work.step.body_force):
+                other += work.step.body_force
+            return
         F_Bo_W = self._applied.on_bodies(context, work.tree.X_WB)
         if F_Bo_W is not None:
             forces.add_body_forces(view.model, work.tree, F_Bo_W, other)

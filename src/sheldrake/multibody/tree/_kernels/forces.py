@@ -264,6 +264,13 @@ def clear(F):
 
 
 @kernel
+def copy_rows6(F, G):
+    """F becomes a copy of G: spatial forces by body."""
+    for b in range(F.shape[0]):
+        store6(F, b, load6(G, b))
+
+
+@kernel
 def add_force(F, b, F_B):
     """Adds to the spatial force on body b."""
     store6(F, b, add6(load6(F, b), F_B))

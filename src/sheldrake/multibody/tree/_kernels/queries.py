@@ -89,12 +89,18 @@ def calc_generalized_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, ta
 
 @kernel(top=True, short_loops=True)
 def calc_applied_forces(
-    model: TreeModel, work: TreeWork, bodies: IntVector, points: Matrix, forces_Bq_W: Matrix, tau: Vector
+    model: TreeModel,
+    work: TreeWork,
+    bodies: IntVector,
+    points: Matrix,
+    forces_Bq_W: Matrix,
+    F: Matrix,
+    tau: Vector,
 ) -> None:
     """Generalized forces of spatial forces at points; needs `position_kinematics`.
 
     `bodies` are the rows of the bodies, its last item the number of forces; points are p_BoBq_B [m], forces F_Bq_W
-    [N m, N], each as many rows as there is room for.
+    [N m, N], each as many rows as there is room for. F is filled with what they are by body about `root`.
     """
     forces.clear(work.F)
     for i in range(bodies[bodies.shape[0] - 1]):
@@ -103,6 +109,7 @@ def calc_applied_forces(
         p_WBq = add3(body.p_WB, rotate(body.R_WB, load3(points, i)))
         forces.add_point_force(model, work, work.F, bodies[i], p_WBq, force)
         forces.add_force(work.F, bodies[i], (torque, (0.0, 0.0, 0.0)))
+    forces.copy_rows6(F, work.F)
     dynamics.project_forces(model, work, tau)
 
 
