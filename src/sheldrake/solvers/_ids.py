@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+import operator
+from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -154,17 +155,49 @@ _COMMON = "Drake"  # The name under which options that all solvers understand ar
 
 @kind("float | int | str", takes=(float, int, str))
 def option_value(value: Any) -> float | int | str:
-    """Kind: a value of an option, as plain Python."""
-    if isinstance(value, bool) or not isinstance(value, (float, int, str, np.integer, np.floating)):
-        raise Mismatch
-    return value.item() if isinstance(value, np.generic) else value
+    """Kind: a value of an option, as plain Python; what has an index is an int (True is 1), what is a number a float."""
+    if isinstance(value, (float, str)):
+        return value.item() if isinstance(value, np.generic) else value
+    try:
+        return operator.index(value)
+    except TypeError:
+        pass
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise Mismatch from None
+
+
+def _checked_options(values: Any) -> dict[str, dict[str, Any]]:
+    """A copy of options by solver and name, in which each is what an option may be."""
+    if not isinstance(values, Mapping) or not all([isinstance(of_one, Mapping) for of_one in values.values()]):
+        raise Mismatch(f"SolverOptions.options: expected a dict of dicts, got {values!r}.")
+    found = {
+        solver: {key: _checked_option(key, value) for key, value in of_one.items()} for solver, of_one in values.items()
+    }
+    if not all([isinstance(solver, str) for solver in found]):
+        raise Mismatch(f"SolverOptions.options: names of solvers are str, got {list(found)}.")
+    return found
+
+
+def _checked_option(key: Any, value: Any) -> float | int | str:
+    if not isinstance(key, str):
+        raise Mismatch(f"SolverOptions.options: names of options are str, got {key!r}.")
+    try:
+        return option_value(value)
+    except Mismatch:
+        raise Mismatch(f"SolverOptions.options: the option {key!r} is a float, int or str, not {value!r}.") from None
 
 
 class SolverOptions:
     """Options by name of solver and name of option.
 
     Args:
-        options: Values by solver and name; those for all solvers are under the name "Drake".
+        options: Values by solver and name; those for all solvers are under the name "Drake". The attribute of this
+            name gives a copy, and is set as a whole; `SetOption` sets one.
+
+    Raises:
+        TypeError: a name is no str, or a value neither a number nor a str.
     """
 
     __fields__ = (SimpleNamespace(name="options", type=dict[str, dict[str, "float | int | str"]]),)
@@ -176,12 +209,12 @@ class SolverOptions:
 
     @property
     def options(self) -> dict[str, dict[str, Any]]:
-        """The values by solver and name."""
-        return self._options
+        """A copy of the values by solver and name."""
+        return {solver: dict(of_one) for solver, of_one in self._options.items()}
 
     @options.setter
     def options(self, values: dict[str, dict[str, Any]]) -> None:
-        self._options = {solver: dict(of_one) for solver, of_one in values.items()}
+        self._options = _checked_options(values)
 
     @overloaded(
         overload(solver_id=instance_of(SolverId), key=text, value=option_value),
@@ -207,23 +240,24 @@ class SolverOptions:
 
     def _of(self, name: str) -> dict[str, Any]:
         """Returns the options of one solver."""
-        return self.options.get(name, {})
+        return self._options.get(name, {})
 
     def _common(self, option: CommonSolverOption, default: Any = None) -> Any:
         """Returns the value of an option that all solvers understand."""
-        return self.options.get(_COMMON, {}).get(option.name, default)
+        return self._options.get(_COMMON, {}).get(option.name, default)
 
     def _merged(self, other: SolverOptions | None) -> SolverOptions:
         """Returns these options, and those of `other` in their place where it has them; to be read alone."""
         if other is None:
             return self
-        out = SolverOptions(self.options)
-        for solver, values in other.options.items():
-            out.options.setdefault(solver, {}).update(values)
+        out = SolverOptions()
+        out._options = self.options
+        for solver, values in other._options.items():
+            out._options.setdefault(solver, {}).update(values)
         return out
 
     def __eq__(self, other: object) -> bool:
-        return self.options == other.options if isinstance(other, SolverOptions) else NotImplemented
+        return self._options == other._options if isinstance(other, SolverOptions) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -65,7 +65,9 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     """
 
     def __init__(self, breaks: Any = None, *args: Any, **kwargs: Any):
-        given = [*args, *(kwargs[n] for n in ("quaternions", "rotation_matrices", "angle_axes") if n in kwargs)]
+        given = [*args, *(kwargs.pop(n) for n in ("quaternions", "rotation_matrices", "angle_axes") if n in kwargs)]
+        if kwargs:
+            raise self._mismatch("", "breaks and quaternions, rotation_matrices or angle_axes", kwargs)
         self._q: list[tuple] = []  # w, x, y, z of each
         if breaks is None and not given:
             PiecewiseTrajectory.__init__(self)

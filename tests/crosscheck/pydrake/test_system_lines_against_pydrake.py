@@ -1,4 +1,4 @@
-"""What systems, contexts, values, simulators, blocks and controllers answer is what pydrake's do, line by line."""
+"""What systems, contexts, values, simulators, blocks, controllers and solvers answer is what pydrake's do, by lines."""
 
 import pathlib
 
@@ -9,7 +9,7 @@ pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 MODULES = [
     "math", "symbolic", "autodiffutils", "common.value", "common", "systems.framework", "systems.primitives",
-    "systems.analysis", "systems.controllers", "systems.estimators", "trajectories", "examples",
+    "systems.analysis", "systems.controllers", "systems.estimators", "trajectories", "examples", "solvers",
 ]  # fmt: skip
 SETUP = '''
 class L(LeafSystem):
@@ -53,6 +53,6 @@ def ev(system, *inputs, t=0.0):
 '''
 
 
-@pytest.mark.parametrize("name", ["framework", "block"])
+@pytest.mark.parametrize("name", ["framework", "block", "solver"])
 def test_answers_are_the_same(name):
     assert not lines.differences(pathlib.Path(__file__).with_name(f"{name}_lines.txt"), MODULES, SETUP)
