@@ -9,7 +9,8 @@ pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 MODULES = [
     "common", "math", "geometry", "geometry.optimization", "multibody.math", "multibody.tree", "multibody.plant",
-    "multibody.inverse_kinematics", "multibody.meshcat", "planning", "symbolic", "autodiffutils",
+    "multibody.inverse_kinematics", "multibody.meshcat", "planning", "symbolic", "autodiffutils", "systems.framework",
+    "systems.analysis",
 ]  # fmt: skip
 SETUP = '''
 plant = MultibodyPlant(0.0)
@@ -35,6 +36,15 @@ def mesh_with_margin(shape, margin):
     scene_graph.AssignRole(source, geometry, properties)
     mesh = scene_graph.model_inspector().maybe_get_hydroelastic_mesh(geometry)
     return mesh.num_vertices(), mesh.CalcVolume()
+
+
+def publishes(params, meshcat):
+    """How often a simulation of 0.1 s draws."""
+    builder = DiagramBuilder()
+    MeshcatVisualizer.AddToBuilder(builder, builder.AddSystem(SceneGraph()), meshcat, params)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.1)
+    return simulator.get_num_publishes()
 '''
 
 
