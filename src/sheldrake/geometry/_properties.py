@@ -90,7 +90,7 @@ class GeometryProperties:
         """Changes a property, or adds it; the value is copied.
 
         Raises:
-            RuntimeError: the property exists with a value of another type; objects that are Python's alone have one type.
+            RuntimeError: the property exists with a value of another type; what only Python knows is of one type.
         """
         from sheldrake.common.value import AbstractValue
 

@@ -148,9 +148,7 @@ def test_no_moment_has_no_arrow_even_where_all_moments_have_one():
     surfaces = _HydroelasticContactVisualizer(meshcat, ContactVisualizerParams(moment_threshold=0.0))
     triangle = np.eye(3), np.array([[0], [1], [2]]), [0, 0, 0]
     for moment in (0.0, 1e-9):
-        item = _HydroelasticContactVisualizerItem(
-            "a", "b", [0] * 3, [0, 0, 1], [0, 0, moment], triangle, faces, [0] * 3
-        )
+        item = _HydroelasticContactVisualizerItem("a", "b", [0] * 3, [0, 0, 1], [0, 0, moment], *triangle)
         surfaces.Update(0.5, [item])
         shown = meshcat._hub.tree.get("/drake/contact_forces/a+b/moment_C_W").properties["visible"]
         assert shown is (moment > 0.0)
