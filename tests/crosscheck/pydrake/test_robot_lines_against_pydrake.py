@@ -53,10 +53,9 @@ def to_point(shape, X_WG, p_WQ):
         system.get_source_pose_port(source).FixValue(context, poses)
         query = system.get_query_output_port().Eval(context)
         (found,) = query.ComputeSignedDistanceToPoint(np.array(p_WQ) if T is float else np.array([T(x) for x in p_WQ]))
-        distance = found.distance
-        derivatives = [] if T is float else distance.derivatives()
-        answers.append([float(distance if T is float else distance.value()), np.round(derivatives, 12) + 0.0])
-        answers.append([np.round([float(x if T is float else x.value()) for x in v], 12) + 0.0 for v in (found.p_GN, found.grad_W)])
+        numbers = [found.distance, *found.p_GN, *found.grad_W]
+        answers.append(np.round([float(x if T is float else x.value()) for x in numbers], 12) + 0.0)
+        answers.append([] if T is float else np.round(found.distance.derivatives(), 12) + 0.0)
     return answers
 
 
