@@ -9,6 +9,7 @@ class MultibodyPlant:
 from __future__ import annotations
 
 import functools
+import inspect
 import operator
 from collections.abc import Callable
 from types import FunctionType
@@ -70,7 +71,8 @@ class Call(Generic[Method]):
 
         call.__name__, call.__qualname__ = name, f"{owner.__qualname__}.{name}"
         if isinstance(function, FunctionType) and function.__name__ == name:
-            function.__qualname__ = call.__qualname__  # what Python's own errors call it
+            for called in (function, inspect.unwrap(function)):  # what Python's own errors, and ours, call it
+                called.__qualname__ = call.__qualname__
         self._function = call
 
     @overload

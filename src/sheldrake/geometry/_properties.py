@@ -9,6 +9,8 @@ import copy
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
 from sheldrake.common._checked import checked
 from sheldrake.geometry._rgba import Rgba
 
@@ -71,7 +73,7 @@ class GeometryProperties:
 
     @checked
     def AddProperty(self, group_name: str, name: str, value: object) -> None:
-        """Adds a property.
+        """Adds a property, whose value is copied.
 
         Raises:
             RuntimeError: the property exists already.
@@ -81,26 +83,28 @@ class GeometryProperties:
                 f"AddProperty(): Trying to add property ('{group_name}', '{name}'); "
                 "a property with that name already exists"
             )
-        self._groups.setdefault(group_name, {})[name] = value
+        self._groups.setdefault(group_name, {})[name] = copy.deepcopy(value)
 
     @checked
     def UpdateProperty(self, group_name: str, name: str, value: object) -> None:
-        """Changes a property, or adds it.
+        """Changes a property, or adds it; the value is copied.
 
         Raises:
-            RuntimeError: the property exists with a value of another type.
+            RuntimeError: the property exists with a value of another type; what only Python knows is of one type.
         """
+        from sheldrake.common.value import AbstractValue
+
         group = self._groups.setdefault(group_name, {})
         if name in group:
             old = group[name]
             if isinstance(old, float) and type(value) is int:
                 value = float(value)
-            if _type_name(old) != _type_name(value):
+            if type(AbstractValue.Make(old)) is not type(AbstractValue.Make(value)):
                 raise RuntimeError(
                     f"UpdateProperty(): Trying to update property ('{group_name}', '{name}'); The property already "
                     f"exists and is of different type. New type {_type_name(value)}, existing type {_type_name(old)}"
                 )
-        group[name] = value
+        group[name] = copy.deepcopy(value)
 
     @checked
     def HasProperty(self, group_name: str, name: str) -> bool:
@@ -179,7 +183,6 @@ class PerceptionProperties(GeometryProperties):
 def MakePhongIllustrationProperties(diffuse: ArrayLike) -> IllustrationProperties:
     """Illustration properties with the colour `diffuse` (r, g, b, a), each in [0, 1], shape (4,)."""
     properties = IllustrationProperties()
-    colour = Rgba()
-    colour.set(diffuse)
+    colour = Rgba(*np.reshape(diffuse, (4,)))
     properties.AddProperty("phong", "diffuse", colour)
     return properties

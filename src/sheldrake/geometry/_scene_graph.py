@@ -66,6 +66,7 @@ class SceneGraph(LeafSystem):
     def __init__(self, config: SceneGraphConfig | None = None) -> None:
         super().__init__()
         self._model = GeometryState()
+        self._inspector = SceneGraphInspector._make(lambda: self._model)
         self._config = SceneGraphConfig()
         if config is not None:
             self.set_config(config)
@@ -81,6 +82,7 @@ class SceneGraph(LeafSystem):
         """For clones and conversions: a copy with a model of its own."""
         new = super()._copy()
         new._model, new._config = self._model.copy(), copy.deepcopy(self._config)
+        new._inspector = SceneGraphInspector._make(lambda: new._model)
         return new
 
     # ---- ports
@@ -345,8 +347,8 @@ class SceneGraph(LeafSystem):
     # ---- looking and filtering
 
     def model_inspector(self) -> SceneGraphInspector:
-        """An inspector of the model: what contexts made from now on will know."""
-        return SceneGraphInspector._make(lambda: self._model)
+        """An inspector of the model: what contexts made from now on will know; the same object each time."""
+        return self._inspector
 
     def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
         """Changes which pairs may touch, in the model or in a context."""

@@ -270,11 +270,17 @@ def test_half_space_is_a_finite_plate(meshcat):
     assert not plate["props"]["infinite_grid"]
 
 
+def test_a_mesh_without_a_file_is_told_and_not_drawn(meshcat, caplog):
+    meshcat.SetObject("x", Mesh("/nowhere/none.obj"))
+    assert "/nowhere/none.obj" in caplog.text and not meshcat.HasPath("x")
+
+
 def test_wrong_arguments_change_nothing(meshcat):
     cases = [
         (TypeError, lambda: meshcat.SetObject("x", 3)),
-        (RuntimeError, lambda: meshcat.SetObject("x", Mesh("/nowhere/none.obj"))),
-        (ValueError, lambda: meshcat.SetLine("x", np.zeros((2, 3)))),
+        (TypeError, lambda: meshcat.SetObject("x", Box(1, 1, 1), [1, 0, 0, 1])),
+        (TypeError, lambda: meshcat.SetLine("x", np.zeros((2, 3)))),
+        (TypeError, lambda: meshcat.SetCameraTarget([1, 2])),
         (ValueError, lambda: meshcat.SetLineSegments("x", np.zeros((3, 2)), np.zeros((3, 3)))),
         (ValueError, lambda: meshcat.SetTriangleMesh("x", np.zeros((3, 3)), [[0], [1], [3]])),
         (ValueError, lambda: meshcat.PlotSurface("x", np.eye(2), np.eye(2), np.eye(3))),
@@ -324,10 +330,11 @@ def test_sliders_round_as_drake_does(meshcat):
 
 
 def test_gamepad(meshcat):
-    assert meshcat.GetGamepad() == Meshcat.Gamepad() and meshcat.GetGamepad().index is None
+    assert str(meshcat.GetGamepad()) == str(Meshcat.Gamepad()) and meshcat.GetGamepad().index is None
     pad = {"index": 1, "button_values": [0, 0.5], "axes": [0.1, 0.2]}
     meshcat._InjectWebsocketMessage(message=msgspec.msgpack.encode({"type": "gamepad", "name": "", "gamepad": pad}))
-    assert meshcat.GetGamepad() == Meshcat.Gamepad(index=1, button_values=[0.0, 0.5], axes=[0.1, 0.2])
+    meshcat.GetGamepad().axes.append(1.0)  # a copy
+    assert str(meshcat.GetGamepad()) == "Gamepad(index=1, button_values=[0.0, 0.5], axes=[0.1, 0.2])"
 
 
 @pytest.mark.parametrize("bad", [b"abc", msgspec.msgpack.encode({"type": "?"}), msgspec.msgpack.encode([1])])

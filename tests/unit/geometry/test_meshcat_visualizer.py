@@ -219,8 +219,8 @@ def test_add_to_builder_takes_the_query_port():
 
 def test_wrong_arguments():
     meshcat, builder = Meshcat(port=0), DiagramBuilder()
-    with pytest.raises(RuntimeError, match="publish_period must be positive, got 0"):
-        MeshcatVisualizer(meshcat, MeshcatVisualizerParams(publish_period=0))
+    with pytest.raises(RuntimeError, match="publish_period is negative, -1"):
+        MeshcatVisualizer(meshcat, MeshcatVisualizerParams(publish_period=-1))
     with pytest.raises(RuntimeError, match="role must not be kUnassigned"):
         MeshcatVisualizer(meshcat, MeshcatVisualizerParams(role=Role.kUnassigned))
     with pytest.raises(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import dot3, neg3, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .model import ELLIPSOID, HALF_SPACE, SPHERE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
+from .model import ELLIPSOID, HALF_SPACE, SPHERE, X_AXIS, Z_AXIS, BodyPoses, ContactTable, GeometryModel
 from .separation import separation
 from .sphere import sphere_distance
 from .support import margin_of, support
@@ -39,7 +39,7 @@ def find_distances(geometry_model: GeometryModel, bodies: BodyPoses, reach: floa
 
 
 @kernel(top=True)
-def see_from_geometries(table: ContactTable) -> None:
+def see_from_geometries(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Points found are those in the frames of their geometries from now on, p_ACa for p_WCa, p_BCb for p_WCb."""
     for c in range(table.num_contacts):
         contact = table[c]
@@ -49,10 +49,20 @@ def see_from_geometries(table: ContactTable) -> None:
 
 
 @kernel(top=True)
-def see_from_point(table: ContactTable) -> None:
-    """The same where B is always a point, of which nobody wants to know where it is, and the normal turned to it."""
+def see_from_point(geometry_model: GeometryModel, table: ContactTable) -> None:
+    """The same where B is always a point, of which nobody wants to know where it is, and the normal turned to it.
+
+    In the centre of a sphere, from where all of it is as near, that is along the sphere's x axis, as in Drake.
+    """
+    model = geometry_model
     for c in range(table.num_contacts):
         contact = table[c]
         A = table.poses[contact.geometry_A]
         contact.p_WCa = rotate_back(A.R_WG, sub3(contact.p_WCa, A.p_WG))
         contact.nhat_BA_W = neg3(contact.nhat_BA_W)
+        radius = model[contact.geometry_A].radius
+        if model[contact.geometry_A].kind == SPHERE and contact.depth > radius - 1e-14:
+            p_GQ = rotate_back(A.R_WG, sub3(table.poses[contact.geometry_B].p_WG, A.p_WG))
+            contact.depth = radius - p_GQ[0]
+            contact.p_WCa = (radius, 0.0, 0.0)
+            contact.nhat_BA_W = column(A.R_WG, X_AXIS)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from sheldrake.common._checked import checked
+from sheldrake.common._options import Options
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -18,8 +20,7 @@ if TYPE_CHECKING:
     from .placement import Placement
 
 
-@dataclasses.dataclass(kw_only=True)
-class PerspectiveCamera:
+class PerspectiveCamera(Options):
     """A perspective camera: vertical field of view [deg], aspect, planes [m], zoom."""
 
     fov: float = 75.0
@@ -29,8 +30,7 @@ class PerspectiveCamera:
     zoom: float = 1.0
 
 
-@dataclasses.dataclass(kw_only=True)
-class OrthographicCamera:
+class OrthographicCamera(Options):
     """An orthographic camera: the box it sees, in its own frame [m], and zoom."""
 
     left: float = -1.0
@@ -42,6 +42,7 @@ class OrthographicCamera:
     zoom: float = 1.0
 
 
+@checked
 class Cameras:
     """Places the camera.
 

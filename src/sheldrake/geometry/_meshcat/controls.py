@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import json
 import logging
 import math
 import threading
 from typing import TYPE_CHECKING, Any, TypeVar
+
+from sheldrake.common._options import Options
 
 from .grabs import Grabs
 from .server import Sweeper
@@ -20,8 +23,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("drake")
 
 
-@dataclasses.dataclass(kw_only=True)
-class Gamepad:
+class Gamepad(Options):
     """The last state of a gamepad seen by a page.
 
     Attributes:
@@ -31,8 +33,8 @@ class Gamepad:
     """
 
     index: int | None = None
-    button_values: list[float] = dataclasses.field(default_factory=list)
-    axes: list[float] = dataclasses.field(default_factory=list)
+    button_values: list[float] = []
+    axes: list[float] = []
 
 
 @dataclasses.dataclass
@@ -275,7 +277,7 @@ class Controls:
 
     def GetGamepad(self) -> Gamepad:
         """Returns the last state of a gamepad seen by a page; its index is None when there was none."""
-        return dataclasses.replace(self._gamepad)
+        return copy.copy(self._gamepad)
 
     def tracked_camera_pose(self) -> tuple[np.ndarray, np.ndarray] | list[float] | None:
         """Returns wxyz, shape (4,), and position [m], shape (3,), of the page that reports its camera, or None.

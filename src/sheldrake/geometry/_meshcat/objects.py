@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import enum
+import logging
 import os
 from typing import TYPE_CHECKING, Any
 from typing import overload as typing_overload
 
 import numpy as np
 
+from sheldrake.common._kinds import anything, flag, instance_of, text
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
+from sheldrake.common._scalars import scalar
+from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._rgba import Rgba
-from sheldrake.geometry._shapes import Shape
+from sheldrake.geometry._shapes import Convex, Mesh, Shape
 
 from .drawables import Lines, Points, Side, Triangles, drawable_of_shape, surface_grid
 from .texture import picture_file
@@ -19,8 +24,10 @@ from .tree import SceneTree, full_path
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike
 
-    from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
     from sheldrake.geometry._point_cloud import PointCloud
+
+
+log = logging.getLogger("drake")
 
 
 class SideOfFaceToRender(enum.IntEnum):
@@ -43,8 +50,19 @@ _SIDES: dict[SideOfFaceToRender, Side] = {
 def _array3(call: str, name: str, value: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:
     array = np.asarray(value, dtype=dtype)
     if array.ndim != 2 or array.shape[0] != 3:
-        raise ValueError(f"Meshcat.{call}(): {name} must have shape (3, n), got {array.shape}.")
+        raise Mismatch(f"Meshcat.{call}(): {name} must have shape (3, n), got {array.shape}.")
     return array
+
+
+@kind("PointCloud")
+def _cloud(value: Any) -> Any:
+    """Kind: a cloud of points, whose class is in a package above."""
+    if not hasattr(value, "xyzs"):
+        raise Mismatch
+    return value
+
+
+_RGBA = (instance_of(Rgba), None)
 
 
 class Objects:
@@ -57,54 +75,12 @@ class Objects:
     def __init__(self, tree: SceneTree):
         self._tree = tree
 
-    @typing_overload
-    def SetObject(self, path: str, shape: Shape, rgba: Rgba = ..., diffuse_map: str | os.PathLike = "") -> None: ...
-    @typing_overload
-    def SetObject(
-        self,
-        path: str,
-        mesh: TriangleSurfaceMesh,
-        rgba: Rgba = ...,
-        wireframe: bool = False,
-        wireframe_line_width: float = 1.0,
-        side: SideOfFaceToRender = ...,
-    ) -> None: ...
-    @typing_overload
-    def SetObject(self, path: str, cloud: PointCloud, point_size: float = 0.001, rgba: Rgba = ...) -> None: ...
-    def SetObject(self, *args: Any, **kwargs: Any) -> None:
-        """Draws something at a path, in place of what was drawn there.
-
-        - `SetObject(path, shape, rgba=Rgba(0.9, 0.9, 0.9), diffuse_map="")`, with a picture file that is drawn on the
-          shape, tinted by the color; not on a Mesh, a Convex or a HalfSpace
-        - `SetObject(path, mesh, rgba=Rgba(0.1, 0.1, 0.1), wireframe=False, wireframe_line_width=1.0,
-          side=kDoubleSide)`, for a TriangleSurfaceMesh
-        - `SetObject(path, cloud, point_size=0.001, rgba=Rgba(0.9, 0.9, 0.9))`, for a PointCloud
-
-        Raises:
-            RuntimeError: when a mesh file or a picture is missing or cannot be read.
-            TypeError: when the arguments fit no overload.
-        """
-        names = [n for n in ("shape", "mesh", "cloud") if n in kwargs]
-        if len(args) + ("path" in kwargs) + len(names) < 2:
-            raise TypeError("Meshcat.SetObject(): expected a path and a shape, a mesh or a cloud.")
-        path = kwargs.pop("path") if "path" in kwargs else args[0]
-        rest = list(args if "path" not in kwargs and args and args[0] != path else args[1:])
-        thing = kwargs.pop(names[0]) if names else rest.pop(0)
-        if isinstance(thing, Shape):
-            self._set_shape(path, thing, *rest, **kwargs)
-        elif hasattr(thing, "xyzs"):
-            self._set_cloud(path, thing, *rest, **kwargs)
-        elif hasattr(thing, "num_triangles"):
-            self._set_surface(path, thing, *rest, **kwargs)
-        else:
-            raise TypeError(
-                f"Meshcat.SetObject(): expected a Shape, a TriangleSurfaceMesh or a PointCloud, got "
-                f"{type(thing).__name__}."
-            )
-
     def _set_shape(
         self, path: str, shape: Shape, rgba: Rgba | None = None, diffuse_map: str | os.PathLike = ""
     ) -> None:
+        if isinstance(shape, (Mesh, Convex)) and shape.source().is_path() and not os.path.exists(shape.source().path()):
+            log.warning("Meshcat: Could not open mesh filename %s", shape.source().path())
+            return
         rgba = Rgba(0.9, 0.9, 0.9, 1.0) if rgba is None else rgba.__copy__()
         picture = picture_file(diffuse_map) if diffuse_map else ""
         self._tree.set_object(full_path(path), drawable_of_shape(shape, rgba, picture))
@@ -126,6 +102,45 @@ class Objects:
         vertices = np.array([mesh.vertex(v) for v in range(mesh.num_vertices())], dtype=float).T
         faces = [[mesh.element(t).vertex(i) for i in range(3)] for t in range(mesh.num_triangles())]
         self.SetTriangleMesh(path, vertices, np.array(faces).T, rgba, *args, **kwargs)
+
+    @typing_overload
+    def SetObject(self, path: str, shape: Shape, rgba: Rgba = ..., diffuse_map: str | os.PathLike = "") -> None: ...
+    @typing_overload
+    def SetObject(
+        self,
+        path: str,
+        mesh: TriangleSurfaceMesh,
+        rgba: Rgba = ...,
+        wireframe: bool = False,
+        wireframe_line_width: float = 1.0,
+        side: SideOfFaceToRender = ...,
+    ) -> None: ...
+    @typing_overload
+    def SetObject(self, path: str, cloud: PointCloud, point_size: float = 0.001, rgba: Rgba = ...) -> None: ...
+    @overloaded(
+        overload(_set_shape, path=text, shape=instance_of(Shape), rgba=_RGBA, diffuse_map=(anything, "")),
+        overload(
+            _set_surface, path=text, mesh=instance_of(TriangleSurfaceMesh), rgba=_RGBA, wireframe=(flag, False),
+            wireframe_line_width=(scalar(float), 1.0), side=(anything, SideOfFaceToRender.kDoubleSide),
+        ),
+        overload(_set_cloud, path=text, cloud=_cloud, point_size=(scalar(float), 0.001), rgba=_RGBA),
+    )  # fmt: skip
+    def SetObject(self, *args: Any, **kwargs: Any) -> None:
+        """Draws something at a path, in place of what was drawn there.
+
+        - `SetObject(path, shape, rgba=Rgba(0.9, 0.9, 0.9), diffuse_map="")`, with a picture file that is drawn on the
+          shape, tinted by the color; not on a Mesh, a Convex or a HalfSpace
+        - `SetObject(path, mesh, rgba=Rgba(0.1, 0.1, 0.1), wireframe=False, wireframe_line_width=1.0,
+          side=kDoubleSide)`, for a TriangleSurfaceMesh
+        - `SetObject(path, cloud, point_size=0.001, rgba=Rgba(0.9, 0.9, 0.9))`, for a PointCloud
+
+        Of a Mesh or Convex whose file does not exist there is a warning alone.
+
+        Raises:
+            RuntimeError: when a mesh file cannot be read, or a picture is missing.
+            TypeError: when the arguments fit no overload.
+        """
+        raise NotImplementedError  # one of the ways above is taken
 
     def SetTriangleMesh(
         self,
@@ -149,7 +164,8 @@ class Objects:
             side: Which side of the faces is seen.
 
         Raises:
-            ValueError: when a shape is wrong, or a face names a vertex that does not exist.
+            TypeError: when a shape is wrong.
+            ValueError: when a face names a vertex that does not exist.
         """
         rgba = Rgba(0.1, 0.1, 0.1, 1.0) if rgba is None else rgba.__copy__()
         self._set_triangles("SetTriangleMesh", path, vertices, faces, rgba, wireframe, side)
@@ -176,7 +192,8 @@ class Objects:
             side: Which side of the faces is seen.
 
         Raises:
-            ValueError: when a shape is wrong, or a face names a vertex that does not exist.
+            TypeError: when a shape is wrong.
+            ValueError: when a face names a vertex that does not exist.
         """
         colors = _array3("SetTriangleColorMesh", "colors", colors).T.copy()
         if len(colors) != np.shape(vertices)[1]:
@@ -250,7 +267,7 @@ class Objects:
             rgba: Color; dark grey when left out.
 
         Raises:
-            ValueError: when the shape is wrong.
+            TypeError: when the shape is wrong.
         """
         points = _array3("SetLine", "vertices", vertices).T
         segments = np.stack([points[:-1], points[1:]], axis=1)
@@ -269,7 +286,8 @@ class Objects:
             rgba: Color; dark grey when left out.
 
         Raises:
-            ValueError: when a shape is wrong or the shapes differ.
+            TypeError: when a shape is wrong.
+            ValueError: when the shapes differ.
         """
         start, end = _array3("SetLineSegments", "start", start), _array3("SetLineSegments", "end", end)
         if start.shape != end.shape:

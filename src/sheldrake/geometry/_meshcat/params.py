@@ -62,7 +62,8 @@ class MeshcatVisualizerParams(Options):
     """What a MeshcatVisualizer draws, where and how often.
 
     Attributes:
-        publish_period: Simulated time between two publishes [s]; 1/64 is exact in binary.
+        publish_period: Simulated time between two publishes [s]; 1/64 is exact in binary. With zero only what asks for
+            publishes, as the start of a simulation does, draws.
         role: Which role of the geometries is drawn.
         default_color: Color of geometries that name none.
         prefix: Path under which everything is drawn; relative to "/drake" unless it starts with "/".

@@ -61,8 +61,8 @@ class MeshcatVisualizer(LeafSystem):
     ):
         super().__init__()
         params = MeshcatVisualizerParams() if params is None else params
-        if not params.publish_period > 0:
-            raise RuntimeError(f"MeshcatVisualizer(): publish_period must be positive, got {params.publish_period} s.")
+        if not params.publish_period >= 0.0:
+            raise RuntimeError(f"MeshcatVisualizer(): publish_period is negative, {params.publish_period} s.")
         if params.role == Role.kUnassigned:
             raise RuntimeError("MeshcatVisualizer(): role must not be kUnassigned.")
         self._meshcat = meshcat
@@ -77,7 +77,8 @@ class MeshcatVisualizer(LeafSystem):
         self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
         self.DeclareAbstractInputPort("surface_displacement", AbstractValue.Make(BusValue()))
         self.DeclareInitializationPublishEvent(publish=self._initialize)
-        self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
+        if params.publish_period > 0.0:
+            self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
         if params.enable_alpha_slider:
             meshcat.AddSlider(self._alpha_slider, _ALPHA_STEP, 1.0, _ALPHA_STEP, params.initial_alpha_slider_value)
@@ -128,7 +129,12 @@ class MeshcatVisualizer(LeafSystem):
 
         Args:
             set_transforms_while_recording: Whether the page moves meanwhile, too.
+
+        Raises:
+            RuntimeError: publishes have no period.
         """
+        if self._params.publish_period == 0.0:
+            raise RuntimeError("MeshcatVisualizer.StartRecording(): the publish_period is zero.")
         self._meshcat.StartRecording(1.0 / self._params.publish_period, set_transforms_while_recording)
         return self._meshcat.get_mutable_recording()
 

@@ -162,7 +162,7 @@ class QueryObject(Images):
         table = _table(model, X_WB.dtype)
         if find_distances(model, BodyPoses(X_WB), float(reach), table):
             raise explain_contact_status(model, table)
-        see(table)
+        see(model, table)
         return points_in(table)
 
     @checked

@@ -347,7 +347,7 @@ class _Distances:
         self._placing, self._p_WQ = _Placing(X_WB[:-1]), X_WB[-1, BodyPose.p_WB.columns]
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))
         self._run = find_distances.bind(model, BodyPoses(X_WB), np.inf, self._table)
-        self._see = see.bind(self._table)
+        self._see = see.bind(self._model, self._table)
         self._asked: Any = None
 
     def find(self, poses: Poses, reach: float, pair: Any, p_WQ: np.ndarray | None) -> FoundPoints:
@@ -379,7 +379,9 @@ class _DualDistances:
         table = contact_table(self._model, capacity=1)
         self._table = ContactTable(*(a.astype(complex) if a.dtype == float else a for a in table))
         find = find_distances, (self._model, BodyPoses(self._X_WB.numbers), np.inf, self._table)
-        self._sweep = Sweep([find, (see_from_geometries, (self._table,))], imaginary_parts(self._table.point))
+        self._sweep = Sweep(
+            [find, (see_from_geometries, (self._model, self._table))], imaginary_parts(self._table.point)
+        )
 
     @staticmethod
     def can(calls: int) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 
 _MAX_UNRESERVED = 2**15 - 1 - 4
@@ -20,6 +21,7 @@ class RenderLabel:
     kUnspecified: ClassVar[RenderLabel]
     kMaxUnreserved: ClassVar[int] = _MAX_UNRESERVED
 
+    @checked
     def __init__(self, value: int) -> None:
         value = int(value)
         if not 0 <= value <= _MAX_UNRESERVED:

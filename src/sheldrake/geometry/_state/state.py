@@ -183,7 +183,7 @@ class GeometryState:
             return
         if (frame.source, name) in self._frame_names:
             raise RuntimeError(f"Renaming frame from '{frame.name}' to an already existing name '{name}'")
-        self._frame_names.remove((frame.source, frame.name))
+        self._frame_names.discard((frame.source, frame.name))  # (the world's is nobody's)
         self._frame_names.add((frame.source, name))
         self.frames[frame_id] = frame._replace(name=name)
         self._touch()

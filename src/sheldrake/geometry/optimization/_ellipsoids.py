@@ -47,6 +47,16 @@ def _volume_of_unit_ball(n: int) -> float:
     return math.pi ** (n / 2.0) / math.gamma(n / 2.0 + 1.0)
 
 
+def _orthonormal(first: np.ndarray) -> np.ndarray:
+    """An orthonormal basis: a unit vector, and unit vectors along the coordinates as far as they are square to it."""
+    basis = first.reshape(-1, 1)
+    for e in np.eye(first.size):
+        rest = e - basis @ (basis.T @ e)
+        if basis.shape[1] < first.size and np.linalg.norm(rest) > 1e-6:
+            basis = np.column_stack((basis, rest / np.linalg.norm(rest)))
+    return basis
+
+
 def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
     if M.shape[1] != center.size:
         raise RuntimeError(f"{call}(): the matrix has {M.shape[1]} columns, the center {center.size} coordinates.")
@@ -143,13 +153,13 @@ class AffineBall(ConvexSet):
             RuntimeError: the segment is no longer than epsilon, or epsilon is negative.
         """
         x_1, x_2 = _arrays.float_vector(x_1), _arrays.float_vector(x_2)
-        axis = x_2 - x_1
+        axis = x_1 - x_2
         length = float(np.linalg.norm(axis))
         if not 0.0 <= epsilon < length:
             raise RuntimeError(
                 f"MakeAffineBallFromLineSegment(): epsilon {epsilon} must be from zero to the length {length}."
             )
-        U = np.linalg.svd(axis.reshape(-1, 1))[0]
+        U = _orthonormal(axis / length)
         radii = np.full(axis.size, float(epsilon))
         radii[0] = 0.5 * length
         return AffineBall(U * radii, 0.5 * (x_1 + x_2))

@@ -75,9 +75,11 @@ class ContactVisualizer(LeafSystem):
     def __init__(self, meshcat: Meshcat, params: ContactVisualizerParams | None = None):
         super().__init__()
         params = ContactVisualizerParams() if params is None else copy.copy(params)
-        for name in ("publish_period", "force_threshold", "moment_threshold"):
-            if not getattr(params, name) > 0:
-                raise RuntimeError(f"ContactVisualizer(): {name} must be positive, got {getattr(params, name)}.")
+        if not (params.publish_period >= 0.0 and params.force_threshold > 0.0):
+            raise RuntimeError(
+                f"ContactVisualizer(): publish_period {params.publish_period} must not be negative, "
+                f"force_threshold {params.force_threshold} must be positive."
+            )
         self._meshcat, self._params = meshcat, params
         self._names = Names()
         # The pairs of the contacts drawn last, and where these are drawn.
@@ -87,7 +89,8 @@ class ContactVisualizer(LeafSystem):
         self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
         self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
         self.DeclareInitializationPublishEvent(publish=self._initialize)
-        self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
+        if params.publish_period > 0.0:
+            self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
 
     @classmethod

@@ -10,14 +10,15 @@ class ContactVisualizerParams(Options):
     """What a ContactVisualizer draws, where, how large and how often.
 
     Attributes:
-        publish_period: Simulated time between two publishes [s]; 1/32 is exact in binary.
+        publish_period: Simulated time between two publishes [s]; 1/32 is exact in binary. With zero only what asks for
+            publishes draws.
         color: Color of the arrows of point contacts.
         hydro_force_color: Color of the force arrows of contact surfaces.
         hydro_moment_color: Color of the moment arrows of contact surfaces.
         prefix: Path under which everything is drawn; relative to "/drake" unless it starts with "/".
         delete_on_initialization_event: Whether an initialization clears what was drawn before.
         force_threshold: Forces below this are not drawn [N]; positive.
-        moment_threshold: Moments below this are not drawn [N m]; positive.
+        moment_threshold: Moments below this are not drawn [N m].
         newtons_per_meter: Force that an arrow of one metre stands for [N/m]; none is longer than the scene.
         newton_meters_per_meter: Moment that an arrow of one metre stands for [N m/m]; none is longer than the scene.
         radius: Radius of the arrows' shafts [m].

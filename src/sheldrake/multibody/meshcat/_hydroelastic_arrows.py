@@ -123,8 +123,9 @@ class _HydroelasticContactVisualizer:
             meshcat.SetObject(f"{path}/cylinder", Cylinder(radius, 1.0), color)
             draw_head(meshcat, f"{path}/head", radius, color)
         size = float(np.linalg.norm(vector))
-        self._shown.show(path, size >= threshold, time)
-        if size < threshold:
+        is_shown = size >= threshold and size > 0.0
+        self._shown.show(path, is_shown, time)
+        if not is_shown:
             return
         length = float(self._longest.of(size / unit_per_meter))
         meshcat.SetTransform(path, along(vector, np.zeros(3)), time)

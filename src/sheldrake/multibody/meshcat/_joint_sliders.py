@@ -51,9 +51,9 @@ class JointSliders(LeafSystem):
         meshcat: Meshcat,
         plant: MultibodyPlant,
         initial_value: ArrayLike | None = None,
-        lower_limit: ArrayLike | None = None,
-        upper_limit: ArrayLike | None = None,
-        step: ArrayLike | None = None,
+        lower_limit: float | ArrayLike | None = None,
+        upper_limit: float | ArrayLike | None = None,
+        step: float | ArrayLike | None = None,
         decrement_keycodes: Sequence[str] = (),
         increment_keycodes: Sequence[str] = (),
     ):

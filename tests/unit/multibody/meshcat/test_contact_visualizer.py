@@ -143,10 +143,21 @@ def test_a_contact_surface_has_its_pressure_and_two_arrows():
     assert not meshcat.HasPath(root)
 
 
-@pytest.mark.parametrize("name", ["publish_period", "force_threshold", "moment_threshold"])
-def test_parameters_that_must_be_positive(name):
-    with pytest.raises(RuntimeError, match=f"{name} must be positive, got 0"):
-        ContactVisualizer(Meshcat(port=0), ContactVisualizerParams(**{name: 0}))
+def test_no_moment_has_no_arrow_even_where_all_moments_have_one():
+    meshcat = Meshcat(port=0)
+    surfaces = _HydroelasticContactVisualizer(meshcat, ContactVisualizerParams(moment_threshold=0.0))
+    triangle = np.eye(3), np.array([[0], [1], [2]]), [0, 0, 0]
+    for moment in (0.0, 1e-9):
+        item = _HydroelasticContactVisualizerItem("a", "b", [0] * 3, [0, 0, 1], [0, 0, moment], *triangle)
+        surfaces.Update(0.5, [item])
+        shown = meshcat._hub.tree.get("/drake/contact_forces/a+b/moment_C_W").properties["visible"]
+        assert shown is (moment > 0.0)
+
+
+@pytest.mark.parametrize(("name", "value"), [("publish_period", -1), ("force_threshold", 0)])
+def test_parameters_that_are_out_of_range(name, value):
+    with pytest.raises(RuntimeError, match=f"{name} {value}"):
+        ContactVisualizer(Meshcat(port=0), ContactVisualizerParams(**{name: value}))
 
 
 def test_wrong_arguments_say_what_is_expected():
