@@ -113,18 +113,18 @@ def _check_numbers(mesh: MeshFile) -> None:
 
 
 def _read_obj(path: Path, data: bytes) -> MeshFile:
-    from sheldrake.geometry._meshes.mesh_files import _fans
+    from sheldrake.geometry._meshes.polygon_mesh import fans
     from sheldrake.geometry._meshes.read_obj import read_obj
 
     text = data.decode("utf-8", "replace")
     vertices, polygons = read_obj(text, str(path))
     header = "\n".join(line for line in text.splitlines()[:200] if line.lstrip().startswith("#"))
-    mesh = MeshFile(path, [Solid(path.stem, vertices, _fans(polygons))], header=header)
+    mesh = MeshFile(path, [Solid(path.stem, vertices, fans(polygons))], header=header)
     return _with_unit_comment(mesh)
 
 
 def _read_dae(path: Path, data: bytes) -> MeshFile:
-    from sheldrake.geometry._meshes.mesh_files import _fans
+    from sheldrake.geometry._meshes.polygon_mesh import fans
     from sheldrake.geometry._meshes.read_dae import read_dae
 
     vertices, polygons = read_dae(data, str(path))
@@ -132,7 +132,7 @@ def _read_dae(path: Path, data: bytes) -> MeshFile:
     factor = float(stated[1]) if stated else 1.0
     if not factor > 0.0:
         raise ValueError(f"'{path}' says a unit has {factor:g} metres.")
-    mesh = MeshFile(path, [Solid(path.stem, vertices / factor, _fans(polygons))], factor, is_plain=False)
+    mesh = MeshFile(path, [Solid(path.stem, vertices / factor, fans(polygons))], factor, is_plain=False)
     mesh.declared_by = f'<unit meter="{factor:g}">' if stated else "COLLADA's default, metres"
     mesh.is_default = stated is None
     tool = re.search(rb"<authoring_tool>([^<]*)<", data)

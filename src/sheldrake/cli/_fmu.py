@@ -13,11 +13,7 @@ import argparse
 import os
 
 from sheldrake.cli._output import take_options_behind
-from sheldrake.cli._script import (
-    add_script,
-    script_name,
-    write_first_simulation,
-)
+from sheldrake.cli._script import add_script, script_name, write_first_simulation
 
 _PLATFORMS = ("x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin")
 

@@ -12,11 +12,7 @@ from __future__ import annotations
 import argparse
 
 from sheldrake.cli._output import add_output, output_file, take_options_behind
-from sheldrake.cli._script import (
-    add_script,
-    script_name,
-    write_first_simulation,
-)
+from sheldrake.cli._script import add_script, script_name, write_first_simulation
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:

@@ -13,7 +13,7 @@ from sheldrake.common._options import Options
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._meshcat.tree import as_float
-from sheldrake.geometry._meshes.surfaces import fans
+from sheldrake.geometry._meshes.surfaces import surface_of
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._rgba import Rgba
@@ -225,7 +225,7 @@ class DrakeVisualizer(LeafSystem):
                 mesh = ConvertVolumeToSurfaceMesh(mesh) if isinstance(mesh, VolumeMesh) else mesh
                 return _facets(mesh._vertices, mesh._triangles)
         if isinstance(shape, Convex) or (isinstance(shape, Mesh) and collides):
-            return _facets(*fans(shape.GetConvexHull()))
+            return _facets(*surface_of(shape.GetConvexHull()))
         if isinstance(shape, Mesh):
             if shape.source().is_path():
                 return lcmt_viewer_geometry_data.MESH, list(shape.scale3()), str(shape.source().path())

@@ -21,7 +21,7 @@ from sheldrake.geometry._kernels import model as kernels
 from sheldrake.geometry._meshes.mass_properties import MassProperties, of_polygons, of_triangles
 from sheldrake.geometry._meshes.mesh_files import read_mesh
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
-from sheldrake.geometry._meshes.surfaces import Surface, capsule, fans, lathe, unit_cube
+from sheldrake.geometry._meshes.surfaces import Surface, capsule, lathe, surface_of, unit_cube
 from sheldrake.geometry._shapes import (
     Box,
     Capsule,
@@ -256,7 +256,7 @@ _ROWS = (
         kind=kernels.HULL,
         hull=lambda s: s.GetConvexHull(),
         mass=lambda s: of_polygons(s.GetConvexHull()),
-        surface=lambda s: fans(s.GetConvexHull()),
+        surface=lambda s: surface_of(s.GetConvexHull()),
     ),
     ShapeType(
         shape=Mesh,

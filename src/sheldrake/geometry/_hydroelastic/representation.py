@@ -14,7 +14,7 @@ from sheldrake.geometry._hydroelastic import meshes
 from sheldrake.geometry._hydroelastic.meshes import PressureMesh
 from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 from sheldrake.geometry._meshes.mesh_files import boundary_triangles, read_mesh
-from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
+from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh, fans
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._properties import ProximityProperties
@@ -198,15 +198,10 @@ def _make_volume_of_mesh(shape: Mesh | Convex, margin: float) -> PressureMesh:
     hull = shape.GetConvexHull()
     if margin > 0.0 and isinstance(shape, Convex):
         hull = _larger(hull, margin)
-    star = meshes.star_mesh(hull._vertices, _fans(hull), _planes(hull), margin)
+    star = meshes.star_mesh(hull._vertices, fans(hull._faces), _planes(hull), margin)
     if margin > 0.0 and isinstance(shape, Mesh):
         return meshes.volume_mesh(star.vertices, star.tetrahedra, boundary_triangles(star.tetrahedra), margin)
     return star
-
-
-def _fans(hull: PolygonSurfaceMesh) -> np.ndarray:
-    """The faces of a hull as triangles about their first corners, shape (n, 3)."""
-    return np.array([(f[0], f[k], f[k + 1]) for f in hull._faces for k in range(1, len(f) - 1)], np.int64)
 
 
 def _planes(hull: PolygonSurfaceMesh) -> np.ndarray:

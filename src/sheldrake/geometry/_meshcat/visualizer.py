@@ -13,7 +13,7 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._ids import FrameId
-from sheldrake.geometry._meshes.surfaces import fans
+from sheldrake.geometry._meshes.surfaces import surface_of
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
@@ -245,7 +245,7 @@ class MeshcatVisualizer(LeafSystem):
             if mesh is not None:
                 return mesh._vertices, mesh._triangles
         hull = inspector.GetConvexHull(geometry)
-        return None if hull is None else fans(hull)
+        return None if hull is None else surface_of(hull)
 
     def _set_transforms(self, query: QueryObject, time: float) -> None:
         if self._frames:

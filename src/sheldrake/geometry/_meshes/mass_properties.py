@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .polygon_mesh import PolygonSurfaceMesh
+from .polygon_mesh import PolygonSurfaceMesh, fans
 
 
 class MassProperties(NamedTuple):
@@ -25,8 +25,7 @@ class MassProperties(NamedTuple):
 
 def of_polygons(mesh: PolygonSurfaceMesh) -> MassProperties:
     """Mass properties of the inside of a closed polygon mesh."""
-    triangles = [(f[0], f[i], f[i + 1]) for f in mesh._faces for i in range(1, len(f) - 1)]
-    return of_triangles(mesh._vertices, np.array(triangles))
+    return of_triangles(mesh._vertices, fans(mesh._faces))
 
 
 def of_triangles(vertices: np.ndarray, triangles: np.ndarray) -> MassProperties:

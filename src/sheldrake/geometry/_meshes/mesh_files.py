@@ -10,7 +10,7 @@ import io
 import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 import numpy as np
@@ -21,13 +21,11 @@ from sheldrake.common._files import regular_bytes
 from .check_gltf import check_gltf
 from .check_picture import check_picture
 from .mesh_source import MeshSource
+from .polygon_mesh import fans
 from .read_dae import read_dae
 from .read_obj import read_obj
 from .read_stl import read_stl
 from .read_vtk import read_vtk
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 IN_ONE_FILE = (".obj", ".stl", ".dae", ".vtk")
 """Formats in which the vertices are in the file itself, and which are read here."""
@@ -150,7 +148,7 @@ def _read(data: bytes, extension: str, name: str, files: MemoryFiles | DiskFiles
         else:
             check_gltf(data, extension, name, files.get)
         return MeshData(*_read_with_trimesh(data, extension, files), None)
-    return MeshData(vertices, _fans(polygons), tetrahedra)
+    return MeshData(vertices, fans(polygons), tetrahedra)
 
 
 def _quadrilaterals_divided(vertices: np.ndarray, polygons: Any) -> Any:
@@ -172,14 +170,6 @@ def _quadrilaterals_divided(vertices: np.ndarray, polygons: Any) -> Any:
         else:
             divided += [[p[0], p[1], p[3]], [p[1], p[2], p[3]]]
     return divided
-
-
-def _fans(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
-    """Triangles of polygons, each fanned about its first vertex, shape (m, 3); an array has triangles already."""
-    if isinstance(polygons, np.ndarray):
-        return polygons
-    triangles = [(p[0], p[i], p[i + 1]) for p in polygons for i in range(1, len(p) - 1)]
-    return np.array(triangles, dtype=np.int64).reshape(-1, 3)
 
 
 def boundary_triangles(tetrahedra: np.ndarray) -> np.ndarray:

@@ -152,6 +152,14 @@ def _split(flat: np.ndarray, sizes: np.ndarray) -> list[tuple[int, ...]]:
     return [tuple(face.tolist()) for face in np.split(flat, np.cumsum(sizes)[:-1])] if len(sizes) else []
 
 
+def fans(polygons: Sequence[Sequence[int]] | np.ndarray) -> np.ndarray:
+    """Triangles of polygons, each fanned about its first vertex, shape (m, 3); an array has triangles already."""
+    if isinstance(polygons, np.ndarray):
+        return polygons
+    triangles = [(p[0], p[i], p[i + 1]) for p in polygons for i in range(1, len(p) - 1)]
+    return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+
+
 def _begins(data: np.ndarray) -> list[int]:
     """Where the faces begin.
 

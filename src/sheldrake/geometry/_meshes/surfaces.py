@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
+from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh, fans
 
 Surface = tuple[np.ndarray, np.ndarray]
 
@@ -46,7 +46,6 @@ def capsule(radius: float, length: float, sides: int = 32, rings: int = 9) -> Su
     return lathe(np.concatenate([lower - half, upper + half]), sides)
 
 
-def fans(hull: PolygonSurfaceMesh) -> Surface:
+def surface_of(hull: PolygonSurfaceMesh) -> Surface:
     """A polygon mesh with its faces cut into fans of triangles."""
-    faces = [(f[0], f[i], f[i + 1]) for f in hull._faces for i in range(1, len(f) - 1)]
-    return np.array(hull._vertices), np.array(faces)
+    return np.array(hull._vertices), fans(hull._faces)

@@ -466,11 +466,11 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         keep = np.isfinite(b)
         return HPolyhedron(A[keep], b[keep])
 
-    def _found(self, C: np.ndarray, d: np.ndarray, found: dict, num_iter: int) -> SearchResult:
+    def _proven(self, C: np.ndarray, d: np.ndarray, planes: dict[int, tuple[np.ndarray, Any]]) -> SearchResult:
+        """A polytope, proven by a and b of separating planes."""
         out = SearchResult()
-        out._C, out._d, out._num_iter, out._polytope = C.copy(), d.copy(), num_iter, self._polytope(C, d)
-        for certificate in found.values():
-            out._a[certificate.plane_index], out._b[certificate.plane_index] = certificate.a, certificate.b
+        out._C, out._d, out._polytope = C.copy(), d.copy(), self._polytope(C, d)
+        out._a, out._b = {k: a for k, (a, _) in planes.items()}, {k: b for k, (_, b) in planes.items()}
         return out
 
     def BinarySearch(
@@ -506,23 +506,23 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
                 f"{options.scale_max}."
             )
 
-        def tried(scale: float, num_iter: int) -> SearchResult | None:
+        def tried(scale: float) -> SearchResult | None:
             scaled = C @ center + scale * (d - C @ center)
             success, found = self.FindSeparationCertificateGivenPolytope(
                 C, scaled, ignored_collision_pairs, options.find_lagrangian_options
             )
-            return self._found(C, scaled, found, num_iter) if success else None
+            return self._proven(C, scaled, {f.plane_index: (f.a, f.b) for f in found.values()}) if success else None
 
         low, high = float(options.scale_min), float(options.scale_max)
-        best = tried(high, 0)
+        best = tried(high)
         if best is not None:
             return best
-        best = tried(low, 0)
+        best = tried(low)
         num_iter = 0
         while best is not None and num_iter < options.max_iter and high - low > options.convergence_tol:
             num_iter += 1
             middle = 0.5 * (low + high)
-            better = tried(middle, num_iter)
+            better = tried(middle)
             if better is None:
                 high = middle
             else:
@@ -601,14 +601,13 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
             result = solver.Solve(prog, None, how.solver_options)
         if not result.is_success():
             return None
-        out = SearchResult()
-        out._C, out._d = result.GetSolution(new_C).reshape(C.shape), np.atleast_1d(result.GetSolution(new_d))
-        out._polytope = self._polytope(out._C, out._d)
+        solved = {}
         for certificate in found.values():
             plane = self._planes[certificate.plane_index]
-            out._a[certificate.plane_index] = np.array([result.GetSolution(p) for p in plane.a], dtype=object)
-            out._b[certificate.plane_index] = result.GetSolution(plane.b)
-        return out
+            a = np.array([result.GetSolution(p) for p in plane.a], dtype=object)
+            solved[certificate.plane_index] = a, result.GetSolution(plane.b)
+        C, d = result.GetSolution(new_C).reshape(C.shape), np.atleast_1d(result.GetSolution(new_d))
+        return self._proven(C, d, solved)
 
     @staticmethod
     def _add_margin_cost(prog: MathematicalProgram, margin: np.ndarray, how: Any) -> BindingBase[LinearCost]:
