@@ -11,8 +11,11 @@ from sheldrake.planning._gcs_subgraphs import (
     derivative_matrix,
 )
 from sheldrake.solvers import MathematicalProgram
+from sheldrake.solvers._engines import functions
 from sheldrake.solvers._engines.interior_point import Factors
+from sheldrake.solvers._engines.nonlinear import Settings
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.sqp import Sqp
 from sheldrake.solvers._engines.terms import AlikeTerms, LearnedTerms
 from sheldrake.solvers._kernels import barrier
 from sheldrake.symbolic import cos, log, pow, sin, sqrt
@@ -116,6 +119,38 @@ def test_what_differs_by_its_variables_alone_is_evaluated_together():
     for make in (collocation, transcription):
         form = NonlinearForm(make()[0])
         assert [len(t.places) for t in form.functions.parts if isinstance(t, AlikeTerms)] == [5 * 4]
+
+
+@pytest.mark.parametrize("make", [of_all_kinds, curves])
+def test_large_programs_have_the_same_derivatives_without_a_matrix(make, monkeypatch):
+    prog, y = make()
+    dense = NonlinearForm(prog)
+    monkeypatch.setattr(functions, "_DENSE", 0)
+    form = NonlinearForm(prog)
+    assert dense.functions.is_dense and not form.functions.is_dense
+    assert form.cost(y)[0] == dense.cost(y)[0]
+    np.testing.assert_allclose(form.cost(y)[1], dense.cost(y)[1], rtol=1e-14)
+    for found, expected in zip(form.dense(y), dense.dense(y)):
+        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-15)
+    np.testing.assert_array_equal(form.constraints(y)[1], dense.constraints(y)[1])
+
+
+def test_steps_are_the_same_whether_python_evaluates_or_a_kernel():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(4, "x")
+    prog.AddCost(x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2])
+    prog.AddConstraint(x[0] * x[1] * x[2] * x[3] >= 25.0)
+    prog.AddConstraint(x.dot(x) == 40.0)
+    prog.AddBoundingBoxConstraint(1.0, 5.0, x)
+    ends = []
+    for by_kernel in (True, False):
+        form = NonlinearForm(prog)
+        assert form.functions.is_native
+        form.functions.is_native = by_kernel
+        ends.append(Sqp(form, np.array([1.0, 5.0, 5.0, 1.0]), Settings()).run())
+    assert all(end.converged for end in ends)
+    np.testing.assert_array_equal(ends[0].y, ends[1].y)
+    np.testing.assert_allclose(ends[0].y, [1.0, 4.742999644, 3.821149979, 1.379408294], atol=1e-6)
 
 
 def test_python_evaluates_neither_forms_nor_formulas():

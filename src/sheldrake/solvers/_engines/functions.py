@@ -36,7 +36,8 @@ class _Forms:
 
     def __init__(self, linear: Sequence[Placed], quadratic: Sequence[Placed], num_rows: int, scale: np.ndarray):
         self.c = np.zeros(num_rows)
-        rows, cols, b, i, j, Q = ([] for _ in range(6))  # type: tuple[list[np.ndarray], ...]
+        lists: tuple[list[np.ndarray], ...] = [], [], [], [], [], []
+        rows, cols, b, i, j, Q = lists
         begin = 0
         for form, columns, places in quadratic:
             at = form._Q.nonzero()

@@ -151,10 +151,25 @@ def is_among(active, count, j):
 
 
 @kernel
+def transform(H, A, rows, M, sizes):
+    """M becomes the rows of A where the cost whose factor is in H is a distance; `sizes` their lengths."""
+    n = A.shape[1]
+    for j in range(rows):
+        begin = 0
+        while begin < n and A[j, begin] == 0.0:
+            M[j, begin] = 0.0
+            begin += 1
+        for i in range(begin, n):
+            M[j, i] = (A[j, i] - product(H, i, M, j, i)) / H[i, i]
+        sizes[j] = (1e-300 + product(M, j, M, j, n)) ** 0.5
+    return 0
+
+
+@kernel
 def active_rows(H, f, A, b, rows, equal, G, M, d, u, r, sizes, x0, multipliers, active):
     """Finds x0 with the least 1/2 x'Hx + f'x and A x <= b, and its rows that hold; gives how many, or -1.
 
-    H holds the factor of the cost, A and b as many rows.
+    H holds the factor of the cost, A and b as many rows, M and `sizes` what `transform` makes of these.
     """
     n = A.shape[1]
     # In u = L'x + L^-1 f the cost is a distance from 0.
@@ -167,15 +182,7 @@ def active_rows(H, f, A, b, rows, equal, G, M, d, u, r, sizes, x0, multipliers, 
         noise += u[k] ** 2
     noise = _NOISE * noise**0.5
     for j in range(rows):
-        d[j] = b[j]
-        begin = 0
-        while begin < n and A[j, begin] == 0.0:
-            M[j, begin] = 0.0
-            begin += 1
-        for i in range(begin, n):
-            M[j, i] = (A[j, i] - product(H, i, M, j, i)) / H[i, i]
-        d[j] += along(M, j, u, n)
-        sizes[j] = (1e-300 + product(M, j, M, j, n)) ** 0.5
+        d[j] = b[j] + along(M, j, u, n)
     for k in range(n):
         u[k] = 0.0
     count, j, own = 0, most_violated(M, d, u, sizes, equal, rows, n, active, 0, noise), 0.0
@@ -359,29 +366,42 @@ def make_quadratic(rows: int, n: int) -> Quadratic:
 
 
 @kernel(outline=True)
-def solve_quadratic(program, equal):
-    """Finds x, by as many proximal points as it takes; how many rows hold with equality, or -1."""
-    Q, q, A, b, x, center = program.Q, program.q, program.A, program.b, program.x, program.center
-    H, f, multipliers, active = program.H, program.f, program.multipliers, program.active
-    n = q.shape[0]
+def prepare(program):
+    """What depends on Q and A alone; what there is more on the diagonal, or -1 if Q is not convex."""
+    Q, H = program.Q, program.H
+    n = program.q.shape[0]
     largest = 1.0
     for i in range(n):
         for k in range(n):
             largest = max(largest, abs(Q[i, k]))
+            H[i, k] = Q[i, k]
     weight = REGULARIZATION * largest
-    for k in range(n):
+    for i in range(n):
+        H[i, i] += weight
+    if factor(H, n) != 0:
+        return -1.0
+    transform(H, program.A, len(program.b), program.M, program.sizes)
+    return weight
+
+
+@kernel(outline=True)
+def solve_prepared(program, equal, weight):
+    """Finds x, by as many proximal points as it takes; how many rows hold with equality, or -1.
+
+    Q and A are those for which `prepare` gave a weight.
+    """
+    Q, q, A, b, x, center = program.Q, program.q, program.A, program.b, program.x, program.center
+    f, multipliers, active = program.f, program.multipliers, program.active
+    if weight < 0.0:
+        return INFEASIBLE
+    for k in range(len(q)):
         center[k] = 0.0
     for point in range(_POINTS):
-        for i in range(n):
-            for k in range(n):
-                H[i, k] = Q[i, k]
-            H[i, i] += weight
+        for i in range(len(q)):
             f[i] = q[i] - weight * center[i]
-        if factor(H, n) != 0:
-            return INFEASIBLE
         count = active_rows(
-            H, f, A, b, len(b), equal, program.G, program.M, program.d, program.u, program.r, program.sizes, center,
-            multipliers, active,
+            program.H, f, A, b, len(b), equal, program.G, program.M, program.d, program.u, program.r, program.sizes,
+            center, multipliers, active,
         )  # fmt: skip
         if count < 0:
             return INFEASIBLE
@@ -390,6 +410,12 @@ def solve_quadratic(program, equal):
             if is_optimal(Q, q, A, b, equal, active, count, x, multipliers, tolerance) != 0:
                 return count
     return INFEASIBLE
+
+
+@kernel
+def solve_quadratic(program, equal):
+    """Both."""
+    return solve_prepared(program, equal, prepare(program))
 
 
 @kernel(outline=True)

@@ -8,7 +8,14 @@ from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, number
 from sheldrake.common.rows import call_row
-from sheldrake.solvers._kernels.active_set import INFEASIBLE, Quadratic, solve_by_rows, solve_quadratic
+from sheldrake.solvers._kernels.active_set import (
+    INFEASIBLE,
+    Quadratic,
+    prepare,
+    solve_by_rows,
+    solve_prepared,
+    solve_quadratic,
+)
 
 INFINITE = float("inf")
 REACH = 0.5  # of one step, relative to the point and 1
@@ -199,10 +206,10 @@ def least_miss(work, missed, progress):
         missed.A[last, j] = 0.0
     missed.Q[n, n], missed.A[last, n], missed.b[last] = 1e-6, -1.0, 0.0
     scale = max(1.0, largest(work.g, n))
-    penalty = FIRST_PENALTY
+    penalty, weight = FIRST_PENALTY, prepare(missed)
     while True:
         missed.q[n] = penalty * scale
-        count = solve_quadratic(missed, 0)
+        count = solve_prepared(missed, 0, weight)
         if count < 0:
             return 1
         progress.left = max(0.0, missed.x[n])

@@ -19,6 +19,7 @@ from sheldrake.solvers._kernels.active_set import (
     is_among,
     product,
     solve_with_rows,
+    transform,
 )
 from sheldrake.solvers._kernels.definite import has_factor
 from sheldrake.solvers._kernels.rows import ABOVE, EQUATION, NEVER, bits
@@ -275,6 +276,7 @@ def _solve(program, rows, equal):
         # Where equations leave no way along which the cost is flat, their squares are a part of it that is zero.
         if not _is_definite(program, equal, _largest(Q, n, n) / of_equations**2):
             return INFEASIBLE
+    transform(program.H, A, rows, program.M, program.sizes)
     count = active_rows(
         program.H, program.f, A, b, rows, equal, program.G, program.M, program.d, program.u, program.r, program.sizes,
         x, multipliers, program.active,
