@@ -255,6 +255,8 @@ def follow_touch(model, table, i, j, size, far, k):
     found, out, depth, p_i, p_j = nearby(model, table, i, j, size, out, before)
     slack = _CERTAIN * size
     known = found and depth < -slack and depth > slack - far  # else rounding says who is near enough
+    if known:
+        table.separators[k].axis_G = rotate_back(table.poses[i].R_WG, scale3(out, -1.0))
     return known, out, depth, p_i, p_j
 
 
