@@ -14,9 +14,9 @@ pytestmark = pytest.mark.peer
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PROGRAMS = (
-    "furuta_pendulum", "gym_episodes", "hopper", "inverse_dynamics_loop", "model_questions", "monte_carlo",
-    "net_in_the_wind", "observers", "particle_filter", "reading_results", "rimless_wheel", "swing_up",
-    "system_identification", "unscented_filter", "vehicle",
+    "all_ports", "energy_shaping", "furuta_pendulum", "gym_episodes", "hopper", "inverse_dynamics_loop",
+    "iterative_lqr", "model_questions", "monte_carlo", "net_in_the_wind", "observers", "particle_filter",
+    "reading_results", "rimless_wheel", "swing_up", "system_identification", "unscented_filter", "vehicle",
 )  # fmt: skip
 
 

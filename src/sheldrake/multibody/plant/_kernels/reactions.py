@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
     cross3,
+    dot3,
     load3,
     load6,
     neg3,
     rotate_back,
+    scale3,
     scale6,
     store6,
     sub3,
@@ -19,9 +22,11 @@ from sheldrake.common._kernels.vec import (
 )
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, table
+from sheldrake.multibody.contact_solvers._kernels.problem import HOLONOMIC, Problem, Rows
+from sheldrake.multibody.plant._kernels.model import COUPLER, PlantModel
 from sheldrake.multibody.tree._kernels import dynamics, forces
 from sheldrake.multibody.tree._kernels.forces import ForceModel
-from sheldrake.multibody.tree._kernels.kinematics import pose_of_frame
+from sheldrake.multibody.tree._kernels.kinematics import point_on, pose_of_frame
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 
@@ -38,6 +43,59 @@ class JointEnds(NamedTuple):
     """By row of the body; the world's says nothing."""
 
     end: Annotated[IntMatrix, Items("ends", JointEnd)]
+
+
+@kernel
+def point_in(tree, b, p, at):
+    """p_WP of a point fixed to body b, whose p_BP is p[at:at + 3]."""
+    return point_on(tree, b, (p[at], p[at + 1], p[at + 2]))
+
+
+@kernel
+def three_forces(rows, r, dt):
+    """Forces of three rows, the first of which is r."""
+    return rows[r].gamma / dt, rows[r + 1].gamma / dt, rows[r + 2].gamma / dt
+
+
+@kernel(top=True, short_loops=True)
+def add_constraint_forces(
+    model: TreeModel,
+    plant_model: PlantModel,
+    p: Vector,
+    tree: TreeWork,
+    rows: Rows,
+    problem: Problem,
+    dt: float,
+    F: Matrix,
+) -> None:
+    """Adds to F, about `root`, what distance, ball and weld constraints exert on both bodies in a step of dt [s].
+
+    Couplers act along joints.
+    """
+    for r in range(problem.num_rows):
+        n = rows[r].group
+        if rows[r].kind != HOLONOMIC or n == 0:
+            continue
+        constraint = plant_model.constraints[rows[r].owner]
+        if constraint.kind == COUPLER:
+            continue
+        a, b, at = constraint.A, constraint.B, constraint.p
+        if n == 6:  # a weld, whose positions follow its rotations
+            torque, force = three_forces(rows, r, dt), three_forces(rows, r + 3, dt)
+            forces.add_force(F, b, (torque, (0.0, 0.0, 0.0)))
+            forces.add_force(F, a, (neg3(torque), (0.0, 0.0, 0.0)))
+            middle = scale3(add3(point_in(tree, a, p, at + 9), point_in(tree, b, p, at + 21)), 0.5)
+            forces.add_point_force(model, tree, F, b, middle, force)
+            forces.add_point_force(model, tree, F, a, middle, neg3(force))
+            continue
+        p_WP, p_WQ = point_in(tree, a, p, at), point_in(tree, b, p, at + 3)
+        if n == 1:
+            p_PQ = sub3(p_WQ, p_WP)
+            force = scale3(p_PQ, rows[r].gamma / (dt * sqrt(dot3(p_PQ, p_PQ))))
+        else:
+            force = three_forces(rows, r, dt)
+        forces.add_point_force(model, tree, F, b, p_WQ, force)
+        forces.add_point_force(model, tree, F, a, p_WP, neg3(force))
 
 
 @kernel(top=True, short_loops=True)

@@ -25,7 +25,7 @@ from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, sees_geo
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.stages import repeats
 from sheldrake.multibody.plant._step.surface_speeds import SurfaceSpeeds
-from sheldrake.systems.framework import Context, LeafSystem
+from sheldrake.systems.framework import Context, LeafSystem, System
 from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class Advance:
 
     # --- scratch
 
-    def prototype(self, plant: LeafSystem, geometry: CompiledGeometry) -> StepWork:
+    def prototype(self, plant: System, geometry: CompiledGeometry) -> StepWork:
         """The scratch of a plant's contexts with a state of the geometry."""
         known, pushes = self._prototype, self._applied.are_used(plant)
         if known is None or known[0] is not geometry.model or known[1] != pushes:

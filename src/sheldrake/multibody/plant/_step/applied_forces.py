@@ -25,7 +25,7 @@ from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpat
 from sheldrake.multibody.plant._step.input_ports import InputPorts, has_value
 from sheldrake.multibody.tree._kernels.forces import add_body_forces
 from sheldrake.multibody.tree._kernels.model import BodyPose
-from sheldrake.systems.framework import Context, InputPort, LeafSystem
+from sheldrake.systems.framework import Context, InputPort, System
 from sheldrake.systems.framework._declarations import FedStage
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class AppliedForces:
         self.are_fixed = False
         """Whether the port was given a value in any context."""
 
-    def are_used(self, plant: LeafSystem) -> bool:
+    def are_used(self, plant: System) -> bool:
         """Whether the applied_spatial_force port of a plant is connected, exported, or was fixed."""
         if not self._elements.is_finalized() or self.are_fixed:
             return self._elements.is_finalized()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.multibody.contact_solvers._kernels.problem import HOLONOMIC, RowState
+from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.math import SpatialForce, SpatialForce_
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
@@ -18,14 +17,13 @@ from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactI
 from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import View
-from sheldrake.multibody.plant._kernels.model import COUPLER, StepWork
-from sheldrake.multibody.plant._kernels.reactions import JointEnd, JointEnds, calc_reactions
+from sheldrake.multibody.plant._kernels.model import StepWork
+from sheldrake.multibody.plant._kernels.reactions import JointEnd, JointEnds, add_constraint_forces, calc_reactions
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.multibody.tree._kernels import forces
-from sheldrake.multibody.tree._kernels.kinematics import point_on
 from sheldrake.multibody.tree._kernels.model import BodyInertia, TreeWork
 from sheldrake.systems.framework import Context
 
@@ -71,58 +69,39 @@ class Reactions:
         if no_step_yet:
             return make_each(view.zeros(len(model.rows_by_joint), 6))
         results = self._reports.contact_results(context)
-        room = self._room_for(view, work.tree, results.num_point_pair_contacts())
+        room = self._room_for(view, work, results.num_point_pair_contacts())
         _fill_contacts(room, results, model.row_list)
         room.vdot[:] = self._reports.generalized_acceleration(context)
         room.other[:] = 0.0 if view.dtype == float else view.zeros(1)[0]
-        self._add_other_forces(context, work, results, room.other)
+        self._add_other_forces(context, work, results, room)
         if status := room.run():
             raise RuntimeError(f"reaction_forces: calc_reactions() returned status {status}.")
         return make_each(room.reactions[model.rows_by_joint])
 
-    def _room_for(self, view: View, tree: TreeWork, contacts: int) -> _Room:
+    def _room_for(self, view: View, work: StepWork, contacts: int) -> _Room:
         """What the kernel works on, and the kernel bound to it; kept while the scratch is the same."""
         room = view.reactions
-        if room is None or room.tree is not tree or len(room.points) < contacts:
-            room = view.reactions = _make_room(view, tree, max(4, 2 * contacts))
+        if room is None or room.tree is not work.tree or len(room.points) < contacts:
+            room = view.reactions = _make_room(view, work.tree, max(4, 2 * contacts))
+            if self._settings.is_discrete() and self._elements.constraints:
+                held = work.rows, work.problem, self._settings.time_step, room.other
+                given = view.model, self._models.plant_model, view.p, work.tree, *held
+                room.constraints.append(_bound(view, add_constraint_forces, given))
         return room
 
-    def _add_other_forces(self, context: Context, work: StepWork, results: ContactResults, other: np.ndarray) -> None:
+    def _add_other_forces(self, context: Context, work: StepWork, results: ContactResults, room: _Room) -> None:
         """Adds forces of contact surfaces, of constraints, and applied ones, about `root`, by row."""
-        view = self._contexts.view(context)
+        view, other = self._contexts.view(context), room.other
         for surface in results._hydroelastic:
             self._add_surface_force(view.frozen, work.tree, surface, other)
-        if self._settings.is_discrete() and self._elements.constraints:
-            self._add_constraint_forces(view.frozen, work, view.p, other)
-        if self._settings.is_discrete():
-            if len(work.step.body_force):
-                other += work.step.body_force
+        if not self._settings.is_discrete():
+            if self._applied.are_given(context):
+                other += self._applied.amount(context)[1]
             return
-        F_Bo_W = self._applied.on_bodies(context, work.tree.X_WB)
-        if F_Bo_W is not None:
-            forces.add_body_forces(view.model, work.tree, F_Bo_W, other)
-
-    def _add_constraint_forces(self, model: FrozenModel, work: StepWork, p: np.ndarray, F: np.ndarray) -> None:
-        """Adds to F what distance, ball and weld constraints exert on both bodies; couplers act along joints."""
-        rows, constraints = work.rows, self._models.plant_model.constraints
-        for r in range(work.problem.num_rows):
-            n, owner = int(rows[r].group), int(rows[r].owner)
-            constraint = constraints[owner]
-            if rows[r].kind != HOLONOMIC or n == 0 or constraint.kind == COUPLER:
-                continue
-            force = rows.state[r : r + n, RowState.gamma] / self._settings.time_step
-            a, b, at = int(constraint.A), int(constraint.B), int(constraint.p)
-            first, second = (at, at + 3) if n < 6 else (at + 9, at + 21)  # a weld's positions follow its rotations
-            P = np.array(point_on(work.tree, a, tuple(p[first : first + 3])))
-            Q = np.array(point_on(work.tree, b, tuple(p[second : second + 3])))
-            if n == 1:
-                force = force * (Q - P) / np.sqrt((Q - P) @ (Q - P))
-            elif n == 6:
-                F[b, :3] += force[:3]
-                F[a, :3] -= force[:3]
-                P = Q = 0.5 * (P + Q)
-            forces.add_point_force(model.tree, work.tree, F, b, tuple(Q), tuple(force[-3:]))
-            forces.add_point_force(model.tree, work.tree, F, a, tuple(P), tuple(-force[-3:]))
+        for add in room.constraints:
+            add()
+        if len(work.step.body_force):
+            other += work.step.body_force
 
     def _add_surface_force(
         self, model: FrozenModel, tree: TreeWork, info: HydroelasticContactInfo, F: np.ndarray
@@ -148,6 +127,8 @@ class _Room(NamedTuple):
     other: np.ndarray
     reactions: np.ndarray
     run: Callable[[], int]
+    constraints: list[Callable[[], int]]
+    """What adds their forces to `other`; nothing where there are none."""
 
 
 def _make_room(view: View, tree: TreeWork, contacts: int) -> _Room:
@@ -159,12 +140,12 @@ def _make_room(view: View, tree: TreeWork, contacts: int) -> _Room:
     vdot, other, reactions = view.zeros(view.nv), view.zeros(nb, 6), view.zeros(nb, 6)
     A, F = view.zeros(nb, 6), view.zeros(nb, 6)
     given = view.model, model.forces, view.p, tree, vdot, touching, points, pushes, other, JointEnds(ends), A, F
-    run = calc_reactions.bind(*given, reactions) if view.native else partial(_interpreted, *given, reactions)
-    return _Room(tree, vdot, touching, points, pushes, other, reactions, run)
+    run = _bound(view, calc_reactions, (*given, reactions))
+    return _Room(tree, vdot, touching, points, pushes, other, reactions, run, [])
 
 
-def _interpreted(*arguments: object) -> int:
-    return calc_reactions(*arguments) or 0
+def _bound(view: View, kernel: Kernel, arguments: tuple) -> Callable[[], int]:
+    return kernel.bind(*arguments) if view.native else lambda: kernel(*arguments) or 0
 
 
 def _fill_contacts(room: _Room, results: ContactResults, row_of: list[int]) -> None:
