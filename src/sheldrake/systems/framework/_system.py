@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._leaf_events import LeafEvents
 
 
 class _NoCollection:
@@ -426,7 +427,7 @@ class System(ScalarConversion, SystemPorts, Cloned):
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")
 
 
-def _witnesses_of(system: System, context: Context) -> Sequence[WitnessFunction]:
+def _witnesses_of(system: LeafEvents, context: Context) -> Sequence[WitnessFunction]:
     """What `DoGetWitnessFunctions` of a leaf system returns, which people override."""
     found = system.DoGetWitnessFunctions(context)
     if not isinstance(found, (list, tuple)) or not all([isinstance(witness, WitnessFunction) for witness in found]):
