@@ -142,10 +142,12 @@ class System(ScalarConversion, SystemPorts, Cloned):
         return SystemOutput._of(self.num_output_ports(), self._allocate_output)
 
     def CalcOutput(self, context: Context, outputs: SystemOutput) -> None:
-        """Computes all output ports into `outputs`."""
+        """Computes all output ports into `outputs`, those in Python anew."""
         self.ValidateContext(context)
         for j in range(self.num_output_ports()):
-            outputs.get_data(j).SetFrom(self.get_output_port(j).EvalAbstract(context))
+            port = self.get_output_port(j)
+            context._store.forget(port._slot(context).row)
+            outputs.get_data(j).SetFrom(port.EvalAbstract(context))
 
     def AllocateTimeDerivatives(self) -> ContinuousState:
         """A continuous state to compute derivatives into."""
@@ -175,9 +177,10 @@ class System(ScalarConversion, SystemPorts, Cloned):
         return ContinuousState._view(BasicVector._view(found.copy()), context._store.layout.parts(context._node))
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        """Time derivatives of the continuous state, into `derivatives`."""
+        """Time derivatives of the continuous state, into `derivatives`; those in Python are computed anew."""
         if getattr(context, "_system", None) is not self:
             self.ValidateContext(context)
+        _evaluate.forget_derivatives(context)
         derivatives._vector.SetFromVector(_evaluate.derivatives(context))
 
     @checked
