@@ -155,7 +155,7 @@ _COMMON = "Drake"  # The name under which options that all solvers understand ar
 
 @kind("float | int | str", takes=(float, int, str))
 def option_value(value: Any) -> float | int | str:
-    """Kind: a value of an option, as plain Python; what has an index is an int (True is 1), what is a number a float."""
+    """Kind: a value of an option, as plain Python; what has an index an int, other numbers floats."""
     if isinstance(value, (float, str)):
         return value.item() if isinstance(value, np.generic) else value
     try:

@@ -89,6 +89,13 @@ def derivatives(context: Context) -> np.ndarray:
     return store.S[span[0] : span[1]]
 
 
+def forget_derivatives(context: Context) -> None:
+    """Has derivatives in Python computed anew."""
+    if DERIVATIVES not in context._reads:  # where all of them are kernels
+        for r in context._store.layout.derivative_rows(context._node)[0]:
+            context._store.forget(r)
+
+
 def _run(store: Store, events: list[int], kind: int) -> EventStatus:
     """Runs events, updates until one of them fails; the worst of what they returned."""
     status = EventStatus.DidNothing()

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._diagram import Diagram
+    from sheldrake.systems.framework._leaf_events import LeafEvents
 
 
 class _NoCollection:
@@ -142,10 +143,12 @@ class System(ScalarConversion, SystemPorts, Cloned):
         return SystemOutput._of(self.num_output_ports(), self._allocate_output)
 
     def CalcOutput(self, context: Context, outputs: SystemOutput) -> None:
-        """Computes all output ports into `outputs`."""
+        """Computes all output ports into `outputs`, those in Python anew."""
         self.ValidateContext(context)
         for j in range(self.num_output_ports()):
-            outputs.get_data(j).SetFrom(self.get_output_port(j).EvalAbstract(context))
+            port = self.get_output_port(j)
+            context._store.forget(port._slot(context).row)
+            outputs.get_data(j).SetFrom(port.EvalAbstract(context))
 
     def AllocateTimeDerivatives(self) -> ContinuousState:
         """A continuous state to compute derivatives into."""
@@ -175,9 +178,10 @@ class System(ScalarConversion, SystemPorts, Cloned):
         return ContinuousState._view(BasicVector._view(found.copy()), context._store.layout.parts(context._node))
 
     def CalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        """Time derivatives of the continuous state, into `derivatives`."""
+        """Time derivatives of the continuous state, into `derivatives`; those in Python are computed anew."""
         if getattr(context, "_system", None) is not self:
             self.ValidateContext(context)
+        _evaluate.forget_derivatives(context)
         derivatives._vector.SetFromVector(_evaluate.derivatives(context))
 
     @checked
@@ -434,7 +438,7 @@ class System(ScalarConversion, SystemPorts, Cloned):
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")
 
 
-def _witnesses_of(system: System, context: Context) -> Sequence[WitnessFunction]:
+def _witnesses_of(system: LeafEvents, context: Context) -> Sequence[WitnessFunction]:
     """What `DoGetWitnessFunctions` of a leaf system returns, which people override."""
     found = system.DoGetWitnessFunctions(context)
     if not isinstance(found, (list, tuple)) or not all([isinstance(witness, WitnessFunction) for witness in found]):

@@ -191,7 +191,7 @@ class ContinuousState(Cloned):
     """
 
     def __init__(self, state: VectorBase | None = None, num_q: int = 0, num_v: int = 0, num_z: int | None = None):
-        vector = BasicVector([]) if state is None else state
+        vector: VectorBase = BasicVector([]) if state is None else state
         if not isinstance(vector, VectorBase):
             raise Mismatch(f"ContinuousState(): incompatible constructor arguments: {state!r} is no VectorBase.")
         n = vector.size()
@@ -202,7 +202,9 @@ class ContinuousState(Cloned):
             )
         if num_v > num_q:
             raise RuntimeError(f"ContinuousState(): num_v={num_v} may not exceed num_q={num_q}.")
-        self._vector = vector.Clone() if isinstance(vector, BasicVector) else BasicVector(vector.CopyToVector())
+        self._vector: VectorBase = (
+            vector.Clone() if isinstance(vector, BasicVector) else BasicVector(vector.CopyToVector())
+        )
         self._parts: Sequence[list[tuple[int, int]]] = [[(0, num_q)], [(num_q, num_q + num_v)], [(num_q + num_v, n)]]
 
     @classmethod

@@ -378,6 +378,12 @@ class Store:
         if i[stamp0 + r] != i[level[r]] or ((self.uncached or r in self._cold) and not self.frozen):
             self._update(r)
 
+    def forget(self, r: int) -> None:
+        """Has row `r` computed anew if it is in Python, which may read what no context knows of."""
+        if r >= 0 and not self.layout.rows[r].native and not self.frozen:
+            self.i[self.layout.stamp0 + r] = -1
+            self.computed_from.pop(r, None)
+
     def _update(self, r: int) -> None:
         """Computes what output row `r` needs and is out of date, and `r`, which is."""
         i, layout = self.i, self.layout
