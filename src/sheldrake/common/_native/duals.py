@@ -35,7 +35,7 @@ SYMBOL = "sheldrake_duals"
 HEAD, PER_TAKEN = 39, 11
 MOST = 64
 MOST_NUMBERS = 63
-"""Numbers of an answer: each has a bit of a word."""
+"""Numbers of an answer: each has a bit of a word, and with its derivatives a place on the stack."""
 _D, _T, _S = builtin._DATA, builtin._TYPE, 8
 
 
@@ -228,8 +228,12 @@ done:
 ; Dual number k of the answer.
 define internal ptr @make_dual(i64 %k, ptr %block, ptr %state) {{
 entry:
-{_word("alloc", 11, "ptr")}{_word("kind", 17, "ptr")}{_word("float", 12, "ptr")}{_word("values", 27, "ptr")}\
-{_word("slopes", 28, "ptr")}{_word("none", 4, "ptr")}{_word("v", 18)}{_word("d", 19)}  %n = load i64, ptr %state
+{_word("alloc", 11, "ptr")}{_word("kind", 17, "ptr")}{_word("float", 12, "ptr")}{_word("none", 4, "ptr")}\
+{_word("v", 18)}{_word("d", 19)}  %values_at = getelementptr i64, ptr %state, i64 6
+  %values = load ptr, ptr %values_at
+  %slopes_at = getelementptr i64, ptr %state, i64 7
+  %slopes = load ptr, ptr %slopes_at
+  %n = load i64, ptr %state
   %mask_at = getelementptr i64, ptr %state, i64 1
   %mask = load i64, ptr %mask_at
   %new = call ptr %alloc(ptr %kind, i64 0)
@@ -383,7 +387,7 @@ whether:
 {_word("numbers", 26)}  %no_numbers = icmp eq i64 %numbers, 0
   %no_slopes = icmp eq i64 %n, 0
   %values_only = or i1 %no_numbers, %no_slopes
-  br i1 %values_only, label %answer, label %derive
+  br i1 %values_only, label %keep_numbers, label %derive
 derive:
 {_word("sweep", 35, "ptr")}{_word("its_words", 36, "ptr")}{_word("two", 37, "ptr")}\
   %two_1 = getelementptr i64, ptr %two, i64 1
@@ -395,10 +399,21 @@ derive:
   store i64 %n, ptr %n_1_at
   %sweep_status = call i64 %sweep(double 0.0, ptr null, ptr %its_words)
   %sweep_fine = icmp eq i64 %sweep_status, 0
-  br i1 %sweep_fine, label %answer, label %misfit
+  br i1 %sweep_fine, label %keep_numbers, label %misfit
+keep_numbers:                             ; to make an object may collect garbage, whose finalizers may call this again
+{_word("its_values", 27, "ptr")}{_word("its_slopes", 28, "ptr")}  %own_values = alloca double, i64 %numbers
+  %count_of_slopes = mul i64 %numbers, %n
+  %own_slopes = alloca double, i64 %count_of_slopes
+  call void @copy_row(ptr %own_values, ptr %its_values, i64 %numbers)
+  call void @copy_row(ptr %own_slopes, ptr %its_slopes, i64 %count_of_slopes)
+  %values_at = getelementptr i64, ptr %state, i64 6
+  store ptr %own_values, ptr %values_at
+  %slopes_at = getelementptr i64, ptr %state, i64 7
+  store ptr %own_slopes, ptr %slopes_at
+  br label %answer
 answer:                                   ; without memory for all of it, what was made of it is lost
-  %j = phi i64 [0, %whether], [0, %derive], [%j_next, %another_made]
-  %last = phi ptr [null, %whether], [null, %derive], [%part, %another_made]
+  %j = phi i64 [0, %keep_numbers], [%j_next, %another_made]
+  %last = phi ptr [null, %keep_numbers], [%part, %another_made]
   %left = icmp slt i64 %j, %makes
   br i1 %left, label %another, label %done
 another:
