@@ -172,7 +172,7 @@ class _Writer:
     def _make(self, form: Form, frozen: bool) -> None:
         """Adds the rows that make a form.
 
-        Numbers and arrays come first: to make an object may collect garbage, whose finalizers may call the kernel again.
+        Numbers and arrays come first: to make an object may collect garbage, whose finalizers may call this again.
         """
         self._make_object(form, iter([self._make_leaf(leaf, frozen or bool(path)) for path, leaf in leaves(form)]))
 
