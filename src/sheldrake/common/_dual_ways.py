@@ -124,6 +124,7 @@ class _Writer:
         block += [id(float), id(np.float64), *map(place, (values, complexes, slopes)), int(compares), self.numbers]
         block += [*map(place, (answers, found, addresses)), duals.MOST, 1, -1, 0, call["Py_DecRef"]]
         block += [sweep[0], place(sweep[1]), *map(place, (two, influence))]
+        block += [call["PyMem_RawMalloc"], call["PyMem_RawFree"]]
         block += [*itertools.chain(*rows, *self.made), *words.tolist()]
         self.keep += [bound, sweep, values, complexes, answers, complex_answers, slopes, found, influence]
         self.keep += [vectors, addresses, two, self.takes, self.gives]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -169,24 +169,41 @@ class _Writer:
             self.given.append(0.0)
         self.taken.append([argument, *hops, *([0] * (4 - len(hops))), *shape])
 
-    def _make(self, form: Form, frozen: bool) -> int:
-        """Adds the rows that make a form; the number of the last."""
+    def _make(self, form: Form, frozen: bool) -> None:
+        """Adds the rows that make a form.
+
+        Numbers and arrays come first: to make an object may collect garbage, whose finalizers may call this again.
+        """
+        self._make_object(form, iter([self._make_leaf(leaf, frozen or bool(path)) for path, leaf in leaves(form)]))
+
+    def _make_object(self, form: Form, made_leaves: Iterator[int]) -> int:
+        """Adds the rows that make the objects of a form; the number of the last."""
+        from sheldrake.common._native import methods
+
+        if not isinstance(form, Slots):
+            return next(made_leaves)
+        row = [id(form.cls), len(form.parts)]
+        for name, part in form.parts.items():
+            row += [methods.place_of_slot(form.cls, name), self._make_object(part, made_leaves)]
+        return self._add(row)
+
+    def _make_leaf(self, form: Form, frozen: bool) -> int:
+        """Adds the row that makes a number or an array; its number."""
         from sheldrake.common._native import builtin, methods
         from sheldrake.common._native.binding import HERE
 
-        if isinstance(form, Slots):
-            row = [id(form.cls), len(form.parts)]
-            for name, part in form.parts.items():
-                row += [methods.place_of_slot(form.cls, name), self._make(part, True)]
-        elif isinstance(form, tuple):
+        if isinstance(form, tuple):
             array = np.zeros(form)
-            row = [methods.AN_ARRAY, id(array), builtin.READ_ONLY if frozen else builtin.ALL_FLAGS]
             self.keep.append(array)
             self.given.append(array.reshape(-1))
-        else:
-            number = np.zeros(1)
-            truths = [methods.A_TRUTH, HERE.place(number), id(False), id(True)]
-            row = truths if form is bool else [methods.A_FLOAT, HERE.place(number)]
-            self.given.append(number)
+            return self._add([methods.AN_ARRAY, id(array), builtin.READ_ONLY if frozen else builtin.ALL_FLAGS])
+        number = np.zeros(1)
+        self.given.append(number)
+        truths = [methods.A_TRUTH, HERE.place(number), id(False), id(True)]
+        return self._add(truths if form is bool else [methods.A_FLOAT, HERE.place(number)])
+
+    def _add(self, row: list[int]) -> int:
+        from sheldrake.common._native import methods
+
         self.made.append([*row, *([0] * (methods.PER_MADE - len(row)))])
         return len(self.made) - 1

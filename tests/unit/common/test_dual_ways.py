@@ -188,6 +188,34 @@ def test_results_share_nothing_with_what_was_given():
     assert gc.is_tracked(X)
 
 
+@pytest.fixture
+def garbage_often():
+    """Collects garbage at every chance, and calls a function meanwhile, as a finalizer might."""
+    hooks, threshold = gc.callbacks.copy(), gc.get_threshold()
+
+    def begin(call) -> None:
+        gc.callbacks.append(lambda phase, info: call())
+        gc.set_threshold(1)
+
+    yield begin
+    gc.set_threshold(*threshold)
+    gc.callbacks[:] = hooks
+
+
+def test_what_finalizers_call_while_duals_are_made_leaves_their_numbers_alone(garbage_often):
+    rng = np.random.default_rng(0)
+    t, other = things(rng, 3), things(rng, 5)
+
+    def numbers_of(t: dict) -> list:
+        return [(x.value(), *x.derivatives()) for x in (t["X"] @ t["Y"]).GetAsMatrix34().ravel().tolist()]
+
+    expected, calls = numbers_of(t), []
+    garbage_often(lambda: calls.append(other["X"] @ other["Y"]))
+    for _ in range(50):
+        assert numbers_of(t) == expected
+    assert calls
+
+
 def test_nothing_is_kept_of_results():
     t = things(np.random.default_rng(0), 3)
 

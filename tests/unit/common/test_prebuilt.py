@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from sheldrake.common._native import build, builtin, elf, instances, prebuilt, source
+from sheldrake.common._native import build, builtin, duals, elf, instances, methods, prebuilt, source
 from sheldrake.common._native.target import Target
 from sheldrake.common.kernel import MISFIT, jit_enabled
 
@@ -302,8 +302,10 @@ class C:
 @pytest.mark.parametrize("name", build.PLATFORMS)
 def test_the_code_of_queries_is_made_for_every_platform(name):
     platform = build.PLATFORMS[name]
-    for part in (builtin, instances):
-        assert part.SYMBOL.encode() in builtin.assemble(part.CODE, Target(platform.triple, 1, platform.levels[1]))
+    for part in (builtin, duals, instances, methods):
+        code = builtin.assemble(part.CODE, Target(platform.triple, 1, platform.levels[1]))
+        assert part.SYMBOL.encode() in code
+        assert not [name for name in (b"chkstk", b"memcpy", b"memset") if name in code]  # it is linked with nothing
 
 
 SCENES = """

@@ -17,7 +17,8 @@ dual (1, 0, 0, which number). Then
     23  given numbers: complex                34  Py_DecRef             35  the kernel `sweep`
     24  given numbers: derivatives, one       36  words of it           37  two of them: the number of derivatives
         row each; and behind 38               38  of each given number, which of the answer's are functions of it, a bit
-    39 ... rows that take numbers: as those of `methods`, without what a kernel is told, and then which of the given
+    39  PyMem_RawMalloc                       40  PyMem_RawFree
+    41 ... rows that take numbers: as those of `methods`, without what a kernel is told, and then which of the given
             numbers comes first, and how many there are; for a float, which of the kernel's words it is
 """
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from sheldrake.common._native.builtin import _Method
 
 SYMBOL = "sheldrake_duals"
-HEAD, PER_TAKEN = 39, 11
+HEAD, PER_TAKEN = 41, 11
 MOST = 64
 MOST_NUMBERS = 63
 """Numbers of an answer: each has a bit of a word."""
@@ -228,8 +229,12 @@ done:
 ; Dual number k of the answer.
 define internal ptr @make_dual(i64 %k, ptr %block, ptr %state) {{
 entry:
-{_word("alloc", 11, "ptr")}{_word("kind", 17, "ptr")}{_word("float", 12, "ptr")}{_word("values", 27, "ptr")}\
-{_word("slopes", 28, "ptr")}{_word("none", 4, "ptr")}{_word("v", 18)}{_word("d", 19)}  %n = load i64, ptr %state
+{_word("alloc", 11, "ptr")}{_word("kind", 17, "ptr")}{_word("float", 12, "ptr")}{_word("none", 4, "ptr")}\
+{_word("v", 18)}{_word("d", 19)}  %values_at = getelementptr i64, ptr %state, i64 6
+  %values = load ptr, ptr %values_at
+  %slopes_at = getelementptr i64, ptr %state, i64 7
+  %slopes = load ptr, ptr %slopes_at
+  %n = load i64, ptr %state
   %mask_at = getelementptr i64, ptr %state, i64 1
   %mask = load i64, ptr %mask_at
   %new = call ptr %alloc(ptr %kind, i64 0)
@@ -383,7 +388,7 @@ whether:
 {_word("numbers", 26)}  %no_numbers = icmp eq i64 %numbers, 0
   %no_slopes = icmp eq i64 %n, 0
   %values_only = or i1 %no_numbers, %no_slopes
-  br i1 %values_only, label %answer, label %derive
+  br i1 %values_only, label %keep_numbers, label %derive
 derive:
 {_word("sweep", 35, "ptr")}{_word("its_words", 36, "ptr")}{_word("two", 37, "ptr")}\
   %two_1 = getelementptr i64, ptr %two, i64 1
@@ -395,10 +400,27 @@ derive:
   store i64 %n, ptr %n_1_at
   %sweep_status = call i64 %sweep(double 0.0, ptr null, ptr %its_words)
   %sweep_fine = icmp eq i64 %sweep_status, 0
-  br i1 %sweep_fine, label %answer, label %misfit
+  br i1 %sweep_fine, label %keep_numbers, label %misfit
+keep_numbers:                             ; to make an object may collect garbage, whose finalizers may call this again
+{_word("its_values", 27, "ptr")}{_word("its_slopes", 28, "ptr")}{_word("get_memory", 39, "ptr")}\
+{_word("free_memory", 40, "ptr")}  %count_of_slopes = mul i64 %numbers, %n
+  %count_of_all = add i64 %numbers, %count_of_slopes
+  %bytes = mul i64 %count_of_all, 8
+  %own_values = call ptr %get_memory(i64 %bytes)
+  %own_slopes = getelementptr double, ptr %own_values, i64 %numbers
+  %no_own = icmp eq ptr %own_values, null
+  br i1 %no_own, label %misfit, label %copy_numbers
+copy_numbers:
+  call void @copy_row(ptr %own_values, ptr %its_values, i64 %numbers)
+  call void @copy_row(ptr %own_slopes, ptr %its_slopes, i64 %count_of_slopes)
+  %values_at = getelementptr i64, ptr %state, i64 6
+  store ptr %own_values, ptr %values_at
+  %slopes_at = getelementptr i64, ptr %state, i64 7
+  store ptr %own_slopes, ptr %slopes_at
+  br label %answer
 answer:                                   ; without memory for all of it, what was made of it is lost
-  %j = phi i64 [0, %whether], [0, %derive], [%j_next, %another_made]
-  %last = phi ptr [null, %whether], [null, %derive], [%part, %another_made]
+  %j = phi i64 [0, %copy_numbers], [%j_next, %another_made]
+  %last = phi ptr [null, %copy_numbers], [%part, %another_made]
   %left = icmp slt i64 %j, %makes
   br i1 %left, label %another, label %done
 another:
@@ -429,8 +451,10 @@ another_made:
   %no_memory = icmp eq ptr %part, null
   br i1 %no_memory, label %failed, label %answer
 done:
+  call void %free_memory(ptr %own_values)
   ret ptr %last
 failed:
+  call void %free_memory(ptr %own_values)
   ret ptr null
 misfit:
 {_word("none", 4, "ptr")}{_word("keep", 5, "ptr")}  call void %keep(ptr %none)

@@ -279,7 +279,8 @@ def ask_next(function: Any, following: Any) -> None:
 @functools.cache
 def functions() -> dict[str, int]:
     """Addresses of what the code calls of Python."""
-    names = ("Py_IncRef", "Py_DecRef", "PyType_GenericAlloc", "PyFloat_FromDouble", "PyObject_Vectorcall")
+    names = ["Py_IncRef", "Py_DecRef", "PyType_GenericAlloc", "PyFloat_FromDouble", "PyObject_Vectorcall"]
+    names += ["PyMem_RawMalloc", "PyMem_RawFree"]
     return {name: int(ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0) for name in names}
 
 
