@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import frozen
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.framework import LeafSystem, OutputPort
@@ -85,8 +86,8 @@ class QuadrotorPlant(LeafSystem):
         return float(self._numbers.kM)
 
     def inertia(self) -> np.ndarray:
-        """Inertia about the centre of mass [kg m^2], shape (3, 3)."""
-        return self._inertia[:3].copy()
+        """Inertia about the centre of mass [kg m^2], shape (3, 3), read-only."""
+        return frozen(self._inertia[:3].copy())
 
 
 @checked

@@ -47,7 +47,7 @@ class DrakeGymEnv(gymnasium.Env):
         hardware: The system is a machine: its state is not set at a reset, other than by `reset_handler`.
 
     Raises:
-        ValueError: something given is not of these kinds.
+        ValueError: something given is not of these kinds, or a space has another shape than its port.
         gymnasium.error.Error: the system lacks a port.
     """
 
@@ -110,6 +110,11 @@ class DrakeGymEnv(gymnasium.Env):
                 raise gymnasium.error.Error(f"DrakeGymEnv: {system.get_name()} has no port for the {name}.")
             if getattr(self, f"{name}_space") is None:
                 setattr(self, f"{name}_space", _all_vectors(name, port))
+            shape = getattr(self, f"{name}_space").shape
+            if port.get_data_type() == PortDataType.kVectorValued and shape != (port.size(),):
+                raise ValueError(
+                    f"DrakeGymEnv: the {name}_space has shape {shape}, and port '{port.get_name()}' size {port.size()}."
+                )
         self._check_reward(system)
         self.render_rgb_port = None
         if self.render_rgb_port_id is not None:

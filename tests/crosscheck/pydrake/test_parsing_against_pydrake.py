@@ -355,6 +355,33 @@ def test_strict_parsing_refuses_the_same_tags_of_sdformat():
     assert 10 < refused < len(texts)
 
 
+FRAMES = """directives:
+- add_model_instance: {name: sub}
+- add_frame: {name: f1, X_PF: {base_frame: 'sub::a'}}
+- add_frame: {name: f2, X_PF: {base_frame: world}}
+- add_frame: {name: 'sub::f3', X_PF: {base_frame: world}}
+- add_frame: {name: f4, X_PF: {base_frame: f2}}
+- add_frame: {name: f5, X_PF: {base_frame: 'x::y::z'}}
+"""
+
+
+@pytest.mark.parametrize("namespace", [None, "", ", model_namespace: q"])
+def test_frames_of_flattened_directives_have_the_same_names(tmp_path, namespace):
+    (tmp_path / "frames.dmd.yaml").write_text(FRAMES)
+    file = tmp_path / "frames.dmd.yaml"
+    if namespace is not None:
+        file = tmp_path / "outer.dmd.yaml"
+        inner = f"file://{tmp_path}/frames.dmd.yaml"
+        file.write_text(f"directives:\n- add_directives: {{file: {inner!r}{namespace}}}\n")
+    found = []
+    for name in ("sheldrake", "pydrake"):
+        m = importlib.import_module(f"{name}.multibody.parsing")
+        flat = m.FlattenModelDirectives(m.LoadModelDirectives(str(file)), m.PackageMap())
+        frames = [directive.add_frame for directive in flat.directives if directive.add_frame]
+        found.append([(frame.name, frame.X_PF.base_frame) for frame in frames])
+    assert found[0] == found[1] and len(found[0]) == 5
+
+
 def test_the_same_instances_are_returned(tmp_path):
     (tmp_path / "part.urdf").write_text(robot(LINKS))
     include = f"<include><uri>{tmp_path}/part.urdf</uri><name>part</name></include>"

@@ -102,9 +102,9 @@ def test_random_states_follow_the_seed():
         made.append(Simulator(plant))
         return made[-1]
 
-    space = gymnasium.spaces.Box(-np.inf, np.inf, (2,), np.float64)
+    action, space = (gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64) for size in (1, 2))
     env = DrakeGymEnv(
-        make, 0.1, space, space, reward=lambda *_: 1.0, action_port_id="actuation", observation_port_id="state"
+        make, 0.1, action, space, reward=lambda *_: 1.0, action_port_id="actuation", observation_port_id="state"
     )
     first, again, other = (env.reset(seed=seed)[0][0] for seed in (3, 3, 4))
     assert first == again != other and len(made) == 3
@@ -133,6 +133,10 @@ def test_wrong_arguments_say_what_is_wanted():
     ):
         with pytest.raises(ValueError, match=words):
             swing(lib, **wrong)
+    simulator, spaces = swing(lib).simulator, gymnasium.spaces
+    for wrong in (spaces.Box(-1.0, 1.0, (9,)), spaces.Box(-1.0, 1.0, ()), spaces.Discrete(3)):
+        with pytest.raises(ValueError, match=r"action_space has shape .* and port '\w+' size 1"):
+            lib.DrakeGymEnv(simulator, 0.1, wrong, None, lambda *_: 0.0)
     with pytest.raises(ValueError, match="a Simulator or a function"):
         lib.DrakeGymEnv(3, 0.1, None, None, lambda *_: 0.0)
     with pytest.raises(gymnasium.error.Error, match="no port for the action"):

@@ -26,7 +26,8 @@ class InMemoryMesh:
 
     def __init__(self, mesh_file: MemoryFile | None = None, supporting_files: dict[str, Any] | None = None) -> None:
         self.mesh_file = MemoryFile() if mesh_file is None else mesh_file
-        self.supporting_files = {} if supporting_files is None else dict(supporting_files)
+        files = {} if supporting_files is None else supporting_files
+        self.supporting_files = {k: v if isinstance(v, MemoryFile) else Path(v) for k, v in files.items()}
 
     def __copy__(self) -> InMemoryMesh:
         return InMemoryMesh(self.mesh_file, self.supporting_files)

@@ -464,6 +464,8 @@ class SpatialInertia(ScalarBase):
         self._mass, self._p, self._G = mass, as_array(self._T, p, (3,)), G
 
     def __repr__(self) -> str:
+        if self._T is float and self.IsZero():
+            return "SpatialInertia.Zero()"
         p = self._p.tolist()
         return f"{pretty_class_name(type(self))}(mass={self._mass!r}, p_PScm_E={p}, G_SP_E={self._G!r})"
 

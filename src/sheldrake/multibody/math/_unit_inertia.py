@@ -162,11 +162,8 @@ class UnitInertia(RotationalInertia):
     def SolidCapsule(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder of `length` [m] with half balls of `radius` [m] on its ends, about its centre."""
         radius, length = cls._lengths("SolidCapsule", radius=radius, length=length)
-        if not is_symbolic(cls._T):
-            if number(length, cls._T) == 0.0 and number(radius, cls._T) != 0.0:
-                return cls.SolidSphere(radius)
-            if number(radius, cls._T) == 0.0:
-                return cls.ThinRod(length, unit_vector)
+        if not is_symbolic(cls._T) and number(radius, cls._T) == 0.0:
+            return cls.ThinRod(length, unit_vector)
         # A half ball has its centre of mass 3/8 r from its flat face; parts are weighted by volume over pi r^2.
         rr, ll = radius * radius, length * length
         cylinder, half_ball = length, 2.0 / 3.0 * radius

@@ -76,7 +76,7 @@ def _flatten(directives: ModelDirectives, package_map: PackageMap, inclusions: "
     result = ModelDirectives()
     for directive in directives.directives:
         if directive.add_directives is None:
-            result.directives.append(copy.deepcopy(directive))
+            result.directives.append(_with_namespace(directive, ""))
             continue
         where = Location("FlattenModelDirectives()")
         path = resolve_uri(directive.add_directives.file, package_map, None, where, inclusions.policy)
@@ -112,8 +112,12 @@ class _Inclusions:
 
 
 def _with_namespace(directive: ModelDirective, namespace: str) -> ModelDirective:
-    """A copy of a directive (not add_directives) whose names are prefixed."""
+    """A copy of a directive (not add_directives) whose names are prefixed; a frame's is scoped as its base is."""
     result = copy.deepcopy(directive)
+    if (frame := result.add_frame) is not None:
+        base = frame.X_PF.base_frame or "world"
+        local = frame.name if "::" in frame.name else join_names(base.rpartition("::")[0], frame.name)
+        frame.name, frame.X_PF.base_frame = join_names(namespace, local), _prefixed(namespace, base)
     if not namespace:
         return result
     for item in (result.add_model, result.add_model_instance):
@@ -123,11 +127,6 @@ def _with_namespace(directive: ModelDirective, namespace: str) -> ModelDirective
         for pose in result.add_model.default_free_body_pose.values():
             if pose.base_frame:
                 pose.base_frame = _prefixed(namespace, pose.base_frame)
-    if result.add_frame is not None:
-        frame = result.add_frame
-        if "::" in frame.name:
-            frame.name = join_names(namespace, frame.name)
-        frame.X_PF.base_frame = _prefixed(namespace, frame.X_PF.base_frame or "world")
     if result.add_weld is not None:
         result.add_weld.parent = _prefixed(namespace, result.add_weld.parent)
         result.add_weld.child = _prefixed(namespace, result.add_weld.child)
