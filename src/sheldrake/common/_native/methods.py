@@ -80,7 +80,7 @@ found:
   %object = phi ptr [%given, %entry], [%held_0, %deeper], [%held_1, %into_inner]
   %spec = getelementptr i64, ptr %row, i64 6
   %types = getelementptr i64, ptr %block, i64 1
-  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word)
+  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word, i64 0)
   ret i1 %fits
 no:
   ret i1 false

@@ -113,7 +113,7 @@ class AppliedForces:
     def as_generalized(self, context: Context) -> np.ndarray:
         """Generalized forces of the applied spatial forces, shape (nv,)."""
         view = self._contexts.view(context)
-        if view.dtype == float:
+        if view.S.dtype == float:
             return self._of_floats(context, view)
         F_Bo_W = self.on_bodies(context, view.X_WB())
         return view.zeros(view.nv) if F_Bo_W is None else view.ask_generalized_forces(F_Bo_W)
