@@ -245,7 +245,7 @@ class CallsInMemory(Calls):
 
     def __init__(self, like: Memory, counter: int, kept: int, refuse: Callable[..., Any]):
         super().__init__(like.side, refuse=refuse)
-        self._like, self._at = like, (8 * counter, 8 * kept)
+        self.like, self._at = like, (8 * counter, 8 * kept)
         self._models = {id(array): number for number, array in enumerate(like.models.arrays, start=1)}
         parts = (builtin.IN_SLAB, like.slab), (builtin.IN_SIDE, like.side), (builtin.IN_ROOM, like.room)
         self._spans = [(kind, begin := HERE.place(part), begin + part.nbytes) for kind, part in parts]
@@ -293,7 +293,7 @@ class Addresses(np.ndarray):
     def of(cls, arrays: tuple[np.ndarray, ...], owner: object) -> Addresses:
         """Those of some arrays, which are kept."""
         new = np.array([next(_serial), *[HERE.place(a) for a in arrays]], np.int64).view(cls)
-        new.form = tuple([(_form(a), a.dtype == np.int64 and a.tobytes()) for a in arrays])
+        new.form = tuple([(a.dtype, a.shape, a.strides, a.dtype == np.int64 and a.tobytes()) for a in arrays])
         new.owner, new.arrays = owner, arrays
         return new
 
@@ -316,10 +316,6 @@ def object_query(cls: type, **fields: Query) -> Query:
         return new
 
     return make
-
-
-def _form(a: np.ndarray) -> tuple:
-    return a.dtype, a.shape, a.flags.c_contiguous and a.flags.aligned
 
 
 def _time(kernel: Kernel, args: tuple) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections import Counter
 from collections.abc import Iterable
 from functools import cached_property
@@ -28,7 +27,7 @@ from sheldrake.multibody.tree import (
 from sheldrake.multibody.tree._force_element import _JointSpring
 from sheldrake.multibody.tree._forest import Step
 from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
-from sheldrake.multibody.tree._kernels.model import TreeModel, shapes_of_work
+from sheldrake.multibody.tree._kernels.model import TreeModel
 
 
 class Parameters:
@@ -240,21 +239,9 @@ class FrozenModel:
         arrays = zip(tables, empty_force_model())
         return ForceModel(*(np.array(rows, np.int64).reshape(-1, empty.shape[1]) for rows, empty in arrays))
 
-    # What queries need (see `_context.queries`).
-
-    @cached_property
-    def shapes_of_work(self) -> list[tuple[int, ...]]:
-        """Of what the stages of queries work in."""
-        return shapes_of_work(self.tree)
-
-    @cached_property
-    def room_for_queries(self) -> int:
-        """Numbers that queries leave for each other: that, and velocities of the body origins."""
-        return sum(math.prod(shape) for shape in self.shapes_of_work) + 6 * self.num_bodies
-
     @cached_property
     def addresses(self) -> Addresses:
-        """Where the arrays of queries are."""
+        """Where the arrays of queries are (see `_context.queries`)."""
         return Addresses.of((*self.tree, *self.forces, self.damping_at, self.rows), self.joints)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.ports import write_finite, write_number, write_pose
 from sheldrake.multibody.tree import Joint, QuaternionFloatingJoint
 from sheldrake.multibody.tree._kernels import dynamics, integrate, jacobians, kinematics, queries
-from sheldrake.multibody.tree._kernels.model import BodyPose, TreeWork, make_work
+from sheldrake.multibody.tree._kernels.model import BodyPose, TreeWork, make_work, shapes_of_work
 from sheldrake.symbolic import Expression
 
 if TYPE_CHECKING:
@@ -84,15 +84,19 @@ def _refuse_poses(at: slice, S: np.ndarray, joints: Any) -> None:
     raise RuntimeError(f"{joints[0].GetParentPlant()._describe()}: {no_rotation(joints, S[at])}.")
 
 
+def _shapes(frozen: FrozenModel) -> list[tuple[int, ...]]:
+    return [*shapes_of_work(frozen.tree), (frozen.num_bodies, 6)]
+
+
 def new_room(frozen: FrozenModel) -> np.ndarray:
     """What queries of a context of floats leave for each other: integers, behind them floats."""
-    return np.zeros(_INTEGERS + frozen.room_for_queries, np.int64)
+    return np.zeros(_INTEGERS + sum(map(math.prod, _shapes(frozen))), np.int64)
 
 
 def work_in(room: np.ndarray, frozen: FrozenModel) -> tuple[TreeWork, np.ndarray]:
     """What of that is `Numbers.work` and `V_WB`."""
     views, at, numbers = [], _INTEGERS, room.view(float)
-    for shape in (*frozen.shapes_of_work, (frozen.num_bodies, 6)):
+    for shape in _shapes(frozen):
         views.append(numbers[at : at + math.prod(shape)].reshape(shape))
         at += views[-1].size
     return TreeWork._make(views[:-1]), views[-1]
@@ -110,12 +114,14 @@ def queries_of_all(store: Store, n: int, frozen: FrozenModel) -> Queries:
         numbers = _numbers(store, n, frozen, like.slab, like.side, like.room)
         start = state_of(store, n)[0].start
         refuse = partial(_refuse_poses, slice(start, start + frozen.nq))
-        found = known[form] = Queries(frozen, float, CallsInMemory(like, numbers.level, _KEPT_AT, refuse), numbers)
+        calls = CallsInMemory(like, numbers.level, _KEPT_AT, refuse)
+        found = known[form] = Queries(frozen, float, calls, numbers)
     return found
 
 
-def queries_of_one(store: Store, n: int, frozen: FrozenModel, T: type, room: np.ndarray) -> Queries:
+def queries_of_one(store: Store, n: int, frozen: FrozenModel, T: type) -> Queries:
     """The queries of one context, of any scalar."""
+    room = store.rooms.setdefault(n, new_room(frozen))
     numbers = _numbers(store, n, frozen, store.S, store.I, room)
     if T is not float:
         work, V_WB = make_work(frozen.tree, object), _zeros(T, frozen.num_bodies, 6)

@@ -24,7 +24,6 @@ from sheldrake.multibody.plant._context.queries import (
     VELOCITIES,
     Queries,
     can_be_of_all,
-    new_room,
     queries_of_all,
     queries_of_one,
     state_of,
@@ -88,17 +87,17 @@ class View:
         self.x = x = S[state]
         self.q, self.v, self.p = x[:nq], x[nq : nq + nv], S[place.p[0] : place.p[1]]
         self.source, self.model, self.native = state_source(place, n), frozen.tree, store.native
-        room = store.rooms.get(n)
-        if room is None:
-            room = store.rooms[n] = new_room(frozen)
         self._memory: Memory | None = None
         if can_be_of_all(store):
             known: Queries | None = layout.queried.get(n)
             if known is None:
                 known = layout.queried[n] = queries_of_all(store, n, frozen)
+            room = store.rooms.get(n)
+            if room is None:
+                room = store.rooms[n] = np.zeros(known.calls.like.room.shape, np.int64)
             self.queries, self._memory = known, Memory(S, store.I, room, frozen.addresses)
         else:
-            self.queries = queries_of_one(store, n, frozen, self.T, room)
+            self.queries = queries_of_one(store, n, frozen, self.T)
         self._bound: dict[Any, Any] = {}
 
     def __getattr__(self, name: str) -> Any:
