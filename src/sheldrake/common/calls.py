@@ -7,22 +7,24 @@ duals and symbols, or with kernels as plain Python, a closure that does the same
 from __future__ import annotations
 
 import functools
+import itertools
 import types
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._kernels.only_stages import only_stages
+from sheldrake.common._kernels.only_stages import copy_numbers, only_stages
 from sheldrake.common._native import builtin
 from sheldrake.common._native.binding import HERE, arguments, first_words
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
 if TYPE_CHECKING:
-    from sheldrake.common._native.templates import Templates
     from sheldrake.common._types import KernelArgument
 
 Query = Callable[..., Any]
+_NONE = np.zeros(builtin.RELOCATIONS_HEAD, np.int64)
+"""No relocations."""
 
 
 class Calls:
@@ -32,25 +34,18 @@ class Calls:
         counter: One integer, shape (1,), that changes whenever what the stages read was written.
         native: False runs kernels as Python, on arrays of any scalar.
         refuse: Raises the error of a stage that gives a status; without it, queries give that status.
-        templates: What was bound on other sets of arrays of the same shapes, and is taken for this one.
-        packed: A NamedTuple that is among the arguments of many queries, and the memory that has all its arrays.
     """
 
-    def __init__(
-        self,
-        counter: np.ndarray,
-        native: bool = True,
-        refuse: Callable[[], Any] | None = None,
-        templates: Templates | None = None,
-        packed: tuple[Any, Any] = (None, None),
-    ):
+    _brought = 0
+    """Whether the first argument of a call says which memory it is about."""
+
+    def __init__(self, counter: np.ndarray, native: bool = True, refuse: Callable[..., Any] | None = None):
         self.native, self._refuse = native and jit_enabled(), refuse
         self._counter, self._kept = counter, np.array([-1, 0], np.int64)
-        self._templates, self._packed = templates if self.native else None, packed
         self._stages: list[tuple[Kernel, tuple]] = []
         self._runs: dict[int, Callable[[], int]] = {}
         self._blocks: dict = {}  # what kernels on the same NamedTuples have in common
-        self._open_blocks: dict = {}  # the same with relocations
+        self._keep: list[Any] = []
 
     def stage(self, kernel: Kernel, *args: KernelArgument) -> int:
         """Adds a stage; stages run in the order in which they were added.
@@ -65,13 +60,12 @@ class Calls:
 
     @functools.cached_property
     def _table(self) -> np.ndarray:
-        """Of each stage its bit, its function and the address of its words, once it is bound."""
-        return np.array([word for i in range(len(self._stages)) for word in (1 << i, 0, 0)], np.int64)
+        """Of each stage its bit, its function, and the addresses of its words and relocations, once it is bound."""
+        return np.array([word for i in range(len(self._stages)) for word in (1 << i, 0, 0, 0)], np.int64)
 
-    @functools.cached_property
-    def _own(self) -> tuple[int, int, int]:
-        """Words 7 to 9 of the block of every query."""
-        return HERE.place(self._counter), HERE.place(self._kept), HERE.place(self._table)
+    def _places(self) -> tuple[int, int]:
+        """Words 8 and 9 of the block of every query."""
+        return HERE.place(self._counter), HERE.place(self._kept)
 
     def _bind_stages(self, needs: int) -> None:
         """Makes those stages among `needs` that no query has needed before."""
@@ -82,21 +76,15 @@ class Calls:
             if not self.native:
                 self._runs[bit] = _plain_run(kernel, args)
                 continue
-            words = self._stage_words(kernel, args)
+            words, relocations = self._words(kernel, args)
             self._runs[bit] = _native_run(kernel, args, words)
-            self._table[3 * i + 1 : 3 * i + 3] = HERE.address(kernel), HERE.place(words)
+            row = HERE.address(kernel), HERE.place(words), HERE.place(relocations)
+            self._table[builtin.PER_STAGE * i + 1 : builtin.PER_STAGE * (i + 1)] = row
+            self._keep.append(relocations)
 
-    def _stage_words(self, kernel: Kernel, args: tuple) -> np.ndarray:
-        templates = self._templates
-        if templates is None or (sites := templates.sites(args, self._packed)) is None:
-            return arguments(kernel, args, self._blocks, HERE)[0].words
-        key = kernel, sites.common
-        words = templates.filled(key, sites.begins)
-        if words is None:
-            described = arguments(kernel, args, self._open_blocks)[0]
-            words = described.placed()
-            templates.keep(key, words, described, sites)
-        return words
+    def _words(self, kernel: Kernel, args: tuple, given: tuple[str, ...] = ()) -> tuple[np.ndarray, np.ndarray]:
+        """The words of a kernel, and the relocations among them."""
+        return arguments(kernel, args, self._blocks, HERE)[0].words, _NONE
 
     def query(
         self,
@@ -142,6 +130,11 @@ class Calls:
         """A query that brings stages up to date and does nothing else; `answer` and `frozen` as in `query`."""
         return self.query(only_stages, self._counter, needs=needs, answer=answer, frozen=frozen)
 
+    def part(self, needs: int, numbers: np.ndarray, *shape: int) -> Query:
+        """A query for a read-only copy, of this shape, of numbers that stages leave."""
+        answer = np.zeros(shape)
+        return self.query(copy_numbers, numbers, answer.reshape(-1), needs=needs, answer=answer, frozen=True)
+
     def update(self, needs: int) -> int:
         """Brings stages up to date, for what reads their results without a query; a status."""
         kept, now = self._kept, self._counter[0]
@@ -163,37 +156,17 @@ class Calls:
     def _builtin(
         self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, answer: np.ndarray | None, frozen: bool
     ) -> Query:
-        templates = self._templates
-        if templates is None or (sites := templates.sites(args, self._packed)) is None:
-            words = arguments(kernel, args, self._blocks, HERE)[0].words
-            block = self._block(kernel, args, given, needs, frozen, words)
-        else:
-            key = kernel, given, needs, frozen, sites.common
-            known = templates.filled(key, sites.begins)
-            if known is None:
-                described = arguments(kernel, args, self._open_blocks)[0]
-                block = self._block(kernel, args, given, needs, frozen, described.placed())
-                templates.keep(key, block, described, sites)
-            else:
-                block = known
-        block[7:10] = self._own
-        block[12] = 0 if answer is None else id(answer)
-        block[15] = 0 if self._refuse is None else id(self._refuse)
-        return builtin.make(block, (self, args, answer))
-
-    def _block(
-        self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, frozen: bool, words: np.ndarray
-    ) -> np.ndarray:
-        """The block of a builtin function, but for what is of these calls; at its end the kernel's words."""
-        first = builtin.HEAD + builtin.PER_ARGUMENT * len(given)
+        words, relocations = self._words(kernel, args, given)
         time = np.float64(_time(kernel, args))
-        head = [HERE.address(kernel), int(time.view(np.int64)), *builtin.constants(), len(given), needs]
-        head += [0, 0, 0, len(self._stages), first, 0, builtin.new_copy()]
-        head += [builtin.READ_ONLY if frozen else builtin.ALL_FLAGS, 0, builtin.caller()]
+        block = [HERE.address(kernel), int(time.view(np.int64)), *builtin.constants(), len(given), needs]
+        block += [self._brought, *self._places(), HERE.place(self._table), len(self._stages)]
+        block += [builtin.HEAD + builtin.PER_ARGUMENT * len(given), 0 if answer is None else id(answer)]
+        block += [builtin.new_copy(), builtin.READ_ONLY if frozen else builtin.ALL_FLAGS]
+        block += [0 if self._refuse is None else id(self._refuse), builtin.caller(), HERE.place(relocations)]
         for slot, shape in self._given(kernel, args, given):
-            head.append(slot)
-            head += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]
-        return np.array([*head, *words.tolist()], np.int64)
+            block.append(slot)
+            block += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]
+        return builtin.make([*block, *words.tolist()], (self, args, answer, relocations))
 
     def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
         bound, slots = kernel.bind(*args, blocks=self._blocks), self._given(kernel, args, given)
@@ -245,18 +218,101 @@ class Calls:
         return [(first[name], None if isinstance(known[name], float) else known[name].shape) for name in given]
 
 
+class Memory(NamedTuple):
+    """What a context has."""
+
+    slab: np.ndarray
+    side: np.ndarray
+    room: np.ndarray
+    """Integers, and what else its queries leave for each other."""
+    models: Addresses
+
+
+class CallsInMemory(Calls):
+    """Queries on memory that each call brings: the same ones for all contexts that are laid out alike.
+
+    A query is called with a `Memory`, and then with the given arguments; `types.MethodType` makes one call of both.
+    There are such only where `builtin.available()`.
+
+    Args:
+        like: A memory like those. Arguments are arrays in it, its models, and what lives no longer than a call.
+        counter: Where in the side the counter is, see `Calls`.
+        kept: Where in the room two words are for what is known of the stages; they are 0 at first, unlike the counter.
+        refuse: Raises the error of a stage that gives a status, given slab and models.
+    """
+
+    _brought = 1
+
+    def __init__(self, like: Memory, counter: int, kept: int, refuse: Callable[..., Any]):
+        super().__init__(like.side, refuse=refuse)
+        self.like, self._at = like, (8 * counter, 8 * kept)
+        self._models = {id(array): number for number, array in enumerate(like.models.arrays, start=1)}
+        parts = (builtin.IN_SLAB, like.slab), (builtin.IN_SIDE, like.side), (builtin.IN_ROOM, like.room)
+        self._spans = [(kind, begin := HERE.place(part), begin + part.nbytes) for kind, part in parts]
+
+    def _places(self) -> tuple[int, int]:
+        return self._at
+
+    def _words(self, kernel: Kernel, args: tuple, given: tuple[str, ...] = ()) -> tuple[np.ndarray, np.ndarray]:
+        described, brought = arguments(kernel, args)[0], {id(args[kernel.names.index(name)]) for name in given}
+        words, found = described.words, []
+        for at, array, absolute in described.relocations:
+            if id(array) in brought:
+                continue
+            place, number = HERE.place(array), self._models.get(id(array))
+            kind, begin = next(((k, a) for k, a, b in self._spans if a <= place < b), (builtin.ELSEWHERE, 0))
+            if number is not None:
+                found += [at, builtin.MODEL if absolute else builtin.MODEL_FAR, number]
+            elif absolute:
+                words[at] = place
+            elif kind == builtin.IN_SLAB:
+                words[at] = (place - begin) >> 3
+            else:
+                found += [at, kind, (place - begin) >> 3]
+        return words, np.array([len(found) // 3, *[0] * (builtin.RELOCATIONS_HEAD - 1), *found], np.int64)
+
+
+_serial = itertools.count(1)
+
+
+class Addresses(np.ndarray):
+    """A number that no other has, and where the models of a memory are [bytes], see `CallsInMemory`.
+
+    Attributes:
+        form: What all must have in common that are given to the same queries: shapes and integers. Kernels that write
+            only where a tree has something leave the rest of an answer as it was, zeros.
+        owner: Whose models they are.
+        arrays: The models.
+    """
+
+    form: tuple
+    owner: Any
+    arrays: tuple[np.ndarray, ...]
+
+    @classmethod
+    def of(cls, arrays: tuple[np.ndarray, ...], owner: object) -> Addresses:
+        """Those of some arrays, which are kept."""
+        new = np.array([next(_serial), *[HERE.place(a) for a in arrays]], np.int64).view(cls)
+        new.form = tuple([(a.dtype, a.shape, a.strides, a.dtype == np.int64 and a.tobytes()) for a in arrays])
+        new.owner, new.arrays = owner, arrays
+        return new
+
+
 def object_query(cls: type, **fields: Query) -> Query:
-    """A query for a new object of a class of slots: each named slot holds what its own query gives, unchecked."""
+    """A query for a new object of a class of slots: each named slot holds what its own query gives, unchecked.
+
+    All queries are given what it is given.
+    """
     if all(isinstance(ask, types.BuiltinFunctionType) for ask in fields.values()):
         from sheldrake.common._native import instances
 
         if instances.available():
             return instances.make(cls, fields)
 
-    def make() -> Any:
+    def make(*args: Any) -> Any:
         new: Any = object.__new__(cls)
         for name, ask in fields.items():
-            setattr(new, name, ask())
+            setattr(new, name, ask(*args))
         return new
 
     return make

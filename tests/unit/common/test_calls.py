@@ -6,13 +6,14 @@ import gc
 import sys
 import tracemalloc
 import weakref
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._native import builtin, instances
-from sheldrake.common.calls import Calls, object_query
+from sheldrake.common.calls import Addresses, Calls, CallsInMemory, Memory, object_query
 from sheldrake.common.kernel import MISFIT, IntVector, Matrix, Vector, jit_enabled, kernel
 
 pytestmark = pytest.mark.twin
@@ -87,8 +88,8 @@ def test_a_query_takes_given_arrays_and_runs_the_stages_it_needs_once(way):
 
 def test_a_stage_that_no_query_needs_is_not_even_compiled(monkeypatch):
     bound = []
-    words = Calls._stage_words
-    monkeypatch.setattr(Calls, "_stage_words", lambda self, *stage: bound.append(stage[0]) or words(self, *stage))
+    words = Calls._words
+    monkeypatch.setattr(Calls, "_words", lambda self, *call: bound.append(call[0]) or words(self, *call))
     x, y, z, runs, counter = np.ones(3), np.zeros(3), np.zeros(3), np.zeros(1, np.int64), np.zeros(1, np.int64)
     calls = Calls(counter)
     first, second = calls.stage(square, x, y, runs), calls.stage(square, y, z, runs)
@@ -277,6 +278,60 @@ def test_answers_are_given_back():
     grown, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert grown < 10_000
+
+
+class Gains(NamedTuple):
+    K: Matrix
+    d: Vector
+
+
+@kernel(top=True)
+def gained(model: Gains, x: Vector, y: Vector, side: IntVector) -> int:
+    side[3] += 1
+    for i in range(y.shape[0]):
+        y[i] = model.d[i]
+        for k in range(x.shape[0]):
+            y[i] += model.K[i, k] * x[k]
+    return 0 if x[0] == x[0] else 5
+
+
+@kernel(top=True)
+def scaled(model: Gains, y: Vector, b: Vector, scale: float, out: Vector) -> int:
+    for i in range(out.shape[0]):
+        out[i] = scale * y[i] + b[i] + model.d[i]
+    return 0
+
+
+@pytest.mark.skipif(not jit_enabled() or not builtin.available(), reason="no builtin functions here")
+def test_one_query_serves_many_memories():
+    refused = []
+    models = [Gains(np.array([[k, 2.0], [3.0, 4.0]]), np.array([0.5, -k])) for k in (1.0, 7.0)]
+    addresses = [Addresses.of((*model,), k) for k, model in enumerate(models)]
+    like = Memory(np.zeros(3), np.zeros(5, np.int64), np.zeros(6, np.int64), addresses[0])
+    calls = CallsInMemory(like, 0, 1, lambda *given: refused.append(given) or "refused")
+    x, y, out = like.slab[1:], like.room.view(float)[3:5], np.zeros(2)
+    bit = calls.stage(gained, models[0], x, y, like.side)
+    example = models[0], y, np.zeros(2), 1.0, out
+    ask = calls.query(scaled, *example, given=("b", "scale"), needs=bit, answer=out)
+    made = object_query(Inner, numbers=calls.part(bit, y, 2))
+    assert addresses[0].form == addresses[1].form and addresses[1].owner == 1
+    b, memories = np.array([10.0, 20.0]), []
+    for k, slab in enumerate(np.arange(12.0).reshape(4, 3)):
+        side, room = np.zeros(5, np.int64), np.zeros(6, np.int64)
+        side[0] = 1
+        memories.append(Memory(slab, side, room, addresses[k % 2]))
+    for _ in range(2):  # by turns
+        for memory in memories:
+            K, d = models[memory.models.owner]
+            y = K @ memory.slab[1:] + d
+            np.testing.assert_array_equal(ask(memory, b, 2.0), 2.0 * y + b + d)
+            np.testing.assert_array_equal(made(memory).numbers, y)
+            np.testing.assert_array_equal(memory.room.view(float)[3:5], y)
+            assert memory.room[1] == 1 and memory.room[2] == bit and memory.side[3] == 1
+    memory = memories[2]
+    assert ask(memory, b) == ask(memory) == ask() == ask(memory, b, b) == MISFIT
+    memory.slab[1], memory.side[0] = np.nan, 2
+    assert ask(memory, b, 1.0) == "refused" and refused[0][0] is memory.slab and refused[0][1] is memory.models
 
 
 def test_duals_go_through_python():

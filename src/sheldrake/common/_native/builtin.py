@@ -7,20 +7,40 @@ for the life of the process are touched: the first fields of NumPy's arrays (the
 CPython's objects with a global interpreter lock. `available` looks whether they are where they should be; else calls go
 through ctypes.
 
+A block may be for *many memories*: the first argument of a call is a tuple of a slab, a side and a room (int64 arrays),
+and models, a number of their own and their addresses. The words that depend on where these are (relocations) are
+written before the kernel runs, if another memory was meant the last time.
+The lock is held meanwhile, so that threads may share blocks, and what kernels fill that is not in the slab.
+
 Layout of a block, in words:
 
-    0  address of the kernel's function         6   stages it needs, one bit each
-    1  t, the bits of a float                   7   address of the counter that says when stages grow old
-    2  address of PyLong_FromLongLong           8   address of two words: the counter's last value, bits of stages done
-    3  address of the type numpy.ndarray        9   address of the stages: each a bit, a function, an address of words
-    4  address of the dtype float64             10  number of stages
-    5  number of given arguments                11  where the kernel's words begin in the block
-    12  address of the array object of which a copy is the answer when the status is 0, or 0
-    13  address of PyArray_NewCopy
-    14  which flags of that copy stay as they are: all, or all but the one that lets it be written
-    15  the function of Python that raises an error when a stage fails, or 0: then the answer is the status
-    16  address of PyObject_CallNoArgs
-    17 ... for each given argument: which of the kernel's words, number of axes, lengths of the two first axes;
+    0  address of the kernel's function
+    1  t, the bits of a float
+    2  address of PyLong_FromLongLong
+    3  address of the type numpy.ndarray
+    4  address of the dtype float64
+    5  number of given arguments
+    6  stages it needs, one bit each
+    7  number of arguments before the given ones: 1, or 0 for a block of one memory
+    8  where the counter is that says when stages grow old [bytes from the side; an address where there is no side]
+    9  where two words are: the counter's last value, bits of stages done [bytes from the room; likewise]
+    10 address of the stages: each a bit, a function, an address of words and one of relocations
+    11 number of stages
+    12 where the kernel's words begin in the block
+    13 address of the array object of which a copy is the answer when the status is 0, or 0
+    14 address of PyArray_NewCopy
+    15 which flags of that copy stay as they are: all, or all but the one that lets it be written
+    16 the function of Python that raises an error when a stage fails, given slab and models, or 0: then the answer is
+       the status
+    17 address of PyObject_CallFunctionObjArgs
+    18 address of the relocations of the kernel's words: their number, what the last memory was, and for each a word, a
+       kind, a value:
+           ELSEWHERE    the address of an array that is always there [doubles]
+           IN_SIDE      a place in the side [words]
+           IN_ROOM      a place in the room [words]
+           MODEL        a place in the table of models; the word is an address [bytes]
+           MODEL_FAR    the same [doubles from the slab]
+    19 ... for each given argument: which of the kernel's words, number of axes, lengths of the two first axes;
            for a float -1 axes, and two types that such a number may have
 """
 
@@ -40,17 +60,21 @@ from sheldrake.common.kernel import MISFIT
 if TYPE_CHECKING:
     from llvmlite.binding import TargetMachine
 
-HEAD, PER_ARGUMENT, PER_STAGE = 17, 4, 3
+HEAD, PER_ARGUMENT, PER_STAGE = 19, 4, 4
+ELSEWHERE, IN_SIDE, IN_ROOM, MODEL, MODEL_FAR = range(5)
+IN_SLAB = -1  # needs no relocation
+RELOCATIONS_HEAD = 5
 SYMBOL = "sheldrake_call"
 METH_FASTCALL = 0x0080
 _NEW_COPY = 85  # in NumPy's table of functions
 _TYPE, _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 8, DATA, 24, 32, 56, 64  # [bytes] into an array object
 _VALUE = 16  # [bytes] into a float, and into NumPy's
+_ITEMS = 24  # [bytes] into a tuple
 _IN_ORDER = 0x101  # C contiguous and aligned
 ALL_FLAGS, READ_ONLY = -1, ~0x400
 
 TAKE = f"""
-define internal i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word) {{
+define internal i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word, i64 %slab) {{
 entry:
   %axes = load i64, ptr %spec
   %n0_at = getelementptr i64, ptr %spec, i64 1
@@ -109,7 +133,8 @@ has_shape:                                ; there are one or two axes, and behin
 take_array:
   %data_at = getelementptr i8, ptr %object, i64 {_DATA}
   %data = load i64, ptr %data_at
-  %offset = lshr i64 %data, 3
+  %address = lshr i64 %data, 3
+  %offset = sub i64 %address, %slab
   store i64 %offset, ptr %word
   br i1 %any_length, label %measure, label %taken
 measure:
@@ -124,9 +149,70 @@ no:
 """
 """Takes a float's bits or an array's address into a word, if the object is as `spec` (number of axes and lengths of the
 two first; for a float -1 and two types) announces it. A first length of -1 is any, and goes into the word behind.
+Addresses count from `slab` [doubles].
 `types` are numpy.ndarray and the dtype float64."""
 
-CODE = f"""{TAKE}
+RELOCATE = f"""
+define internal void @relocate(ptr %words, ptr %list, ptr %models, ptr %bases) {{
+entry:
+  %count = load i64, ptr %list
+  %then_at = getelementptr i64, ptr %list, i64 1
+  %then_123 = load <3 x i64>, ptr %then_at, align 8
+  %now_123 = load <3 x i64>, ptr %bases, align 8
+  %others = icmp ne <3 x i64> %then_123, %now_123
+  %then_models_at = getelementptr i64, ptr %list, i64 4
+  %then_models = load i64, ptr %then_models_at
+  %now_models = load i64, ptr %models
+  %other_models = icmp ne i64 %then_models, %now_models
+  %other_0 = extractelement <3 x i1> %others, i64 0
+  %other_1 = extractelement <3 x i1> %others, i64 1
+  %other_2 = extractelement <3 x i1> %others, i64 2
+  %other_01 = or i1 %other_0, %other_1
+  %other_23 = or i1 %other_2, %other_models
+  %other = or i1 %other_01, %other_23
+  br i1 %other, label %begin, label %done
+begin:
+  store <3 x i64> %now_123, ptr %then_at, align 8
+  store i64 %now_models, ptr %then_models_at
+  br label %each
+each:
+  %i = phi i64 [0, %begin], [%i_next, %set]
+  %more = icmp slt i64 %i, %count
+  br i1 %more, label %one, label %done
+one:
+  %from = mul i64 %i, 3
+  %first = add i64 %from, {RELOCATIONS_HEAD}
+  %row = getelementptr i64, ptr %list, i64 %first
+  %at = load i64, ptr %row
+  %kind_at = getelementptr i64, ptr %row, i64 1
+  %kind = load i64, ptr %kind_at
+  %value_at = getelementptr i64, ptr %row, i64 2
+  %value = load i64, ptr %value_at
+  %base_at = getelementptr i64, ptr %bases, i64 %kind
+  %base = load i64, ptr %base_at
+  %of_model = icmp sge i64 %kind, {MODEL}
+  br i1 %of_model, label %model, label %set
+model:
+  %address_at = getelementptr i64, ptr %models, i64 %value
+  %address = load i64, ptr %address_at
+  %far = icmp eq i64 %kind, {MODEL_FAR}
+  %shift = select i1 %far, i64 3, i64 0
+  %place = lshr i64 %address, %shift
+  br label %set
+set:
+  %what = phi i64 [%value, %one], [%place, %model]
+  %word = add i64 %base, %what
+  %word_at = getelementptr i64, ptr %words, i64 %at
+  store i64 %word, ptr %word_at
+  %i_next = add i64 %i, 1
+  br label %each
+done:
+  ret void
+}}
+"""
+"""Writes the words of a kernel that depend on the memory of a call; `bases` has what each kind counts from."""
+
+CODE = f"""{TAKE}{RELOCATE}
 define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
 entry:
   %block_at = getelementptr i8, ptr %self, i64 {_DATA}
@@ -136,18 +222,74 @@ entry:
   %types = getelementptr i64, ptr %block, i64 3
   %given_at = getelementptr i64, ptr %block, i64 5
   %given = load i64, ptr %given_at
-  %begin_at = getelementptr i64, ptr %block, i64 11
+  %begin_at = getelementptr i64, ptr %block, i64 12
   %begin = load i64, ptr %begin_at
   %words = getelementptr i64, ptr %block, i64 %begin
-  %as_many = icmp eq i64 %count, %given
-  br i1 %as_many, label %arguments, label %misfit
+  %bases = alloca [5 x i64]
+  %before_at = getelementptr i64, ptr %block, i64 7
+  %before = load i64, ptr %before_at
+  %own = getelementptr ptr, ptr %args, i64 %before
+  %own_count = sub i64 %count, %before
+  %as_many = icmp eq i64 %own_count, %given
+  br i1 %as_many, label %begin_memory, label %misfit
+
+begin_memory:
+  %one_memory = icmp eq i64 %before, 0
+  br i1 %one_memory, label %arguments, label %place
+place:                                    ; what depends on where this call's memory is
+  %memory = load ptr, ptr %args
+  %items = getelementptr i8, ptr %memory, i64 {_ITEMS}
+  %slab_object_here = load ptr, ptr %items
+  %side_object_at = getelementptr ptr, ptr %items, i64 1
+  %side_object = load ptr, ptr %side_object_at
+  %room_object_at = getelementptr ptr, ptr %items, i64 2
+  %room_object = load ptr, ptr %room_object_at
+  %models_object_at = getelementptr ptr, ptr %items, i64 3
+  %models_object_here = load ptr, ptr %models_object_at
+  %slab_at = getelementptr i8, ptr %slab_object_here, i64 {_DATA}
+  %slab_here = load ptr, ptr %slab_at
+  %side_at = getelementptr i8, ptr %side_object, i64 {_DATA}
+  %side_here = load ptr, ptr %side_at
+  %room_at = getelementptr i8, ptr %room_object, i64 {_DATA}
+  %room_here = load ptr, ptr %room_at
+  %models_at = getelementptr i8, ptr %models_object_here, i64 {_DATA}
+  %models_here = load ptr, ptr %models_at
+  %slab_address = ptrtoint ptr %slab_here to i64
+  %slab_doubles_here = lshr i64 %slab_address, 3
+  %from_slab = sub i64 0, %slab_doubles_here
+  %side_address = ptrtoint ptr %side_here to i64
+  %side_doubles = lshr i64 %side_address, 3
+  %side_from_slab = sub i64 %side_doubles, %slab_doubles_here
+  %room_address = ptrtoint ptr %room_here to i64
+  %room_doubles = lshr i64 %room_address, 3
+  %room_from_slab = sub i64 %room_doubles, %slab_doubles_here
+  %base_1 = getelementptr i64, ptr %bases, i64 {IN_SIDE}
+  %base_2 = getelementptr i64, ptr %bases, i64 {IN_ROOM}
+  %base_3 = getelementptr i64, ptr %bases, i64 {MODEL}
+  %base_4 = getelementptr i64, ptr %bases, i64 {MODEL_FAR}
+  store i64 %from_slab, ptr %bases
+  store i64 %side_from_slab, ptr %base_1
+  store i64 %room_from_slab, ptr %base_2
+  store i64 0, ptr %base_3
+  store i64 %from_slab, ptr %base_4
+  %relocations_at = getelementptr i64, ptr %block, i64 18
+  %relocations = load ptr, ptr %relocations_at
+  call void @relocate(ptr %words, ptr %relocations, ptr %models_here, ptr %bases)
+  br label %arguments
 
 arguments:                                ; each must be a number or an array as it was announced
-  %i = phi i64 [0, %entry], [%i_next, %one_argument]
+  %slab = phi ptr [null, %begin_memory], [%slab_here, %place], [%slab, %one_argument]
+  %side = phi ptr [null, %begin_memory], [%side_here, %place], [%side, %one_argument]
+  %room = phi ptr [null, %begin_memory], [%room_here, %place], [%room, %one_argument]
+  %models = phi ptr [null, %begin_memory], [%models_here, %place], [%models, %one_argument]
+  %slab_object = phi ptr [null, %begin_memory], [%slab_object_here, %place], [%slab_object, %one_argument]
+  %models_object = phi ptr [null, %begin_memory], [%models_object_here, %place], [%models_object, %one_argument]
+  %slab_doubles = phi i64 [0, %begin_memory], [%slab_doubles_here, %place], [%slab_doubles, %one_argument]
+  %i = phi i64 [0, %begin_memory], [0, %place], [%i_next, %one_argument]
   %more = icmp slt i64 %i, %given
   br i1 %more, label %one_argument, label %stages
 one_argument:
-  %arg_at = getelementptr ptr, ptr %args, i64 %i
+  %arg_at = getelementptr ptr, ptr %own, i64 %i
   %arg = load ptr, ptr %arg_at
   %row_from = mul i64 %i, {PER_ARGUMENT}
   %row_start_of = add i64 %row_from, {HEAD}
@@ -155,7 +297,7 @@ one_argument:
   %slot = load i64, ptr %argument
   %word = getelementptr i64, ptr %words, i64 %slot
   %spec = getelementptr i64, ptr %argument, i64 1
-  %fits = call i1 @take(ptr %arg, ptr %spec, ptr %types, ptr %word)
+  %fits = call i1 @take(ptr %arg, ptr %spec, ptr %types, ptr %word, i64 %slab_doubles)
   %i_next = add i64 %i, 1
   br i1 %fits, label %arguments, label %misfit
 
@@ -165,11 +307,13 @@ stages:                                   ; what is needed and was not done sinc
   %needs_none = icmp eq i64 %needs, 0
   br i1 %needs_none, label %run, label %look
 look:
-  %counter_at = getelementptr i64, ptr %block, i64 7
-  %counter = load ptr, ptr %counter_at
+  %counter_at = getelementptr i64, ptr %block, i64 8
+  %counter_place = load i64, ptr %counter_at
+  %counter = getelementptr i8, ptr %side, i64 %counter_place
   %now = load i64, ptr %counter
-  %kept_at = getelementptr i64, ptr %block, i64 8
-  %kept = load ptr, ptr %kept_at
+  %kept_at = getelementptr i64, ptr %block, i64 9
+  %kept_place = load i64, ptr %kept_at
+  %kept = getelementptr i8, ptr %room, i64 %kept_place
   %then = load i64, ptr %kept
   %done_at = getelementptr i64, ptr %kept, i64 1
   %done_then = load i64, ptr %done_at
@@ -182,9 +326,9 @@ look:
   %all_done = icmp eq i64 %to_do, 0
   br i1 %all_done, label %run, label %walk
 walk:
-  %table_at = getelementptr i64, ptr %block, i64 9
+  %table_at = getelementptr i64, ptr %block, i64 10
   %table = load ptr, ptr %table_at
-  %count_at = getelementptr i64, ptr %block, i64 10
+  %count_at = getelementptr i64, ptr %block, i64 11
   %stage_count = load i64, ptr %count_at
   br label %each
 each:
@@ -203,7 +347,14 @@ compute:
   %stage = load ptr, ptr %stage_at
   %stage_words_at = getelementptr i64, ptr %row, i64 2
   %stage_words = load ptr, ptr %stage_words_at
-  %stage_status = call i64 %stage(double 0.0, ptr null, ptr %stage_words)
+  br i1 %one_memory, label %run_stage, label %place_stage
+place_stage:
+  %stage_relocations_at = getelementptr i64, ptr %row, i64 3
+  %stage_relocations = load ptr, ptr %stage_relocations_at
+  call void @relocate(ptr %stage_words, ptr %stage_relocations, ptr %models, ptr %bases)
+  br label %run_stage
+run_stage:
+  %stage_status = call i64 %stage(double 0.0, ptr %slab, ptr %stage_words)
   %stage_fine = icmp eq i64 %stage_status, 0
   br i1 %stage_fine, label %note, label %failed
 note:
@@ -215,14 +366,14 @@ onward:
   %j_next = add i64 %j, 1
   br label %each
 failed:
-  %refuse_at = getelementptr i64, ptr %block, i64 15
+  %refuse_at = getelementptr i64, ptr %block, i64 16
   %refuse = load ptr, ptr %refuse_at
   %no_refuse = icmp eq ptr %refuse, null
   br i1 %no_refuse, label %tell, label %raise
 raise:
-  %caller_at = getelementptr i64, ptr %block, i64 16
+  %caller_at = getelementptr i64, ptr %block, i64 17
   %caller = load ptr, ptr %caller_at
-  %raised = tail call ptr %caller(ptr %refuse)
+  %raised = call ptr (ptr, ...) %caller(ptr %refuse, ptr %slab_object, ptr %models_object, ptr null)
   ret ptr %raised
 tell:
   %failure = tail call ptr %make(i64 %stage_status)
@@ -232,21 +383,21 @@ run:
   %kernel = load ptr, ptr %block
   %t_at = getelementptr i64, ptr %block, i64 1
   %t = load double, ptr %t_at
-  %status = call i64 %kernel(double %t, ptr null, ptr %words)
-  %answer_at = getelementptr i64, ptr %block, i64 12
+  %status = call i64 %kernel(double %t, ptr %slab, ptr %words)
+  %answer_at = getelementptr i64, ptr %block, i64 13
   %answer = load ptr, ptr %answer_at
   %no_answer = icmp eq ptr %answer, null
   %not_fine = icmp ne i64 %status, 0
   %number_only = or i1 %no_answer, %not_fine
   br i1 %number_only, label %say, label %copy
 copy:
-  %copier_at = getelementptr i64, ptr %block, i64 13
+  %copier_at = getelementptr i64, ptr %block, i64 14
   %copier = load ptr, ptr %copier_at
   %new = call ptr %copier(ptr %answer, i32 0)
   %no_memory = icmp eq ptr %new, null
   br i1 %no_memory, label %give, label %flag
 flag:
-  %mask_at = getelementptr i64, ptr %block, i64 14
+  %mask_at = getelementptr i64, ptr %block, i64 15
   %mask_64 = load i64, ptr %mask_at
   %mask = trunc i64 %mask_64 to i32
   %new_flags_at = getelementptr i8, ptr %new, i64 {_FLAGS}
@@ -271,6 +422,8 @@ class Block(np.ndarray):
 
     keep: Any = None
     following: Any = None
+    code = 0
+    """Address of the machine code that works on it."""
 
 
 class _Method(ctypes.Structure):
@@ -287,8 +440,9 @@ class _Method(ctypes.Structure):
 def make(words: list[int] | np.ndarray, keep: Any, method: _Method | None = None) -> Any:
     """A builtin function of the block `words`; only where `available`. `method` stands for another code than CODE."""
     block = np.array(words, np.int64).view(Block)
-    block.keep = keep
-    return _factory()(ctypes.byref(method or _method()), block, None)
+    block.keep, method = keep, method or _method()
+    block.code = method.function
+    return _factory()(ctypes.byref(method), block, None)
 
 
 @functools.cache
@@ -300,8 +454,8 @@ def constants() -> tuple[int, int, int]:
 
 @functools.cache
 def caller() -> int:
-    """Word 16 of every block."""
-    return int(ctypes.cast(ctypes.pythonapi.PyObject_CallNoArgs, ctypes.c_void_p).value or 0)
+    """Word 17 of every block."""
+    return int(ctypes.cast(ctypes.pythonapi.PyObject_CallFunctionObjArgs, ctypes.c_void_p).value or 0)
 
 
 NUMBER = -1, id(float), id(np.float64)
@@ -331,12 +485,15 @@ def available() -> bool:
         return False  # it takes addresses of arrays that nobody has placed
     if not OBJECTS_AS_EXPECTED:
         return False
-    return _numbers_as_expected() and _arrays_as_expected() and new_copy() != 0 and _address() is not None
+    return _objects_as_expected() and _arrays_as_expected() and new_copy() != 0 and _address() is not None
 
 
-def _numbers_as_expected() -> bool:
+def _objects_as_expected() -> bool:
     numbers: tuple[float, ...] = 1.5, np.float64(-2.5)
-    return all(ctypes.c_double.from_address(id(x) + _VALUE).value == x for x in numbers)
+    items = "slab", "side", "room", "models"
+    found = (ctypes.c_int64 * 4).from_address(id(items) + _ITEMS)
+    alike = all(ctypes.c_double.from_address(id(x) + _VALUE).value == x for x in numbers)
+    return alike and [*found] == [*map(id, items)]
 
 
 def _arrays_as_expected() -> bool:

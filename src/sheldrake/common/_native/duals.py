@@ -89,7 +89,7 @@ has_d:
 measure:
   %spec = getelementptr i64, ptr %block, i64 31
   %types = getelementptr i64, ptr %block, i64 1
-  %fits = call i1 @take(ptr %its_d, ptr %spec, ptr %types, ptr %found)
+  %fits = call i1 @take(ptr %its_d, ptr %spec, ptr %types, ptr %found, i64 0)
   br i1 %fits, label %take_value, label %no
 take_value:
   %holder = phi ptr [%x, %entry], [%its_value, %has_d], [%its_value, %measure]
@@ -111,7 +111,7 @@ entry:
   %count_at = getelementptr i64, ptr %row, i64 10
   %count = load i64, ptr %count_at
   %floats = getelementptr i64, ptr %block, i64 1
-  %are_floats = call i1 @take(ptr %object, ptr %spec, ptr %floats, ptr %found)
+  %are_floats = call i1 @take(ptr %object, ptr %spec, ptr %floats, ptr %found, i64 0)
   br i1 %are_floats, label %begin, label %objects
 objects:
 {_word("array", 1)}  %type_at = getelementptr i8, ptr %object, i64 {_T}
@@ -120,7 +120,7 @@ objects:
   %types_1 = getelementptr i64, ptr %types, i64 1
 {_word("of_objects", 16)}  store i64 %array, ptr %types
   store i64 %of_objects, ptr %types_1
-  %are_objects = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %found)
+  %are_objects = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %found, i64 0)
   br i1 %are_objects, label %begin, label %no
 begin:
   %data_by_eight = load i64, ptr %found
@@ -363,7 +363,7 @@ take_float:
   %slot = load i64, ptr %slot_at
   %word = getelementptr i64, ptr %words, i64 %slot
   %types = getelementptr i64, ptr %block, i64 1
-  %float_fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word)
+  %float_fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word, i64 0)
   br label %right
 take_numbers:
   %numbers_fit = call i1 @read(ptr %object, ptr %row, ptr %block, i1 %fill, ptr %state)

@@ -1,15 +1,15 @@
 """Builtin functions of Python that make an object whose slots hold what other builtin functions give.
 
 A query for a pose is one call then: the object, the object in it, and both arrays are made by machine code, where
-three calls and two `object.__new__` of Python took twice the time. Python's own functions make the object, call the
-others and fill the slots: nothing is assumed about how objects of Python look.
+three calls and two `object.__new__` of Python took twice the time. Python's own functions make the object and fill the
+slots: nothing is assumed about how objects of Python look. All functions are given the same arguments.
 
 Layout of a block, in words:
 
-    0  address of PyType_GenericAlloc           3  address of Py_DecRef
-    1  address of PyObject_CallNoArgs           4  address of the class
-    2  address of PyObject_GenericSetAttr       5  number of slots
-    6 ... for each slot: the builtin function that gives its value, and its name
+    0  address of PyType_GenericAlloc           3  address of the class
+    1  address of PyObject_GenericSetAttr       4  number of slots
+    2  address of Py_DecRef
+    5 ... for each slot: code and block of the builtin function that gives its value, and its name
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sheldrake.common._native.builtin import _Method
 
 SYMBOL = "sheldrake_instance"
-HEAD, PER_SLOT = 6, 2
+HEAD, PER_SLOT = 5, 3
 
 CODE = f"""
 define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
@@ -33,15 +33,13 @@ entry:
   %block_at = getelementptr i8, ptr %self, i64 {builtin._DATA}
   %block = load ptr, ptr %block_at
   %alloc = load ptr, ptr %block
-  %call_at = getelementptr i64, ptr %block, i64 1
-  %call = load ptr, ptr %call_at
-  %set_at = getelementptr i64, ptr %block, i64 2
+  %set_at = getelementptr i64, ptr %block, i64 1
   %set = load ptr, ptr %set_at
-  %release_at = getelementptr i64, ptr %block, i64 3
+  %release_at = getelementptr i64, ptr %block, i64 2
   %release = load ptr, ptr %release_at
-  %type_at = getelementptr i64, ptr %block, i64 4
+  %type_at = getelementptr i64, ptr %block, i64 3
   %type = load ptr, ptr %type_at
-  %slots_at = getelementptr i64, ptr %block, i64 5
+  %slots_at = getelementptr i64, ptr %block, i64 4
   %slots = load i64, ptr %slots_at
   %new = call ptr %alloc(ptr %type, i64 0)
   %no_memory = icmp eq ptr %new, null
@@ -54,10 +52,12 @@ ask:
   %from = mul i64 %i, {PER_SLOT}
   %start = add i64 %from, {HEAD}
   %slot = getelementptr i64, ptr %block, i64 %start
-  %function = load ptr, ptr %slot
-  %name_at = getelementptr i64, ptr %slot, i64 1
+  %code = load ptr, ptr %slot
+  %its_block_at = getelementptr i64, ptr %slot, i64 1
+  %its_block = load ptr, ptr %its_block_at
+  %name_at = getelementptr i64, ptr %slot, i64 2
   %name = load ptr, ptr %name_at
-  %value = call ptr %call(ptr %function)
+  %value = call ptr %code(ptr %its_block, ptr %args, i64 %count)
   %failed = icmp eq ptr %value, null
   br i1 %failed, label %drop, label %keep
 keep:
@@ -81,12 +81,12 @@ def make(cls: type, fields: dict[str, Any]) -> Any:
 
     Args:
         cls: A class of nothing but slots.
-        fields: For slots by name, a builtin function of `builtin` or of this module that takes no arguments.
+        fields: For slots by name, a builtin function of `builtin` or of this module.
     """
     names = [sys.intern(name) for name in fields]
     words = [*_functions(), id(cls), len(fields)]
     for name, function in zip(names, fields.values()):
-        words += [id(function), id(name)]
+        words += [function.__self__.code, id(function.__self__), id(name)]
     return builtin.make(words, (cls, fields, names), _method())
 
 
@@ -98,8 +98,8 @@ def available() -> bool:
 
 @functools.cache
 def _functions() -> list[int]:
-    """Words 0 to 3 of every block."""
-    names = ("PyType_GenericAlloc", "PyObject_CallNoArgs", "PyObject_GenericSetAttr", "Py_DecRef")
+    """Words 0 to 2 of every block."""
+    names = ("PyType_GenericAlloc", "PyObject_GenericSetAttr", "Py_DecRef")
     found = (ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in names)
     return [int(address or 0) for address in found]
 

@@ -201,7 +201,7 @@ one:
 right_type:
   %spec = getelementptr i64, ptr %row, i64 6
   %types = getelementptr i64, ptr %block, i64 1
-  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word)
+  %fits = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word, i64 0)
   br i1 %fits, label %arguments, label %misfit
 run:
   %kernel = load ptr, ptr %block

@@ -66,7 +66,7 @@ class _Distances(KinematicFunction):
         nhat_W, p_WCa = pair.nhat_BA_W, query.GetPoseInWorld(pair.id_A) @ pair.p_ACa
         p_WCb = p_WCa - pair.distance * nhat_W
         slope = view.buffer("distance slope", view.nv)
-        arguments = view.model, view.work, room, view.buffer("nearest", 9), slope
+        arguments = view.queries.model, view.queries.work, room, view.buffer("nearest", 9), slope
         ask = view.query(distance_slope, *arguments, given=("nearest",), needs=view.POSES, answer=slope)
         return self._by_q(ask(np.concatenate((p_WCa, p_WCb, nhat_W))))
 

@@ -166,9 +166,10 @@ class _AskedForms:
     def __init__(self, view: View, count: int):
         self._room = Forms(np.zeros((count, Between.SIZE), np.int64), np.zeros((count, Form.SIZE)))
         values, found = np.zeros(count), np.zeros((count, 1 + view.nv))
-        tree = view.model, view.p, view.work, self._room
-        self.values = view.calls.query(form_values, *tree, values, needs=view.POSES, answer=values)
-        self.slopes = view.calls.query(form_slopes, *tree, found, needs=view.POSES, answer=found)
+        asked = view.queries
+        tree = asked.model, asked.p, asked.work, self._room
+        self.values = view.bind(asked.calls.query(form_values, *tree, values, needs=view.POSES, answer=values))
+        self.slopes = view.bind(asked.calls.query(form_slopes, *tree, found, needs=view.POSES, answer=found))
         self._taken: Forms | None = None
 
     def take(self, forms: Forms) -> None:

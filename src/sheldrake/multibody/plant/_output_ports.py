@@ -272,7 +272,7 @@ class OutputPorts:
     def body_velocities(self, context: Context) -> list[SpatialVelocity]:
         """V_WB by body."""
         view = self._contexts.view(context)
-        return view.of(SpatialVelocity_)._make_each(view.body_velocities()[view.frozen.rows])
+        return view.of(SpatialVelocity_)._make_each(view.ask_body_velocities()[view.frozen.rows])
 
     def body_accelerations(self, context: Context) -> list[SpatialAcceleration]:
         """A_WB by body."""

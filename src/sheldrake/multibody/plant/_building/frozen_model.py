@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._copies import deep_copy
-from sheldrake.common._native.templates import Packed, Templates
 from sheldrake.common._overloads import Mismatch
+from sheldrake.common.calls import Addresses
 from sheldrake.multibody.tree import (
     BodyIndex,
     DoorHinge,
@@ -27,7 +27,7 @@ from sheldrake.multibody.tree import (
 from sheldrake.multibody.tree._force_element import _JointSpring
 from sheldrake.multibody.tree._forest import Step
 from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
-from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
+from sheldrake.multibody.tree._kernels.model import TreeModel
 
 
 class Parameters:
@@ -66,10 +66,6 @@ def _names(elements: Iterable[Any]) -> list[str]:
     every = list(elements)
     count = Counter(element.name() for element in every)
     return [e.name() if count[e.name()] == 1 else e.scoped_name().get_full() for e in every]
-
-
-_BLANK: dict[tuple, Packed] = {}
-_MOST_BLANK, _LARGE = 32, 1 << 16  # works, numbers
 
 
 @dataclasses.dataclass(eq=False)
@@ -142,8 +138,8 @@ class FrozenModel:
         return sorted((joint for joint in self.joints if joint.num_positions()), key=lambda joint: joint._q_start)
 
     @cached_property
-    def rows_of_instances(self) -> dict[tuple[int, ...] | None, np.ndarray]:
-        """Rows of the bodies of model instances, by their numbers, and of all but the world; filled when asked for."""
+    def bodies_of_instances(self) -> dict[tuple[int, ...] | None, tuple[np.ndarray, bool]]:
+        """By numbers of model instances, None for all but the world: 1 for their bodies, by row, else 0; if any is."""
         return {}
 
     @cached_property
@@ -244,27 +240,15 @@ class FrozenModel:
         return ForceModel(*(np.array(rows, np.int64).reshape(-1, empty.shape[1]) for rows, empty in arrays))
 
     @cached_property
-    def blank_work(self) -> Packed:
-        """What the stages of queries work in; plants whose joints connect as many bodies alike share it."""
-        tree = self.tree
-        key = tree.body.tobytes(), tree.dof.tobytes(), len(tree.turn)
-        blank = _BLANK.get(key)
-        if blank is None:
-            blank = Packed(make_work(tree))
-            if blank.size <= _LARGE:
-                if len(_BLANK) >= _MOST_BLANK:
-                    _BLANK.clear()
-                _BLANK[key] = blank
-        return blank
+    def addresses(self) -> Addresses:
+        """Where the arrays of queries are (see `_context.queries`)."""
+        return Addresses.of((*self.tree, *self.forces, self.damping_at, self.rows), self.joints)
 
-    @cached_property
-    def templates(self) -> Templates:
-        """Of queries on contexts of floats."""
-        return Templates(self.tree, self.forces)
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy in another process has its own addresses."""
+        return {name: value for name, value in self.__dict__.items() if name != "addresses"}
 
     def __deepcopy__(self, memo: dict) -> FrozenModel:
         """A copy for copies of the elements, with the same arrays."""
         names = ("steps", "joints", "actuators", "row_bodies", "inboard")
-        new = dataclasses.replace(self, **{name: deep_copy(getattr(self, name), memo) for name in names})
-        new.__dict__.update(blank_work=self.blank_work, templates=self.templates)
-        return new
+        return dataclasses.replace(self, **{name: deep_copy(getattr(self, name), memo) for name in names})

@@ -147,7 +147,8 @@ class Contexts:
         if context._store.claimed:
             context._store.check_thread()
         size = len(values) if type(values) is np.ndarray else 0
-        ask = view.writers.get((part, start, size)) or view.writer(part, start, size)
+        key = part, start, size
+        ask = view.writers.get(key) or view.keep(view.writers, key, view.queries.writer(*key))
         return not ask(values, *more)
 
     def write_positions(self, context: Context, start: int, values: Sequence[Any] | np.ndarray) -> None:

@@ -47,7 +47,7 @@ def _setter(call: str, parts: str, quick: str) -> Callable[..., None]:
 
     def set_values(self: Any, context: Context, values: Any = None, *rest: Any, **named: Any) -> None:
         try:  # the one that has to be quick
-            view = context._kept
+            view = context._kept or self._contexts.view(context)
             if context._store.claimed:
                 context._store.check_thread()
             if view.family is self._contexts.family and not named:

@@ -167,7 +167,7 @@ class Dynamics:
 
     def _jacobian_query(self, view: View, frames: tuple[Frame, Frame, Frame]) -> Query:
         B, A, E = (self._kinematics.place(view, frame) for frame in frames)
-        return view.jacobian(frames, (*A, *B, *E))
+        return view.keep(view.places, frames, view.queries.jacobian(*A, *B, *E))
 
     def _express(
         self, context: Context, call: str, J: np.ndarray, with_respect_to: JacobianWrtVariable, frame_E: Frame
@@ -271,8 +271,8 @@ class Dynamics:
         """  # fmt: skip
         call = "CalcJacobianCenterOfMassTranslationalVelocity"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
-        view = self._kinematics.choose(call, context, instances)
-        J = self._kinematics.of_centre(call, view.ask_jacobian_of_centre())
+        view, bodies = self._kinematics.choose(call, context, instances)
+        J = self._kinematics.of_centre(call, view.ask_jacobian_of_centre(bodies))
         if not frame_A.is_world_frame():
             world = self._elements.world.body_frame()
             p_WScm = self._kinematics.CalcCenterOfMassPositionInWorld(context, instances)
@@ -291,7 +291,7 @@ class Dynamics:
         ask = view.places.get(key)
         if ask is None:
             B, A, E = (self._kinematics.place(view, frame) for frame in frames)
-            ask = view.bias_acceleration(key, (*A, *B, *E))
+            ask = view.keep(view.places, key, view.queries.bias_acceleration(*A, *B, *E))
         return ask
 
     def _bias_vdot(self, context: Context, call: str, wrt: JacobianWrtVariable) -> np.ndarray:

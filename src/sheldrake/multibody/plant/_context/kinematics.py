@@ -79,7 +79,7 @@ class Kinematics:
         if not self._elements.has(body):
             self._elements.require_mine("EvalBodyPoseInWorld", body)
         expect("EvalBodyPoseInWorld", body, RigidBody)
-        return view.body_pose(body, view.frozen.row_of(body))
+        return view.keep(view.poses, body, view.queries.body_pose(view.frozen.row_of(body)))
 
     def EvalBodySpatialVelocityInWorld(self, context: Context, body: RigidBody) -> SpatialVelocity:
         """V_WB of the body origin, expressed in W."""
@@ -93,7 +93,7 @@ class Kinematics:
             self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
         expect("EvalBodySpatialVelocityInWorld", body, RigidBody)
         view = self._contexts.view(context)
-        return view.body_velocity(body, view.frozen.row_of(body))()
+        return view.keep(view.twists, body, view.queries.body_velocity(view.frozen.row_of(body)))()
 
     def accelerations(self, context: Context, vdot: np.ndarray) -> np.ndarray:
         """Spatial accelerations of the body origins, by row, for given vdot; shape (num_bodies, 6).
@@ -145,7 +145,7 @@ class Kinematics:
         except (AttributeError, KeyError, TypeError):
             pass
         view = self._contexts.view(context)
-        return view.frame_velocity(key, self._ends(view, key))()
+        return view.keep(view.velocities_of, key, view.queries.frame_velocity(*self._ends(view, key)))()
 
     def velocity_of_point(self, context: Context, frame: Frame, p_FQ: np.ndarray) -> np.ndarray:
         """v_WQ of a point of a frame, expressed in W [m/s], shape (3,)."""
@@ -155,7 +155,8 @@ class Kinematics:
     def point_velocity(self, context: Context, frame_B: Frame, frame_A: Frame, frame_E: Frame) -> Query:
         """A query for the spatial velocity of a given point of frame B, measured in A, expressed in E."""
         view, key = self._contexts.view(context), ("velocity", frame_B, frame_A, frame_E)
-        return view.places.get(key) or view.point_velocity(key, self._ends(view, key[1:]))
+        ask = view.places.get(key)
+        return ask or view.keep(view.places, key, view.queries.point_velocity(*self._ends(view, key[1:])))
 
     def point_acceleration(self, context: Context, frame_B: Frame, frame_A: Frame, frame_E: Frame) -> Query:
         """A query for the spatial acceleration of that point, given those of the body origins (`accelerations`) and it.
@@ -163,7 +164,8 @@ class Kinematics:
         Points are given to both as arrays of three floats.
         """
         view, key = self._contexts.view(context), ("acceleration", frame_B, frame_A, frame_E)
-        return view.places.get(key) or view.point_acceleration(key, self._ends(view, key[1:]))
+        ask = view.places.get(key)
+        return ask or view.keep(view.places, key, view.queries.point_acceleration(*self._ends(view, key[1:])))
 
     def _ends(self, view: View, frames: Iterable[Frame]) -> tuple[int, ...]:
         """Rows of bodies and frames B, A and E, as `jacobians.Ends` has them."""
@@ -185,20 +187,27 @@ class Kinematics:
         view = self._contexts.view(context)
         if view.T is not float:
             return self._contexts.transform(context, self.relative_pose(context, frame_A, frame_B))
-        return view.transform((frame_A, frame_B), (*self.place(view, frame_A), *self.place(view, frame_B)))()
+        ask = view.queries.transform(*self.place(view, frame_A), *self.place(view, frame_B))
+        return view.keep(view.transforms, (frame_A, frame_B), ask)()
 
     def relative_pose(self, context: Context, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """X_AB as twelve numbers."""
         view = self._contexts.view(context)
         key = frame_A, frame_B
-        ask = view.places.get(key) or view.relative_pose(key, (*self.place(view, frame_A), *self.place(view, frame_B)))
+        ask = view.places.get(key)
+        if ask is None:
+            pose = view.queries.relative_pose(*self.place(view, frame_A), *self.place(view, frame_B))
+            ask = view.keep(view.places, key, pose)
         return ask()
 
     def ask_point(self, view: View, frame_B: Frame, frame_A: Frame) -> Query:
         """A query for the position in frame A of a given point of frame B."""
         key = "point", frame_A, frame_B
         ask = view.places.get(key)
-        return ask or view.point_position(key, (*self.place(view, frame_A), *self.place(view, frame_B)))
+        if ask is None:
+            position = view.queries.point_position(*self.place(view, frame_A), *self.place(view, frame_B))
+            ask = view.keep(view.places, key, position)
+        return ask
 
     def place(self, view: View, frame: Frame) -> tuple[int, int]:
         """Row of the body of a frame, and row of the frame.
@@ -248,8 +257,10 @@ class Kinematics:
 
     # --- groups of bodies
 
-    def _rows_of(self, call: str, model_instances: Iterable[ModelInstanceIndex] | None) -> np.ndarray:
-        """Rows of the bodies of some model instances, without the world; of all for None. The same array each time."""
+    def _bodies_of_instances(
+        self, call: str, model_instances: Iterable[ModelInstanceIndex] | None
+    ) -> tuple[np.ndarray, bool]:
+        """What queries take for the bodies of some model instances, of all but the world for None; if there are any."""
         wanted = None
         if model_instances is not None:
             instances = list(model_instances)
@@ -257,34 +268,35 @@ class Kinematics:
                 self._elements.require_instance(call, instance)
             wanted = tuple(map(int, instances))
         frozen = self._elements.model(call)
-        found = frozen.rows_of_instances.get(wanted)
+        found = frozen.bodies_of_instances.get(wanted)
         if found is None:
             owners = enumerate(int(body.model_instance()) for body in frozen.row_bodies)
-            rows = [row for row, owner in owners if row and (wanted is None or owner in wanted)]
-            found = frozen.rows_of_instances[wanted] = np.array(rows, np.int64)
+            mine = [bool(row) and (wanted is None or owner in wanted) for row, owner in owners]
+            found = frozen.bodies_of_instances[wanted] = np.array(mine, float), any(mine)
         return found
 
     def CalcTotalMass(self, context: Context, model_instances: list[ModelInstanceIndex] | None = None) -> float:
         """Mass [kg] of all bodies or of those of some model instances."""
         view = self._contexts.view(context)
-        view.choose(self._rows_of("CalcTotalMass", model_instances))
-        return view.ask_mass().item()
+        bodies, _ = self._bodies_of_instances("CalcTotalMass", model_instances)
+        return view.ask_mass(bodies).item()
 
-    def choose(self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None) -> View:
-        """A view whose queries of centres of mass are of the bodies of some model instances, of all for None.
+    def choose(
+        self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None
+    ) -> tuple[View, np.ndarray]:
+        """A view, and what its queries of centres of mass take for the bodies of some model instances, of all for None.
 
         Raises:
             RuntimeError: these have no body.
         """
-        view, rows = self._contexts.view(context), self._rows_of(call, model_instances)
-        if not len(rows):
+        view, (bodies, any_bodies) = self._contexts.view(context), self._bodies_of_instances(call, model_instances)
+        if not any_bodies:
             raise RuntimeError(
                 f"{call}(): There must be at least one non-world body contained in model_instances."
                 if model_instances is not None
                 else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
             )
-        view.choose(rows)
-        return view
+        return view, bodies
 
     def of_centre(self, call: str, found: np.ndarray | int) -> np.ndarray:
         """What a query of a centre of mass gave.
@@ -301,20 +313,23 @@ class Kinematics:
     ) -> np.ndarray:
         """p_WScm of all bodies or of those of some model instances [m], shape (3,)."""
         call = "CalcCenterOfMassPositionInWorld"
-        return self.of_centre(call, self.choose(call, context, model_instances).ask_centre_of_mass())
+        view, bodies = self.choose(call, context, model_instances)
+        return self.of_centre(call, view.ask_centre_of_mass(bodies))
 
     def CalcCenterOfMassTranslationalVelocityInWorld(
         self, context: Context, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """v_WScm expressed in W, of all bodies or of those of some model instances [m/s], shape (3,)."""
         call = "CalcCenterOfMassTranslationalVelocityInWorld"
-        return self.of_centre(call, self.choose(call, context, model_instances).ask_velocity_of_centre())
+        view, bodies = self.choose(call, context, model_instances)
+        return self.of_centre(call, view.ask_velocity_of_centre(bodies))
 
     def acceleration_of_centre(
         self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None, A_WB: np.ndarray
     ) -> np.ndarray:
         """a_WScm expressed in W, given accelerations of the body origins."""
-        return self.of_centre(call, self.choose(call, context, model_instances).ask_acceleration_of_centre(A_WB))
+        view, bodies = self.choose(call, context, model_instances)
+        return self.of_centre(call, view.ask_acceleration_of_centre(bodies, A_WB))
 
     @typing_overload
     def CalcSpatialMomentumInWorldAboutPoint(self, context: Context, p_WoP_W: Scalars) -> SpatialMomentum: ...
@@ -334,10 +349,10 @@ class Kinematics:
         if rest or kwargs or point is None:
             raise Mismatch(f"{call}(): incompatible function arguments. Takes (context, [model_instances], p_WoP_W).")
         view = self._contexts.view(context)
-        view.choose(self._rows_of(call, instances))
-        L = view.ask_momentum(point)
+        bodies, _ = self._bodies_of_instances(call, instances)
+        L = view.ask_momentum(bodies, point)
         if type(L) is int:
-            L = fitting(call, view.ask_momentum(vector(call, "p_WoP_W", point, 3)))
+            L = fitting(call, view.ask_momentum(bodies, vector(call, "p_WoP_W", point, 3)))
         return view.of(SpatialMomentum_)._make(L)
 
     def CalcSpatialInertia(self, context: Context, frame_F: Frame, body_indexes: list[BodyIndex]) -> SpatialInertia:
@@ -347,10 +362,11 @@ class Kinematics:
             RuntimeError: a body is named twice.
         """
         view, key = self._contexts.view(context), ("inertia", frame_F)
-        ask = view.places.get(key) or view.spatial_inertia(key, self.place(view, frame_F))
-        bodies, rows = self._known_bodies(view, tuple(body_indexes))
-        view.choose(rows)
-        if type(found := ask()) is not int:
+        ask = view.places.get(key)
+        if ask is None:
+            ask = view.keep(view.places, key, view.queries.spatial_inertia(*self.place(view, frame_F)))
+        bodies, chosen = self._known_bodies(view, tuple(body_indexes))
+        if type(found := ask(chosen)) is not int:
             G = found[4:].reshape(3, 3).copy()
             return view.of(SpatialInertia_)._make(found.item(0), found[1:4].copy(), G)
         total = self._contexts.view(context).of(SpatialInertia_).Zero()
@@ -362,14 +378,16 @@ class Kinematics:
         return total
 
     def _known_bodies(self, view: View, indexes: tuple[BodyIndex, ...]) -> tuple[list[RigidBody], np.ndarray]:
-        """Bodies and their rows, the same array while the same bodies are asked for."""
+        """Bodies, and what queries take for them; the same while the same bodies are asked for."""
         known = self._bodies_of
         if known is None or known[0] != indexes:
             rows = [int(i) for i in indexes]
             if len(set(rows)) < len(rows):
                 raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
             bodies = [self._elements.bodies.get(i, "get_body") for i in indexes]
-            known = self._bodies_of = indexes, bodies, view.frozen.rows[rows]
+            chosen = np.zeros(view.nb)
+            chosen[view.frozen.rows[rows]] = 1.0
+            known = self._bodies_of = indexes, bodies, chosen
         return known[1:]
 
     # --- energy

@@ -11,10 +11,15 @@ LARGEST = np.finfo(np.float64).max
 
 
 @kernel(top=True)
-def write_finite(
-    given: Vector, target: Vector, changes: IntVector, from_python: IntVector, written: IntVector, level: int
-) -> int:
+def write_finite(given: Vector, target: Vector, side: IntVector, room: IntVector, level: int) -> int:
     """Copies numbers into a context and counts the change as `Store.touch` would.
+
+    Args:
+        given: The numbers.
+        target: Where they belong.
+        side: The side of the context; its first three words are the counters of changes.
+        room: See `Store.rooms`.
+        level: Of the counter of the state.
 
     Returns:
         0, or 1 when a number is infinite or nan; nothing is written then.
@@ -24,26 +29,22 @@ def write_finite(
             return 1
     for k in range(given.shape[0]):
         target[k] = given[k]
-    count_change(changes, from_python, written, level)
+    count_change(side, room, level)
     return 0
 
 
 @kernel(top=True)
-def write_number(
-    given: float, target: Vector, changes: IntVector, from_python: IntVector, written: IntVector, level: int
-) -> int:
+def write_number(given: float, target: Vector, side: IntVector, room: IntVector, level: int) -> int:
     """`write_finite` of one number."""
     if not (given >= -LARGEST and given <= LARGEST):
         return 1
     target[0] = given
-    count_change(changes, from_python, written, level)
+    count_change(side, room, level)
     return 0
 
 
 @kernel(top=True)
-def write_pose(
-    R: Matrix, p: Vector, target: Vector, changes: IntVector, from_python: IntVector, written: IntVector, level: int
-) -> int:
+def write_pose(R: Matrix, p: Vector, target: Vector, side: IntVector, room: IntVector, level: int) -> int:
     """`write_finite` of a pose, as a quaternion and a position."""
     for i in range(3):
         for k in range(3):
@@ -54,18 +55,17 @@ def write_pose(
     R_FM = (R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2], R[2, 0], R[2, 1], R[2, 2])
     write4(target, 0, quaternion_of_rotation(R_FM))
     write3(target, 4, read3(p, 0))
-    count_change(changes, from_python, written, level)
+    count_change(side, room, level)
     return 0
 
 
 @kernel
-def count_change(changes, from_python, written, level):
+def count_change(side, room, level):
     """What `Store.touch` does."""
     for k in range(level, 3):
-        changes[k] += 1
-        from_python[k] += 1
-    from_python[3] += 1
-    written[0] += 1
+        side[k] += 1
+        room[k] += 1
+    room[3] += 1
 
 
 # ---- ports

@@ -117,7 +117,7 @@ class AppliedForces:
         The latter have shape (num_bodies, 6), and hold until the next call.
         """
         view = self._contexts.view(context)
-        if view.dtype == float:
+        if view.S.dtype == float:
             return self._of_floats(context, view)
         F_Bo_W, F = self.on_bodies(context, view.X_WB()), view.zeros(view.nb, 6)
         if F_Bo_W is None:

@@ -14,7 +14,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
-from sheldrake.multibody.plant._context.view import no_rotation
+from sheldrake.multibody.plant._context.queries import no_rotation
 from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY

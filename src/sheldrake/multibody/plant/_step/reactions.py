@@ -72,7 +72,7 @@ class Reactions:
         room = self._room_for(view, work, results.num_point_pair_contacts())
         _fill_contacts(room, results, model.row_list)
         room.vdot[:] = self._reports.generalized_acceleration(context)
-        room.other[:] = 0.0 if view.dtype == float else view.zeros(1)[0]
+        room.other[:] = 0.0 if view.S.dtype == float else view.zeros(1)[0]
         self._add_other_forces(context, work, results, room)
         if status := room.run():
             raise RuntimeError(f"reaction_forces: calc_reactions() returned status {status}.")

@@ -228,7 +228,7 @@ def calc_point_position(
 
 
 @kernel(top=True, short_loops=True)
-def calc_jacobian_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, J: Matrix) -> int:
+def calc_jacobian_of_centre(model: TreeModel, work: TreeWork, mask: Vector, J: Matrix) -> int:
     """Jacobian of the velocity of the centre of mass of the masked bodies, in W, shape (3, nv); needs `body_inertias`.
 
     Returns:
@@ -237,7 +237,7 @@ def calc_jacobian_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, J
     mass = work[0].mass * 0.0
     clear(J)
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             body = work[b]
             mass = mass + body.mass
             k = model.bodies[b].tip
@@ -254,7 +254,7 @@ def calc_jacobian_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, J
 
 
 @kernel(top=True, short_loops=True)
-def calc_inertia(model: TreeModel, p: Vector, work: TreeWork, mask: IntVector, ends: Frames, inertia: Vector) -> int:
+def calc_inertia(model: TreeModel, p: Vector, work: TreeWork, mask: Vector, ends: Frames, inertia: Vector) -> int:
     """Mass, centre of mass and unit inertia, by rows, of the masked bodies about the origin of frame A, expressed in A.
 
     Shape (13,); needs `body_inertias`.
@@ -266,7 +266,7 @@ def calc_inertia(model: TreeModel, p: Vector, work: TreeWork, mask: IntVector, e
     zero = work[0].mass * 0.0
     total = (zero, (zero, zero, zero), (zero, zero, zero, zero, zero, zero))
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             total = add_inertia(total, seen_from(work[b].inertia, sub3(work[model.bodies[b].root].p_WB, p_WA)))
     mass, moment, second = total
     if is_zero(mass):

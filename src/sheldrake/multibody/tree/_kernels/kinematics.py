@@ -142,15 +142,28 @@ NO_ROTATION = 124
 
 @kernel(top=True)
 def poses_of_rotations(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> int:
-    """`position_kinematics`, unless a quaternion is zero: then a status."""
+    """`position_kinematics` in a workspace that may be zeros, unless a quaternion is zero: then a status."""
     for b in range(1, len(model.bodies)):
         body = model.bodies[b]
         if body.kind == FREE or body.kind == QUATERNION:
             w, x, y, z = read4(q, body.first_q)
             if w == 0.0 and x == 0.0 and y == 0.0 and z == 0.0:
                 return NO_ROTATION
+    begin_work(model, work)
     position_kinematics(model, p, work, q)
     return 0
+
+
+@kernel
+def begin_work(model, work):
+    """What stages never change: the pose of the world, cosines where no joint is, and how free bodies move."""
+    work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    for k in range(model.turn.shape[0], work.cosine.shape[0]):
+        work.cosine[k] = 1.0
+    for b in range(1, len(model.bodies)):
+        if model.bodies[b].kind == FREE:
+            for k in range(6):
+                work.S[model.bodies[b].first_dof + k, k] = 1.0
 
 
 @kernel

@@ -221,20 +221,21 @@ def num_packed(model: TreeModel) -> int:
     return int(np.sum(model.dof[:, Dof.depth] + 1))
 
 
-def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
-    """A workspace in the state every stage expects: the world's row is set, and the rows of S that never change."""
+def shapes_of_work(model: TreeModel) -> list[tuple[int, ...]]:
+    """Of the arrays of a `TreeWork`."""
     nb, nv, packed = len(model.body), len(model.dof), num_packed(model)
     turns = 4 * -(-len(model.turn) // 4)
+    of_bodies = [(nb, n) for n in (6, 6, BodyInertia.SIZE, 3, CompositeInertia.SIZE, 6)]
+    return [*[(turns,)] * 3, (nb, BodyPose.SIZE), (nv, 6), *of_bodies, (packed,), (packed,), (nv,)]
 
-    def zeros(*shape: int) -> np.ndarray:
+
+def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
+    """A workspace in the state every stage expects: the world's row is set, and the rows of S that never change."""
+
+    def zeros(shape: tuple[int, ...]) -> np.ndarray:
         return np.zeros(shape) if dtype is float else np.full(shape, 0.0, dtype=dtype)
 
-    work = TreeWork(
-        angle=zeros(turns), sine=zeros(turns), cosine=zeros(turns),
-        X_WB=zeros(nb, BodyPose.SIZE), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6),
-        inertia=zeros(nb, BodyInertia.SIZE), gravity=zeros(nb, 3), composite=zeros(nb, CompositeInertia.SIZE),
-        F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
-    )  # fmt: skip
+    work = TreeWork(*map(zeros, shapes_of_work(model)))
     work.cosine[:] = 1.0  # of no angle: so it stays in the room behind the last joint
     work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for row in np.flatnonzero(model.body[:, Body.kind] == FREE):

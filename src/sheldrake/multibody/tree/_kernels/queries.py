@@ -165,22 +165,22 @@ def mass_of(model, work, mask):
     """Mass of the masked bodies [kg]."""
     mass = work[0].mass * 0.0
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             mass = mass + work[b].mass
     return mass
 
 
 @kernel(top=True, short_loops=True)
-def calc_mass(model: TreeModel, p: Vector, mask: IntVector, mass: Vector) -> None:
+def calc_mass(model: TreeModel, p: Vector, mask: Vector, mass: Vector) -> None:
     """Mass of the masked bodies [kg], shape (1,)."""
     mass[0] = 0.0
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             mass[0] += p[model.bodies[b].inertia]
 
 
 @kernel(top=True, short_loops=True)
-def calc_centre_of_mass(model: TreeModel, work: TreeWork, mask: IntVector, centre: Vector) -> int:
+def calc_centre_of_mass(model: TreeModel, work: TreeWork, mask: Vector, centre: Vector) -> int:
     """Centre of mass [m] of the masked bodies, in W, shape (3,); needs `body_inertias`.
 
     Returns:
@@ -191,7 +191,7 @@ def calc_centre_of_mass(model: TreeModel, work: TreeWork, mask: IntVector, centr
         return 1
     write3(centre, 0, (0.0, 0.0, 0.0))
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             write3(centre, 0, add3(read3(centre, 0), first_moment(model, work, b)))
     divide3(centre, mass)
     return 0
@@ -205,7 +205,7 @@ def divide3(x, divisor):
 
 
 @kernel(top=True, short_loops=True)
-def calc_velocity_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, v: Vector) -> int:
+def calc_velocity_of_centre(model: TreeModel, work: TreeWork, mask: Vector, v: Vector) -> int:
     """Velocity of the centre of mass of the masked bodies [m/s], in W, shape (3,).
 
     Needs `body_inertias` and `velocity_kinematics`.
@@ -218,7 +218,7 @@ def calc_velocity_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, v
         return 1
     write3(v, 0, (0.0, 0.0, 0.0))
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             _, l = mul_inertia(work[b].inertia, work[b].V_WB)
             write3(v, 0, add3(read3(v, 0), l))
     divide3(v, mass)
@@ -233,7 +233,7 @@ def first_moment(model, work, b):
 
 
 @kernel(top=True, short_loops=True)
-def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vector, L: Vector) -> None:
+def calc_momentum(model: TreeModel, work: TreeWork, mask: Vector, point: Vector, L: Vector) -> None:
     """Spatial momentum of the masked bodies about a point of W [kg m²/s, kg m/s], in W, shape (6,).
 
     Needs `body_inertias` and `velocity_kinematics`.
@@ -241,7 +241,7 @@ def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vect
     p_WP = read3(point, 0)
     write6(L, 0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             p_PRoot = sub3(work[model.bodies[b].root].p_WB, p_WP)
             h, l = mul_inertia(work[b].inertia, work[b].V_WB)
             h = add3(h, cross3(p_PRoot, l))
@@ -254,7 +254,7 @@ def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vect
 
 
 @kernel(top=True, short_loops=True)
-def calc_acceleration_of_centre(model: TreeModel, work: TreeWork, mask: IntVector, A_WB: Matrix, a: Vector) -> int:
+def calc_acceleration_of_centre(model: TreeModel, work: TreeWork, mask: Vector, A_WB: Matrix, a: Vector) -> int:
     """Acceleration of the centre of mass of the masked bodies [m/s²], in W, shape (3,); `A_WB` are of their origins.
 
     Needs `body_inertias` and `velocity_kinematics`.
@@ -267,7 +267,7 @@ def calc_acceleration_of_centre(model: TreeModel, work: TreeWork, mask: IntVecto
         return 1
     write3(a, 0, (0.0, 0.0, 0.0))
     for b in range(1, len(model.bodies)):
-        if mask[b] != 0:
+        if mask[b] != 0.0:
             body = work[b]
             w, _ = body.V_WB
             alpha, a_Bo = load6(A_WB, b)

@@ -85,7 +85,7 @@ class Act(NamedTuple):
     """Whether it does the same again while nothing changes."""
 
 
-_OWN = frozenset({"systems", "structures", "stores", "prototypes", "_chosen", "rows", "_models", "_calls"})
+_OWN = frozenset({"systems", "structures", "stores", "prototypes", "_chosen", "rows", "_models", "_calls", "queried"})
 """Attributes of a layout that belong to its systems."""
 
 
@@ -100,6 +100,8 @@ class Layout(Memory):
         self.systems = tree_of(root)
         self.structures = structures or {}
         self.stores = weakref.WeakSet()
+        self.queried: dict[int, Any] = {}
+        """By leaf, what it asks all contexts of this layout with."""
         family = Family() if structures else family_of(self.systems, overrides)
         if not (family.members and self._is_like(family)):
             self._build(root, overrides)

@@ -28,7 +28,7 @@ from sheldrake.systems.framework._vector import BasicVector, lifted
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._engine.freshness import Sources
-    from sheldrake.systems.framework._engine.memory import Slot
+    from sheldrake.systems.framework._engine.memory import Place, Slot
     from sheldrake.systems.framework._system import System
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
@@ -36,6 +36,9 @@ _BESIDES_CONTINUOUS = ((0, 1), (1,), ())
 """Counters that grow, beside that of what is continuous, when a source of a level is written."""
 FAILED = -1000
 """Status of a Python row that raised, or reported failure."""
+_NEW = 3
+"""In a room: writes of the leaf's state by kernels that Python called, since somebody looked; before them, all of their
+changes of each level. What follows is the leaf's own."""
 _KEPT = ("uncached", "frozen", "stopped", "goes_on")
 """What a context is told stays so when its memory moves."""
 
@@ -134,9 +137,8 @@ class Store:
         self.cache: dict[tuple[int | str, int], Any] = {}
         self.serials: defaultdict[Any, int] = defaultdict(int)
         self.computed_from: dict[int, tuple] = {}  # stamps of output rows that name their sources
-        self.mine = [0, 0, 0]  # how many of the changes in I are from Python; by_python: and its kernels; their writes
-        self.by_python = np.zeros(4, np.int64)
-        self.written: list[tuple[Any, Any]] = []
+        self.mine = [0, 0, 0]  # how many of the changes in I are from Python; those of its kernels say `rooms`
+        self.rooms: dict[int, np.ndarray] = {}  # by leaf, what queries from Python leave for each other
         self.contexts: dict[int, weakref.ref[Any]] = {}
         self.targets: dict[Any, Any] = {}  # what rows that are Python functions fill
         self.python_arguments: dict[int, tuple] = {}
@@ -223,29 +225,19 @@ class Store:
 
     def stamp(self, sources: Sources) -> tuple:
         """Changes whenever one of the sources does."""
-        by_kernels = self.by_python
-        if by_kernels[3]:
-            self._note_written()
+        rooms = self.rooms
+        for n, room in rooms.items():
+            if room[_NEW]:
+                self.serials[state_source(self.layout.places[n], n)] += int(room[_NEW])
+                room[_NEW] = 0
         if self.scalar is float:
             numbers = [self.S[a:b].tobytes() for a, b in sources.places]
             level, keys = sources.other_level, sources.other_keys
         else:
             numbers, level, keys = [], sources.level, sources.keys
         get = self.serials.get
-        by_loop = self.i[level] - self.mine[level] - int(by_kernels[level]) if level else 0
+        by_loop = self.i[level] - self.mine[level] - sum([int(room[level]) for room in rooms.values()]) if level else 0
         return (by_loop, *numbers, *[get(key, 0) for key in keys])
-
-    def count_writes_of(self, source: object) -> np.ndarray:
-        """A number, shape (1,), for kernels that write a source: each adds one, and one to `by_python[3]`."""
-        number = np.zeros(1, np.int64)
-        self.written.append((source, number))
-        return number
-
-    def _note_written(self) -> None:
-        self.by_python[3] = 0
-        for source, number in self.written:
-            self.serials[source] += int(number[0])
-            number[0] = 0
 
     def fix(self, n: int, i: int, value: np.ndarray | AbstractValue, anew: bool = False) -> None:
         """Fixes an input port; a connected one gets memory of its own, as soon as memory may move.
@@ -610,6 +602,7 @@ class Store:
         for r in self.values:
             new.I[self.layout.stamp0 + r] = 0
         new.unsettled, new.waiting = self.unsettled, self.waiting.copy()
+        new.rooms = {n: room.copy() for n, room in self.rooms.items()}
         return new
 
     def on(self, S: np.ndarray, I: np.ndarray, L: np.ndarray) -> Store:
@@ -632,6 +625,11 @@ def _argument(parameter: Parameter, array: np.ndarray) -> Any:
     return parameter.cls(array) if parameter.kind == "tuple" else array
 
 
+def state_source(place: Place, n: int) -> tuple[str, int]:
+    """What the only state of a leaf, discrete or continuous, is called among sources that are written."""
+    return ("xd", place.groups[0]) if place.groups[1] > place.groups[0] else ("xc", n)
+
+
 def not_connected(system: System, i: int, exported: tuple[Any, int] | None = None) -> RuntimeError:
     """The error for an input port without a value."""
     also = ""
@@ -643,4 +641,4 @@ def not_connected(system: System, i: int, exported: tuple[Any, int] | None = Non
     )
 
 
-__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "not_connected"]
+__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "not_connected", "state_source"]
