@@ -1,5 +1,9 @@
 """SDFormat: `<model>` and `<world>` elements to model descriptions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .._files.xml import Element
@@ -16,10 +20,13 @@ from .joints import drop_impossible_couplers, read_drake_joint, read_joint
 from .prepare import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
 from .specification import refuse_undefined, refuse_undefined_attribute
 
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+
 _LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual", "drake:surface_velocity_axis")
 
 
-def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[ModelDescription]":
+def read_sdf(root: Element, reading: Reading, model_name: str = "") -> list[ModelDescription]:
     """The models that an SDFormat document describes; a world is one description of its own kind.
 
     Args:
@@ -61,7 +68,7 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[Mod
     return result
 
 
-def _read_world(element: Element, reading: Reading, version) -> ModelDescription:
+def _read_world(element: Element, reading: Reading, version: tuple[int, int]) -> ModelDescription:
     from sheldrake.math import RigidTransform
 
     name = reading.name(element, "<world>")
@@ -93,7 +100,7 @@ def _read_world(element: Element, reading: Reading, version) -> ModelDescription
     return description
 
 
-def _describe(model: PreparedModel, X_WM) -> ModelDescription:
+def _describe(model: PreparedModel, X_WM: RigidTransform) -> ModelDescription:
     """The description of a model placed at X_WM."""
     reading, scope = model.reading, model.scope
     description = ModelDescription(model.element.where, model.name)
@@ -119,7 +126,7 @@ def _describe(model: PreparedModel, X_WM) -> ModelDescription:
     return description
 
 
-def _describe_nested(model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _describe_nested(model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     for place, inner in model.nested:
         X_WN = X_WM @ model.scope.pose(place.name, place.where)
         if isinstance(inner, PreparedModel):
@@ -134,7 +141,7 @@ def _describe_nested(model: PreparedModel, X_WM, description: ModelDescription) 
             description.nested.append(inner)
 
 
-def _describe_link(element: Element, model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _describe_link(element: Element, model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     reading, scope = model.reading, model.scope
     name = element.get("name")
     if element.find("drake:deformable_properties") is not None:
@@ -161,7 +168,7 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
     description.bodies.append(body)
 
 
-def _describe_joints(model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _describe_joints(model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     for element in model.elements:
         if element.tag == "joint" and element.get("type") == "gearbox":
             read_gearbox(element, description, model.scope, model.version, model.reading)
@@ -185,7 +192,7 @@ def _describe_frames(model: PreparedModel, description: ModelDescription) -> Non
         description.elements.append(FrameDescription(element.where, name, base, X_BF))
 
 
-def _weld_to_world(model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _weld_to_world(model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     """Welds to the world what no fixed joint of a static model holds yet."""
     held = {joint.child.name for joint in description.joints() if not joint.child.scope}
     for body in description.bodies:

@@ -181,6 +181,7 @@ def _align_plane(joint: JointDescription) -> None:
     """A planar joint moves in the x-y plane of its frames: turns both so that z is the axis of the file."""
     from sheldrake.math import RigidTransform
 
+    assert joint.axis is not None
     X_FPlane = RigidTransform(rotation_from_z(joint.axis), np.zeros(3))
     joint.X_PF = joint.X_PF @ X_FPlane
     joint.X_CM = X_FPlane
