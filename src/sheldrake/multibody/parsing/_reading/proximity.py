@@ -109,7 +109,7 @@ def _read_friction(
     for tag in _FRICTION:
         element = block.find(tag)
         value = None if element is None else number_of(element)
-        if value is not None and value < 0.0:
+        if element is not None and value is not None and value < 0.0:
             reading.fail(element, f"<{tag}> must not be negative, found {value:g}.")
         found.append(value)
     static, dynamic = found

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from .._files.diagnostics import DiagnosticPolicy, Location
+from .._files.diagnostics import DiagnosticPolicy, Location, Placed
 from .._files.package_map import PackageMap, resolve_uri
 from .._files.xml import Element, parse_xml, read_bytes
 from .remembered import Address, Questions
@@ -74,11 +74,11 @@ class Reading:
     passed_over: set[Location] = field(default_factory=set)
     questions: Questions = field(default_factory=Questions)
 
-    def warn(self, where, message: str) -> None:
+    def warn(self, where: Location | Placed, message: str) -> None:
         """Reports a warning at an element, description or location."""
         self.policy.Warning(where, message)
 
-    def fail(self, where, message: str) -> NoReturn:
+    def fail(self, where: Location | Placed, message: str) -> NoReturn:
         """Reports an error; never returns.
 
         Raises:
@@ -239,7 +239,7 @@ class Reading:
                 self.note_unknown(element)
             rest += element.children
 
-    def _warn_unread(self, where, name: str, message: str) -> None:
+    def _warn_unread(self, where: Location | Placed, name: str, message: str) -> None:
         refused = self.strictly_refused is None or name in self.strictly_refused
         (self.policy.Warning if refused else self.policy.Note)(where, message)
 

@@ -37,8 +37,6 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> list[Mode
     Raises:
         ParseError: When the document is not usable SDFormat.
     """
-    from sheldrake.math import RigidTransform
-
     reading.loose_numbers = True
     reading.refuse_undefined = refuse_undefined
     reading.refuse_undefined_attribute = refuse_undefined_attribute
@@ -58,11 +56,13 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> list[Mode
         pose = element.find("pose")
         X_WM = read_pose(pose, reading)
         if reference_of_pose(pose) not in ("", "world"):
-            reading.fail(pose, f"Model '{prepared.name}' stands alone: its pose cannot be relative to anything.")
+            reading.fail(
+                pose or element, f"Model '{prepared.name}' stands alone: its pose cannot be relative to anything."
+            )
         placement = element.get("placement_frame")
         if placement:
             X_WM = X_WM @ prepared.scope.pose(placement, element.where).inverse()
-        description = _describe(prepared, X_WM if X_WM is not None else RigidTransform())
+        description = _describe(prepared, X_WM)
         check_model(description, reading.policy, may_loop=True)
         result.append(description)
     return result
@@ -87,7 +87,10 @@ def _read_world(element: Element, reading: Reading, version: tuple[int, int]) ->
     reading.warn_unknown(element, ("model", "include", "frame", "joint", "gravity"), ("name",), (*silent, "road"))
     gravity = child_vector(element, "gravity", 3, reading)
     if gravity is not None and not np.allclose(gravity, (0.0, 0.0, -9.81), atol=0.02):
-        reading.warn(element.find("gravity"), "The <gravity> of a world is ignored; set it with plant.gravity_field().")
+        reading.warn(
+            element.find("gravity") or element,
+            "The <gravity> of a world is ignored; set it with plant.gravity_field().",
+        )
     scope = SdfScope(name, element.where, reading, is_world=True)
     world = PreparedModel(element, name, reading, version, scope, is_static=False)
     gather(world)

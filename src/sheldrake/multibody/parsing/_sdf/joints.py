@@ -246,7 +246,8 @@ def _read_pitch(element: Element, reading: Reading) -> float:
     if old == 0.0:
         reading.fail(element, "<thread_pitch> must not be zero.")
     reading.warn(
-        element.find("thread_pitch"), "<thread_pitch> is outdated; write <screw_thread_pitch> in metres a turn."
+        element.find("thread_pitch") or element,
+        "<thread_pitch> is outdated; write <screw_thread_pitch> in metres a turn.",
     )
     return -2.0 * np.pi / old
 

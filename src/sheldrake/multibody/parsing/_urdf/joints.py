@@ -72,7 +72,7 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
     else:
         joint.limits = _read_limits(element, name, reading)
         if kind == "screw" and np.isfinite(joint.limits.effort):  # as in Drake
-            reading.warn(element.find("limit"), f"Joint '{name}' is a screw: its effort limit is ignored.")
+            reading.warn(element.find("limit") or element, f"Joint '{name}' is a screw: its effort limit is ignored.")
             joint.limits = dataclasses.replace(joint.limits, effort=np.inf)
     joint.damping = _read_dynamics(element, joint, joint_type, reading)
     if kind == "planar":
