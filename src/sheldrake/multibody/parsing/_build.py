@@ -1,8 +1,10 @@
 """A model description to a MultibodyPlant, in the order in which Drake adds things."""
 
+from __future__ import annotations
+
 import copy
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,8 +29,12 @@ from ._model.description import (
     WeldConstraintDescription,
 )
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import RigidBody
 
-def unused_name(plant, wanted: str) -> str:
+
+def unused_name(plant: MultibodyPlant, wanted: str) -> str:
     """The name for a model instance, with a number behind it where a plant has one of that name."""
     name, number = wanted, 0
     while plant.HasModelInstanceNamed(name):
@@ -40,14 +46,16 @@ def unused_name(plant, wanted: str) -> str:
 class ModelBuilder:
     """Adds described models to a plant."""
 
-    def __init__(self, plant, policy: DiagnosticPolicy, filters: FilterGroupCollector, auto_rename: bool):
+    def __init__(
+        self, plant: MultibodyPlant, policy: DiagnosticPolicy, filters: FilterGroupCollector, auto_rename: bool
+    ):
         self._plant = plant
         self._policy = policy
         self._filters = filters
         self._auto_rename = auto_rename
         self._frames: dict[tuple, Any] = {}  # (scope of model names, local name) -> frame
         self._scope: tuple[str, ...] = ()
-        self._instance = None
+        self._instance: Any = None
         self._joints: dict[str, Any] = {}
         self._geometry = parts_of(plant).geometry
         self._has_geometry = plant.geometry_source_is_registered()
@@ -158,7 +166,7 @@ class ModelBuilder:
         if self._has_geometry:
             self._add_geometry(description, body)
 
-    def _add_geometry(self, description: BodyDescription, body) -> None:
+    def _add_geometry(self, description: BodyDescription, body: RigidBody) -> None:
         if description.shapes is not None:
             self._geometry.register_again(body, description.shapes)
             return
@@ -166,7 +174,7 @@ class ModelBuilder:
         if not description.is_world and all(_own(v.perception) is v.perception for v in description.visuals):
             description.shapes = tuple(_shapes(description))
 
-    def _add_new_geometry(self, description: BodyDescription, body) -> None:
+    def _add_new_geometry(self, description: BodyDescription, body: RigidBody) -> None:
         from sheldrake.geometry import GeometryInstance
 
         for geometry in description.geometries():
@@ -201,7 +209,7 @@ class ModelBuilder:
                 collision, f"The collision mesh '{file}' has an unknown file type; those that can be read are {known}."
             )
 
-    def _frame(self, reference: FrameReference):
+    def _frame(self, reference: FrameReference) -> Any:
         if reference.is_world:
             return self._plant.world_frame()
         return self._frames[(*self._scope, *reference.scope), reference.name]
@@ -381,7 +389,7 @@ def _make_spring(joint, rest: float, stiffness: float):
     return getattr(tree, joint._type.spring)(joint, rest, stiffness)
 
 
-def _solver_takes_constraints(plant) -> bool:
+def _solver_takes_constraints(plant: MultibodyPlant) -> bool:
     from sheldrake.multibody.plant import DiscreteContactSolver
 
     return plant.time_step() == 0.0 or plant.get_discrete_contact_solver() != DiscreteContactSolver.kTamsi

@@ -1,9 +1,15 @@
 """Collision filter groups: what parsed files say, and its application to a scene graph."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from ._files.diagnostics import DiagnosticPolicy
 from ._model.description import FilterGroupDescription
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
 
 
 class CollisionFilterGroups:
@@ -13,7 +19,7 @@ class CollisionFilterGroups:
         self._groups: dict[str, set[str]] = {}
         self._pairs: set[tuple[str, str]] = set()
 
-    def AddGroup(self, name: str, members: "Iterable[str]") -> None:
+    def AddGroup(self, name: str, members: Iterable[str]) -> None:
         """Adds a group of bodies.
 
         Raises:
@@ -23,7 +29,7 @@ class CollisionFilterGroups:
             raise RuntimeError(f"CollisionFilterGroups.AddGroup(): group '{name}' is already defined.")
         self._groups[name] = set(members)
 
-    def AddExclusionPair(self, pair: "tuple[str, str]") -> None:
+    def AddExclusionPair(self, pair: tuple[str, str]) -> None:
         """Adds a pair of groups whose bodies do not collide; a group paired with itself has no inner collisions."""
         first, second = pair
         self._pairs.add((min(first, second), max(first, second)))
@@ -32,11 +38,11 @@ class CollisionFilterGroups:
         """True when there are neither groups nor pairs."""
         return not self._groups and not self._pairs
 
-    def groups(self) -> "dict[str, set[str]]":
+    def groups(self) -> dict[str, set[str]]:
         """The members of every group."""
         return {name: set(members) for name, members in self._groups.items()}
 
-    def exclusion_pairs(self) -> "set[tuple[str, str]]":
+    def exclusion_pairs(self) -> set[tuple[str, str]]:
         """The pairs, each in alphabetical order."""
         return set(self._pairs)
 
@@ -57,7 +63,7 @@ class FilterGroupCollector:
     Groups and bodies are kept as (model instance, local name), so that reported names follow a renamed instance.
     """
 
-    def __init__(self, plant):
+    def __init__(self, plant: MultibodyPlant):
         self._plant = plant
         self._members: dict[tuple, set] = {}
         self._pairs: set[frozenset] = set()

@@ -1,8 +1,10 @@
 """Where a message comes from, and what happens to it: one policy for every warning and error of a parse."""
 
+from __future__ import annotations
+
 import logging
 from collections.abc import Callable
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn, Protocol
 
 _LOG = logging.getLogger("drake")
 
@@ -21,6 +23,13 @@ class Location(NamedTuple):
             if self.column:
                 parts.append(str(self.column))
         return ":".join(parts)
+
+
+class Placed(Protocol):
+    """Something that is at a place in an input file: an element, or a description."""
+
+    @property
+    def where(self) -> Location: ...
 
 
 class ParseError(RuntimeError):
@@ -64,15 +73,15 @@ class DiagnosticPolicy:
         self._on_error: Callable[[DiagnosticDetail], None] | None = None
         self.warnings_are_errors = False
 
-    def SetActionForWarnings(self, action: "Callable[[DiagnosticDetail], None] | None") -> None:
+    def SetActionForWarnings(self, action: Callable[[DiagnosticDetail], None] | None) -> None:
         """Calls `action(detail)` for every warning from now on; None restores the default."""
         self._on_warning = action
 
-    def SetActionForErrors(self, action: "Callable[[DiagnosticDetail], None] | None") -> None:
+    def SetActionForErrors(self, action: Callable[[DiagnosticDetail], None] | None) -> None:
         """Calls `action(detail)` for every error, before it is raised; None restores the default."""
         self._on_error = action
 
-    def Warning(self, where, message: str) -> None:
+    def Warning(self, where: Location | Placed, message: str) -> None:
         """Reports a warning at `where` (a `Location` or anything with a `where`).
 
         Raises:
@@ -82,7 +91,7 @@ class DiagnosticPolicy:
             self.Error(where, message)
         self.Note(where, message)
 
-    def Note(self, where, message: str) -> None:
+    def Note(self, where: Location | Placed, message: str) -> None:
         """Reports a warning at `where` that strict parsing does not mind: what Drake passes over in silence."""
         detail = DiagnosticDetail(location_of(where), message)
         if self._on_warning is not None:
@@ -90,7 +99,7 @@ class DiagnosticPolicy:
         else:
             _LOG.warning("%s", detail.FormatWarning())
 
-    def Error(self, where, message: str) -> NoReturn:
+    def Error(self, where: Location | Placed, message: str) -> NoReturn:
         """Reports an error at `where`; never returns.
 
         Raises:
@@ -102,6 +111,6 @@ class DiagnosticPolicy:
         raise ParseError(location, message)
 
 
-def location_of(where) -> Location:
+def location_of(where: Location | Placed) -> Location:
     """The `Location` of an element, a description, or a location itself."""
     return where if isinstance(where, Location) else where.where

@@ -1,11 +1,17 @@
 """MJCF bookkeeping: compiler settings, default classes, orientations."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._files.xml import Element
 from .._reading.reading import Reading, rotation_from_z
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform, RotationMatrix
 
 _ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 MAIN_CLASS = "main"
@@ -20,10 +26,10 @@ class Compiler:
     autolimits: bool = True
     euler_sequence: str = "xyz"
     mesh_folder: str = ""
-    inertia_from_geom: "bool | None" = None  # None: only for bodies without <inertial>
+    inertia_from_geom: bool | None = None  # None: only for bodies without <inertial>
 
-    def angle(self, value):
-        """An angle of the file in radians."""
+    def angle(self, value: Any) -> Any:
+        """An angle of the file, or an array of them, in radians."""
         return np.deg2rad(value) if self.degrees else value
 
 
@@ -71,7 +77,7 @@ class Defaults:
 
     classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=lambda: {MAIN_CLASS: {}})
 
-    def read(self, element: Element, reading: Reading, outer: "str | None" = None) -> None:
+    def read(self, element: Element, reading: Reading, outer: str | None = None) -> None:
         """Adds a `<default>` element and those inside it."""
         reading.note_unknown(element, ("default", *_READ), ("class",))
         name = element.get("class") or MAIN_CLASS
@@ -103,7 +109,7 @@ class Defaults:
         return copy
 
 
-def read_pose(element: Element, compiler: Compiler, reading: Reading):
+def read_pose(element: Element, compiler: Compiler, reading: Reading) -> RigidTransform:
     """The pose in `pos` and one of the orientation attributes."""
     from sheldrake.math import RigidTransform
 
@@ -111,7 +117,7 @@ def read_pose(element: Element, compiler: Compiler, reading: Reading):
     return RigidTransform(_read_rotation(element, compiler, reading), position)
 
 
-def _read_rotation(element: Element, compiler: Compiler, reading: Reading):
+def _read_rotation(element: Element, compiler: Compiler, reading: Reading) -> RotationMatrix:
     from sheldrake.math import RotationMatrix
 
     given = [name for name in _ORIENTATIONS if name in element.attributes]
@@ -122,14 +128,14 @@ def _read_rotation(element: Element, compiler: Compiler, reading: Reading):
     return _ROTATIONS[given[0]](element, compiler, reading)
 
 
-def _unit(vector, element: Element, reading: Reading) -> np.ndarray:
+def _unit(vector: np.ndarray, element: Element, reading: Reading) -> np.ndarray:
     length = float(np.linalg.norm(vector))
     if length < 1e-10:
         reading.fail(element, f"The orientation of this <{element.tag}> is zero.")
     return vector / length
 
 
-def _from_quat(element: Element, _compiler: Compiler, reading: Reading):
+def _from_quat(element: Element, _compiler: Compiler, reading: Reading) -> RotationMatrix:
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math import RotationMatrix
 
@@ -137,19 +143,19 @@ def _from_quat(element: Element, _compiler: Compiler, reading: Reading):
     return RotationMatrix(Quaternion(w=w, x=x, y=y, z=z))
 
 
-def _about(axis: np.ndarray, angle: float):
+def _about(axis: np.ndarray, angle: float) -> RotationMatrix:
     from sheldrake.common.eigen_geometry import AngleAxis
     from sheldrake.math import RotationMatrix
 
     return RotationMatrix(AngleAxis(angle=angle, axis=axis))
 
 
-def _from_axis_angle(element: Element, compiler: Compiler, reading: Reading):
+def _from_axis_angle(element: Element, compiler: Compiler, reading: Reading) -> RotationMatrix:
     values = reading.vector(element, "axisangle", 4)
     return _about(_unit(values[:3], element, reading), compiler.angle(values[3]))
 
 
-def _from_euler(element: Element, compiler: Compiler, reading: Reading):
+def _from_euler(element: Element, compiler: Compiler, reading: Reading) -> RotationMatrix:
     """Small letters turn about the moving axes, capital letters about the fixed ones."""
     from sheldrake.math import RotationMatrix
 
@@ -160,7 +166,7 @@ def _from_euler(element: Element, compiler: Compiler, reading: Reading):
     return R
 
 
-def _from_xy_axes(element: Element, _compiler: Compiler, reading: Reading):
+def _from_xy_axes(element: Element, _compiler: Compiler, reading: Reading) -> RotationMatrix:
     from sheldrake.math import RotationMatrix
 
     values = reading.vector(element, "xyaxes", 6)
@@ -169,7 +175,7 @@ def _from_xy_axes(element: Element, _compiler: Compiler, reading: Reading):
     return RotationMatrix(np.column_stack([x, y, np.cross(x, y)]))
 
 
-def _from_z_axis(element: Element, _compiler: Compiler, reading: Reading):
+def _from_z_axis(element: Element, _compiler: Compiler, reading: Reading) -> RotationMatrix:
     return rotation_from_z(_unit(reading.vector(element, "zaxis", 3), element, reading))
 
 

@@ -1,6 +1,9 @@
 """MJCF: a `<mujoco>` element to a model description. The subset is Drake's; everything else gives a warning."""
 
+from __future__ import annotations
+
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +23,10 @@ from .._reading.reading import Reading
 from .actuators import read_actuator
 from .defaults import MAIN_CLASS, Compiler, Defaults, is_limited, read_compiler, read_pose
 from .geoms import Assets, read_geom, read_material_asset, read_mesh_asset, sum_mass
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.tree import SpatialInertia
 
 _SECTIONS = ("option", "compiler", "default", "asset", "worldbody", "actuator", "contact", "equality")
 _SILENT_SECTIONS = ("size", "custom", "include")
@@ -191,7 +198,7 @@ class _MjcfReader:
         self._model.elements.append(body)
         self._num_bodies += 1
 
-    def _read_inertial(self, element: Element, body: str):
+    def _read_inertial(self, element: Element, body: str) -> SpatialInertia:
         reading = self._reading
         reading.warn_unknown(element, attributes=("mass", "diaginertia", "fullinertia", *_ORIENTATION))
         mass = reading.number(element, "mass")
@@ -212,7 +219,7 @@ class _MjcfReader:
         return make_spatial_inertia(mass, X_BI, moments, products, lambda text: reading.warn(element, text))
 
     def _read_joints(
-        self, element: Element, body: BodyDescription, parent: BodyDescription, X_PB, child_class: str
+        self, element: Element, body: BodyDescription, parent: BodyDescription, X_PB: RigidTransform, child_class: str
     ) -> None:
         """Connects a body to its parent: welded, free, or by a chain of joints with massless bodies between them."""
         from sheldrake.math import RigidTransform
@@ -244,14 +251,18 @@ class _MjcfReader:
             self._read_joint(joint, inboard, outboard, X_PB if last else RigidTransform())
             inboard = outboard
 
-    def _check_free(self, free: Element, joints: "list[Element]", element: Element, parent, body: str) -> None:
+    def _check_free(
+        self, free: Element, joints: list[Element], element: Element, parent: BodyDescription, body: str
+    ) -> None:
         others = [joint for joint in joints if joint.get("type") != "free"]
         if others or len(element.find_all("freejoint")) + len(joints) > 1:
             self._reading.fail(free, f"Body '{body}' has a free joint and cannot have other joints.")
         if not parent.is_world:
             self._reading.fail(free, f"Body '{body}' has a free joint, so it must be a child of the world.")
 
-    def _read_joint(self, element: Element, parent: BodyDescription, child: BodyDescription, X_PB) -> None:
+    def _read_joint(
+        self, element: Element, parent: BodyDescription, child: BodyDescription, X_PB: RigidTransform
+    ) -> None:
         from sheldrake.math import RigidTransform
 
         reading = self._reading
@@ -349,7 +360,7 @@ def _reference(body: BodyDescription) -> FrameReference:
     return FrameReference(body.name, is_world=body.is_world)
 
 
-def _displacement(joint: JointDescription):
+def _displacement(joint: JointDescription) -> RigidTransform:
     """What the child has to be moved back by, so that the joint at its reference position shows the file's pose."""
     from sheldrake.common.eigen_geometry import AngleAxis
     from sheldrake.math import RigidTransform, RotationMatrix

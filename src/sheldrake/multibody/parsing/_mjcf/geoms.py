@@ -3,8 +3,11 @@
 Into the geometries of a `BodyDescription`; geoms with density add to the mass of their body.
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +18,13 @@ from .._model.description import GeometryDescription
 from .._reading.inertia import solid_properties
 from .._reading.reading import Reading, rotation_from_z
 from .defaults import Compiler, read_pose
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import Shape
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.tree import SpatialInertia
+
+    from .._model.description import BodyDescription
 
 DENSITY = 1000.0  # [kg/m^3] MuJoCo's default
 GREY = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's default colour
@@ -59,7 +69,7 @@ class Assets:
     """What `<asset>` declares, by name."""
 
     meshes: dict[str, MeshAsset]
-    colours: dict[str, "np.ndarray | None"]
+    colours: dict[str, np.ndarray | None]
 
 
 @dataclass
@@ -97,8 +107,14 @@ def read_material_asset(element: Element, assets: Assets, reading: Reading) -> N
 
 
 def read_geom(
-    element: Element, index: int, body, assets: Assets, compiler: Compiler, reading: Reading, weighs: bool = True
-) -> "MassElement | None":
+    element: Element,
+    index: int,
+    body: BodyDescription,
+    assets: Assets,
+    compiler: Compiler,
+    reading: Reading,
+    weighs: bool = True,
+) -> MassElement | None:
     """Adds a geom (defaults filled in) to a body; returns its mass; None without one, or when nobody asks."""
     reading.warn_unknown(element, attributes=_KNOWN, silent=_SILENT)
     name = element.get("name") or f"geom{index}"
@@ -112,7 +128,9 @@ def read_geom(
     return _read_mass(element, shape, X_BG, name, reading, weighs)
 
 
-def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler, reading: Reading):
+def _read_shape(
+    element: Element, name: str, assets: Assets, compiler: Compiler, reading: Reading
+) -> tuple[Shape, RigidTransform] | None:
     """(shape, X_BG), or None when the geom is ignored."""
     from sheldrake.geometry import HalfSpace, Mesh
 
@@ -156,7 +174,7 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
     return row.shape(*(needed / np.array(factors))), X_BG
 
 
-def _read_from_to(element: Element, name: str, reading: Reading):
+def _read_from_to(element: Element, name: str, reading: Reading) -> tuple[RigidTransform, float]:
     """Pose and half length of a shape that stretches between two points."""
     from sheldrake.math import RigidTransform
 
@@ -168,7 +186,9 @@ def _read_from_to(element: Element, name: str, reading: Reading):
     return RigidTransform(rotation_from_z(along), 0.5 * (points[:3] + points[3:])), 0.5 * length
 
 
-def _add_roles(description: GeometryDescription, element: Element, body, assets: Assets, reading: Reading) -> None:
+def _add_roles(
+    description: GeometryDescription, element: Element, body: BodyDescription, assets: Assets, reading: Reading
+) -> None:
     """Registers the geom for drawing unless its group is hidden, and for contact unless both masks are zero."""
     from sheldrake.geometry import IllustrationProperties, PerceptionProperties, ProximityProperties, Rgba
     from sheldrake.multibody.plant import CoulombFriction
@@ -225,13 +245,17 @@ def _read_colour(element: Element, name: str, assets: Assets, reading: Reading):
     return GREY if rgba is None else np.clip(rgba, 0.0, 1.0)
 
 
-def _read_mass(element: Element, shape, X_BG, name: str, reading: Reading, weighs: bool) -> "MassElement | None":
+def _read_mass(
+    element: Element, shape: Shape, X_BG: RigidTransform, name: str, reading: Reading, weighs: bool
+) -> MassElement | None:
+    from sheldrake.geometry import HalfSpace, Sphere
+
     mass, density = reading.number(element, "mass"), reading.number(element, "density", DENSITY)
     if (mass is not None and mass < 0.0) or density < 0.0:
         reading.fail(element, f"Geom '{name}': mass and density must not be negative.")
-    if not weighs or type(shape).__name__ == "HalfSpace":  # a large mesh takes a tenth of a second to weigh
+    if not weighs or isinstance(shape, HalfSpace):  # a large mesh takes a tenth of a second to weigh
         return None
-    if element.get("type", "sphere") == "sphere" and shape.radius() == 0.0:
+    if isinstance(shape, Sphere) and shape.radius() == 0.0:
         return MassElement(mass or 0.0, np.asarray(X_BG.translation()), np.zeros((3, 3)))
     volume, p_GoScm_G, I_SScm_G = solid_properties(shape, element, f"geom '{name}'", reading)
     mass = density * volume if mass is None else mass
@@ -240,7 +264,7 @@ def _read_mass(element: Element, shape, X_BG, name: str, reading: Reading, weigh
     return MassElement(mass, p_BoScm_B, mass / volume * R_BG @ I_SScm_G @ R_BG.T)
 
 
-def sum_mass(parts: "list[MassElement]"):
+def sum_mass(parts: list[MassElement]) -> SpatialInertia:
     """The spatial inertia of a body about its origin, M_BBo_B, from its parts."""
     from sheldrake.multibody.tree import RotationalInertia, SpatialInertia
 

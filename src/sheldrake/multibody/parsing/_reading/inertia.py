@@ -1,12 +1,33 @@
 """Spatial inertias of links from the numbers in a file, with a stand-in for impossible ones."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from sheldrake.geometry import Shape
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.tree import SpatialInertia
+
+    from .._files.diagnostics import Location
+    from .._files.xml import Element
+    from .._reading.reading import Reading
 
 FALLBACK_DENSITY = 1000.0  # [kg/m^3] of the solid sphere that stands in for an impossible inertia (water)
 FALLBACK_MASS = 1.0  # [kg] of that sphere when the mass itself is impossible
 
 
-def make_spatial_inertia(mass: float, X_BI, moments, products, warn):
+def make_spatial_inertia(
+    mass: float,
+    X_BI: RigidTransform,
+    moments: Sequence[float] | np.ndarray,
+    products: Sequence[float] | np.ndarray,
+    warn: Callable[[str], None],
+) -> SpatialInertia:
     """The spatial inertia of a body about its origin, M_BBo_B.
 
     Args:
@@ -41,7 +62,9 @@ def make_spatial_inertia(mass: float, X_BI, moments, products, warn):
     return SpatialInertia.MakeFromCentralInertia(mass, p_BoBcm_B, I_BBcm_B)
 
 
-def find_problem(mass: float, moments, products) -> "str | None":
+def find_problem(
+    mass: float, moments: Sequence[float] | np.ndarray, products: Sequence[float] | np.ndarray
+) -> str | None:
     """Why a mass [kg] and moments and products of inertia [kg m^2] cannot belong to a rigid body, or None."""
     inertia_is_zero = not (np.any(moments) or np.any(products))
     if mass < 0.0 or (mass == 0.0 and not inertia_is_zero):
@@ -59,7 +82,7 @@ def find_problem(mass: float, moments, products) -> "str | None":
     return None
 
 
-def _stand_in(mass: float, p_BoBcm_B, problem: str, warn):
+def _stand_in(mass: float, p_BoBcm_B: np.ndarray, problem: str, warn: Callable[[str], None]) -> SpatialInertia:
     from sheldrake.multibody.tree import SpatialInertia
 
     used = mass if mass > 0.0 else FALLBACK_MASS
@@ -72,7 +95,7 @@ def _stand_in(mass: float, p_BoBcm_B, problem: str, warn):
     return M_SScm.Shift(-p_BoBcm_B)
 
 
-def solid_properties(shape, where, what: str, reading):
+def solid_properties(shape: Shape, where: Element | Location, what: str, reading: Reading):
     """Volume [m^3], centroid [m] and rotational inertia about it for unit density [m^5] of a solid shape.
 
     A mesh that is not closed, or turned inside out, counts as its convex hull, with a warning, as in Drake.
@@ -96,7 +119,7 @@ def solid_properties(shape, where, what: str, reading):
         reason = problem or f"its volume is {volume:g} m^3"
     except RuntimeError as error:
         reason = str(error)
-    if type(shape).__name__ != "Mesh":
+    if not isinstance(shape, Mesh):
         reading.fail(where, f"The mass of {what} cannot be computed: {reason}")
     reading.warn(where, f"The mesh of {what} is not a closed surface ({reason}); its mass is that of its convex hull.")
     try:

@@ -1,12 +1,18 @@
 """How a visual looks: materials, texture scale and roles, the same for URDF and SDFormat."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._files.diagnostics import Location
 from .._files.xml import Element
 from .reading import Reading
+
+if TYPE_CHECKING:
+    from .._model.description import GeometryDescription
 
 
 @dataclass
@@ -21,18 +27,18 @@ class Material:
     """
 
     where: Location
-    rgba: "np.ndarray | None"
-    texture: "str | None"
-    shades: "dict[str, np.ndarray]" = field(default_factory=dict)
+    rgba: np.ndarray | None
+    texture: str | None
+    shades: dict[str, np.ndarray] = field(default_factory=dict)
 
-    def looks_like(self, other: "Material") -> bool:
+    def looks_like(self, other: Material) -> bool:
         """True when colour and texture are the same."""
         if self.rgba is None or other.rgba is None:
             return self.rgba is other.rgba and self.texture == other.texture
         return np.array_equal(self.rgba, other.rgba) and self.texture == other.texture
 
 
-def read_scale(text: "str | None", reading: Reading, where: Location) -> np.ndarray:
+def read_scale(text: str | None, reading: Reading, where: Location) -> np.ndarray:
     """A mesh scale, shape (3,), from one or three numbers."""
     if text is None:
         return np.ones(3)
@@ -46,7 +52,9 @@ def read_scale(text: "str | None", reading: Reading, where: Location) -> np.ndar
     return scale
 
 
-def add_visual_roles(description, element: Element, body_name: str, reading: Reading, material: "Material | None"):
+def add_visual_roles(
+    description: GeometryDescription, element: Element, body_name: str, reading: Reading, material: Material | None
+) -> None:
     """Sets illustration and perception properties, unless the element switches a role off."""
     from sheldrake.geometry import IllustrationProperties, PerceptionProperties, Rgba
 

@@ -1,9 +1,15 @@
 """Contact properties of a collision shape from drake: tags, the same for URDF and SDFormat."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from .._files.xml import Element
 from .reading import Reading
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import ProximityProperties
 
 DEFAULT_FRICTION = 1.0  # of a shape whose file says nothing about friction
 
@@ -27,9 +33,9 @@ def read_proximity_properties(
     collision: Element,
     reading: Reading,
     number_of: Callable[[Element], float],
-    text_of: "Callable[[Element], str]",
-    fallback_friction: "tuple[float, float] | None",
-):
+    text_of: Callable[[Element], str],
+    fallback_friction: tuple[float, float] | None,
+) -> ProximityProperties:
     """The ProximityProperties that a collision element declares.
 
     Args:
@@ -75,7 +81,7 @@ def _refuse_retired_tag(block: Element, reading: Reading) -> None:
         reading.fail(retired, "<drake:soft_hydroelastic> is retired; write <drake:compliant_hydroelastic>.")
 
 
-def _read_compliance(block: Element, properties, reading: Reading) -> tuple[bool, bool]:
+def _read_compliance(block: Element, properties: ProximityProperties, reading: Reading) -> tuple[bool, bool]:
     """Adds the compliance type; whether the shape is rigid, and whether it is compliant."""
     from sheldrake.geometry import AddCompliantHydroelasticPropertiesForHalfSpace, AddRigidHydroelasticProperties
 
@@ -97,28 +103,27 @@ def _read_compliance(block: Element, properties, reading: Reading) -> tuple[bool
     return rigid is not None, compliant is not None
 
 
-def _read_friction(block: Element, reading: Reading, number_of, fallback):
+def _read_friction(
+    block: Element, reading: Reading, number_of: Callable[[Element], float], fallback: tuple[float, float] | None
+) -> tuple[float, float]:
     """Static and dynamic coefficients; when only one is given it is used for both."""
     found = []
     for tag in _FRICTION:
         element = block.find(tag)
         value = None if element is None else number_of(element)
-        if value is not None and value < 0.0:
+        if element is not None and value is not None and value < 0.0:
             reading.fail(element, f"<{tag}> must not be negative, found {value:g}.")
         found.append(value)
     static, dynamic = found
-    if static is None and dynamic is None:
-        return fallback or (DEFAULT_FRICTION, DEFAULT_FRICTION)
-    if static is None:
-        return dynamic, dynamic
-    if dynamic is None:
-        return static, static
+    if static is None or dynamic is None:
+        one = dynamic if static is None else static
+        return (one, one) if one is not None else fallback or (DEFAULT_FRICTION, DEFAULT_FRICTION)
     if dynamic > static:
         reading.fail(block, f"Dynamic friction ({dynamic:g}) must not exceed static friction ({static:g}).")
     return static, dynamic
 
 
-def _add_friction(properties, friction: "tuple[float, float]") -> None:
+def _add_friction(properties: ProximityProperties, friction: tuple[float, float]) -> None:
     from sheldrake.multibody.plant import CoulombFriction
 
     properties.AddProperty("material", "coulomb_friction", CoulombFriction(*friction))

@@ -1,18 +1,27 @@
 """What every reader of a model format needs: files, messages, numbers."""
 
+from __future__ import annotations
+
 import math
 import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from .._files.diagnostics import DiagnosticPolicy, Location
+from .._files.diagnostics import DiagnosticPolicy, Location, Placed
 from .._files.package_map import PackageMap, resolve_uri
 from .._files.xml import Element, parse_xml, read_bytes
 from .remembered import Address, Questions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math import RigidTransform, RotationMatrix
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEGIN_OF_NUMBER = re.compile(rf"({_NUMBER.pattern})(?![xX])")
@@ -50,26 +59,26 @@ class Reading:
     policy: DiagnosticPolicy
     packages: PackageMap
     source: str
-    folder: "str | None"
+    folder: str | None
     wants_geometry: bool
     includes: tuple[str, ...] = ()
     num_bodies: int = 1
     num_actuators: int = 0
     joint_friction: bool = False
-    strictly_refused: "tuple[str, ...] | None" = None
-    refuse_undefined: "Callable[[Element, Element, Reading], None] | None" = None
-    refuse_undefined_attribute: "Callable[[Element, str, Reading], None] | None" = None
+    strictly_refused: tuple[str, ...] | None = None
+    refuse_undefined: Callable[[Element, Element, Reading], None] | None = None
+    refuse_undefined_attribute: Callable[[Element, str, Reading], None] | None = None
     loose_numbers: bool = False
-    documents: "list[Element]" = field(default_factory=list)
-    checked: "set[Location]" = field(default_factory=set)
-    passed_over: "set[Location]" = field(default_factory=set)
+    documents: list[Element] = field(default_factory=list)
+    checked: set[Location] = field(default_factory=set)
+    passed_over: set[Location] = field(default_factory=set)
     questions: Questions = field(default_factory=Questions)
 
-    def warn(self, where, message: str) -> None:
+    def warn(self, where: Location | Placed, message: str) -> None:
         """Reports a warning at an element, description or location."""
         self.policy.Warning(where, message)
 
-    def fail(self, where, message: str) -> NoReturn:
+    def fail(self, where: Location | Placed, message: str) -> NoReturn:
         """Reports an error; never returns.
 
         Raises:
@@ -77,7 +86,7 @@ class Reading:
         """
         self.policy.Error(where, message)
 
-    def inside(self, path: str, where: Location) -> "Reading":
+    def inside(self, path: str, where: Location) -> Reading:
         """The surroundings of a file included at `where`.
 
         Raises:
@@ -90,7 +99,7 @@ class Reading:
             self.fail(where, f"Files include each other deeper than {INCLUDE_DEPTH} levels.")
         return replace(self, source=path, folder=os.path.dirname(path), includes=(*self.includes, real))
 
-    def open_document(self, text: "str | None" = None) -> Element:
+    def open_document(self, text: str | None = None) -> Element:
         """The root element of the file that is read, or of a text in its place.
 
         Raises:
@@ -171,7 +180,7 @@ class Reading:
             return float(begin[0])
         self.fail(where, f"{what}: expected one finite number, found '{_shorten(text)}'.")
 
-    def parse_vector(self, text: str, size: "int | None", where: Location, what: str) -> np.ndarray:
+    def parse_vector(self, text: str, size: int | None, where: Location, what: str) -> np.ndarray:
         """Numbers separated by white space, shape (size,); any number of them when `size` is None."""
         words = text.split()
         if size is not None and len(words) != size:
@@ -185,7 +194,9 @@ class Reading:
             self.fail(where, f"{what}: expected true or false, found '{_shorten(text)}'.")
         return value
 
-    def warn_unknown(self, element: Element, tags=(), attributes=(), silent=()) -> None:
+    def warn_unknown(
+        self, element: Element, tags: Iterable[str] = (), attributes: Iterable[str] = (), silent: Iterable[str] = ()
+    ) -> None:
         """Warns about children and attributes that no one reads, so that nothing is dropped silently.
 
         Those in `silent` are left out without a word: they are for other programs, and Drake has no word for them.
@@ -209,7 +220,7 @@ class Reading:
                 message = f"The attribute '{attribute}' of <{element.tag}> is not supported and is ignored."
                 self._warn_unread(where, attribute, message)
 
-    def note_unknown(self, element: Element, tags=(), attributes=()) -> None:
+    def note_unknown(self, element: Element, tags: Iterable[str] = (), attributes: Iterable[str] = ()) -> None:
         """Does the same where Drake has no word for them, so that strict parsing does not mind."""
         replace(self, strictly_refused=()).warn_unknown(element, tags, attributes)
 
@@ -228,7 +239,7 @@ class Reading:
                 self.note_unknown(element)
             rest += element.children
 
-    def _warn_unread(self, where, name: str, message: str) -> None:
+    def _warn_unread(self, where: Location | Placed, name: str, message: str) -> None:
         refused = self.strictly_refused is None or name in self.strictly_refused
         (self.policy.Warning if refused else self.policy.Note)(where, message)
 
@@ -248,14 +259,14 @@ def _number_in(text: str, infinite: bool = False) -> float | None:
     return None
 
 
-def make_pose(xyz, rpy):
+def make_pose(xyz: ArrayLike, rpy: ArrayLike) -> RigidTransform:
     """The pose with translation `xyz` [m] and space-fixed roll, pitch, yaw [rad]."""
     from sheldrake.math import RigidTransform, RollPitchYaw
 
     return RigidTransform(RollPitchYaw(np.asarray(rpy, dtype=float)), np.asarray(xyz, dtype=float))
 
 
-def rotation_from_z(direction):
+def rotation_from_z(direction: np.ndarray) -> RotationMatrix:
     """The smallest rotation that turns the z-axis into `direction`, shape (3,), of any length but zero.
 
     Rodrigues' formula with sine and cosine from the cross and dot product; half a turn about x when they are opposite.

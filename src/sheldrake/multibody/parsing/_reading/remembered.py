@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from sheldrake.common._files import regular_bytes
 
-from .._files.diagnostics import DiagnosticPolicy, Location, ParseError, location_of
+from .._files.diagnostics import DiagnosticPolicy, Location, ParseError, Placed, location_of
 from .._files.package_map import PackageMap, resolve_uri
 from .._files.xml import MAX_BYTES
 
@@ -78,17 +78,17 @@ class Listener(DiagnosticPolicy):
         super().__init__()
         self._policy, self._questions = policy, questions
 
-    def Warning(self, where, message: str) -> None:
+    def Warning(self, where: Location | Placed, message: str) -> None:
         """A warning."""
         self._questions.messages.append((True, location_of(where), message))
         self._policy.Warning(where, message)
 
-    def Note(self, where, message: str) -> None:
+    def Note(self, where: Location | Placed, message: str) -> None:
         """A warning that strict parsing does not mind."""
         self._questions.messages.append((False, location_of(where), message))
         self._policy.Note(where, message)
 
-    def Error(self, where, message: str) -> NoReturn:
+    def Error(self, where: Location | Placed, message: str) -> NoReturn:
         """An error; never returns."""
         self._policy.Error(where, message)
 

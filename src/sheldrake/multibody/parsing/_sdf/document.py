@@ -1,5 +1,9 @@
 """SDFormat: `<model>` and `<world>` elements to model descriptions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from .._files.xml import Element
 from .._model.check import check_model
 from .._model.description import BodyDescription, FrameDescription, FrameReference, JointDescription, ModelDescription
@@ -13,10 +17,13 @@ from .joints import drop_impossible_couplers, read_drake_joint, read_joint
 from .prepare import PreparedModel, gather, prepare_model, read_version
 from .specification import refuse_undefined, refuse_undefined_attribute
 
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+
 _LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual", "drake:surface_velocity_axis")
 
 
-def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[ModelDescription]":
+def read_sdf(root: Element, reading: Reading, model_name: str = "") -> list[ModelDescription]:
     """The models that an SDFormat document describes; a world is one description of its own kind.
 
     Args:
@@ -27,8 +34,6 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[Mod
     Raises:
         ParseError: When the document is not usable SDFormat.
     """
-    from sheldrake.math import RigidTransform
-
     reading.loose_numbers = True
     reading.refuse_undefined = refuse_undefined
     reading.refuse_undefined_attribute = refuse_undefined_attribute
@@ -48,17 +53,19 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[Mod
         pose = element.find("pose")
         X_WM = read_pose(pose, reading)
         if reference_of_pose(pose) not in ("", "world"):
-            reading.fail(pose, f"Model '{prepared.name}' stands alone: its pose cannot be relative to anything.")
+            reading.fail(
+                pose or element, f"Model '{prepared.name}' stands alone: its pose cannot be relative to anything."
+            )
         placement = element.get("placement_frame")
         if placement:
             X_WM = X_WM @ prepared.scope.pose(placement, element.where).inverse()
-        description = _describe(prepared, X_WM if X_WM is not None else RigidTransform())
+        description = _describe(prepared, X_WM)
         check_model(description, reading.policy, may_loop=True)
         result.append(description)
     return result
 
 
-def _read_world(element: Element, reading: Reading, version) -> ModelDescription:
+def _read_world(element: Element, reading: Reading, version: tuple[int, int]) -> ModelDescription:
     from sheldrake.math import RigidTransform
 
     name = reading.name(element, "<world>")
@@ -78,7 +85,7 @@ def _read_world(element: Element, reading: Reading, version) -> ModelDescription
     return description
 
 
-def _describe(model: PreparedModel, X_WM) -> ModelDescription:
+def _describe(model: PreparedModel, X_WM: RigidTransform) -> ModelDescription:
     """The description of a model placed at X_WM."""
     reading, scope = model.reading, model.scope
     description = ModelDescription(model.element.where, model.name)
@@ -104,7 +111,7 @@ def _describe(model: PreparedModel, X_WM) -> ModelDescription:
     return description
 
 
-def _describe_nested(model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _describe_nested(model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     for place, inner in model.nested:
         X_WN = X_WM @ model.scope.pose(place.name, place.where)
         if isinstance(inner, PreparedModel):
@@ -119,7 +126,7 @@ def _describe_nested(model: PreparedModel, X_WM, description: ModelDescription) 
             description.nested.append(inner)
 
 
-def _describe_link(element: Element, model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _describe_link(element: Element, model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     reading, scope = model.reading, model.scope
     name = element.get("name")
     if element.find("drake:deformable_properties") is not None:
@@ -146,7 +153,7 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
     description.bodies.append(body)
 
 
-def _describe_joints(model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _describe_joints(model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     for element in model.elements:
         if element.tag == "joint" and element.get("type") == "gearbox":
             read_gearbox(element, description, model.scope, model.version, model.reading)
@@ -171,7 +178,7 @@ def _describe_frames(model: PreparedModel, description: ModelDescription) -> Non
         description.elements.append(FrameDescription(element.where, name, base, X_BF, is_of_model))
 
 
-def _weld_to_world(model: PreparedModel, X_WM, description: ModelDescription) -> None:
+def _weld_to_world(model: PreparedModel, X_WM: RigidTransform, description: ModelDescription) -> None:
     """Welds to the world what no fixed joint of a static model holds yet."""
     held = {joint.child.name for joint in description.joints() if not joint.child.scope}
     for body in description.bodies:

@@ -15,6 +15,8 @@ from .._files.xml import Element
 from .._reading.reading import Reading
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from sheldrake.math import RigidTransform
 
 MODEL_FRAME = "__model__"
@@ -88,7 +90,7 @@ class SdfScope:
         known = ", ".join([MODEL_FRAME, *self.places][:30])
         self.reading.fail(where, f"Model '{self.name}' has no link, joint, frame or model '{name}'; known are {known}.")
 
-    def pose(self, name: str, where: Location, pending: tuple = ()):
+    def pose(self, name: str, where: Location, pending: tuple = ()) -> RigidTransform:
         """The pose of a place in the frame of this model (or in the world, for a world's places).
 
         Raises:
@@ -169,14 +171,14 @@ class SdfScope:
             name = place.attached_to
         return True
 
-    def pose_of_body(self, scope: tuple[str, ...], link: str, where: Location):
+    def pose_of_body(self, scope: tuple[str, ...], link: str, where: Location) -> RigidTransform:
         """The pose of a link found by `body` in this model's frame."""
         if link == "world":
             return self.pose("world" if self.is_world else "", where)
         return self.pose("::".join((*scope, link)), where)
 
 
-def read_pose(element: Element | None, reading: Reading):
+def read_pose(element: Element | None, reading: Reading) -> RigidTransform:
     """The raw pose in a `<pose>` element: identity when there is none."""
     from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
@@ -202,7 +204,7 @@ def read_pose(element: Element | None, reading: Reading):
     return RigidTransform(RollPitchYaw(rpy), values[:3])
 
 
-def _norm(quaternion, element: Element, reading: Reading) -> float:
+def _norm(quaternion: np.ndarray, element: Element, reading: Reading) -> float:
     norm = float((quaternion @ quaternion) ** 0.5)
     if norm < 1e-9:
         reading.fail(element, "The quaternion of a <pose> is zero.")

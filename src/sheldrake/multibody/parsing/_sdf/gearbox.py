@@ -20,7 +20,9 @@ from .joints import read_axis, read_ends, reference
 _TAGS = ("parent", "child", "pose", "axis", "axis2", "gearbox_ratio", "gearbox_reference_body")
 
 
-def read_gearbox(element: Element, model: ModelDescription, scope: SdfScope, version, reading: Reading) -> None:
+def read_gearbox(
+    element: Element, model: ModelDescription, scope: SdfScope, version: tuple[int, int], reading: Reading
+) -> None:
     """Adds a gearbox to a model; it becomes a coupler when all joints are known."""
     name = reading.name(element, "<joint>")
     reading.warn_unknown(element, _TAGS, ("name", "type"))
@@ -62,6 +64,7 @@ def _joint_to(
     ends = gearbox.reference, link
     for joint in model.joints():
         if joint.kind == "revolute" and (joint.parent, joint.child) in (ends, ends[::-1]):
+            assert joint.axis is not None
             along = float((scope.pose(joint.name, joint.where).rotation() @ joint.axis) @ axis)
             if abs(along) < 1.0 - 1e-6:
                 reading.fail(

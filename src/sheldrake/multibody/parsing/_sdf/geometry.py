@@ -1,5 +1,9 @@
 """SDFormat shapes, visuals and collisions into the geometries of a `BodyDescription`."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from sheldrake.geometry import Shape
@@ -14,6 +18,10 @@ from .children import child_number, child_vector, text_number
 from .frames import SdfScope, read_pose, reference_of_pose
 from .specification import refuse_undefined
 
+if TYPE_CHECKING:
+    from sheldrake.geometry import Convex, HalfSpace, Mesh
+    from sheldrake.math import RigidTransform
+
 _VISUAL_TAGS = (
     "pose",
     "geometry",
@@ -24,7 +32,7 @@ _VISUAL_TAGS = (
 )
 
 
-def read_link_pose(element: Element, link: str, scope: SdfScope, reading: Reading):
+def read_link_pose(element: Element, link: str, scope: SdfScope, reading: Reading) -> RigidTransform:
     """The pose of a visual, collision or inertial in its link."""
     pose = element.find("pose")
     X_RP = read_pose(pose, reading)
@@ -35,7 +43,7 @@ def read_link_pose(element: Element, link: str, scope: SdfScope, reading: Readin
     return X_ML.inverse() @ scope.pose(relative_to, pose.where) @ X_RP
 
 
-def read_shape(geometry: Element, reading: Reading):
+def read_shape(geometry: Element, reading: Reading) -> tuple[Shape | None, RigidTransform | None]:
     """(shape, its pose in the geometry frame or None), or (None, None) for an empty or unsupported geometry."""
     reading.warn_unknown(geometry, [child.tag for child in geometry])
     for child in geometry:
@@ -94,7 +102,7 @@ def _absent(element: Element, tag: Tag, name: str, reading: Reading) -> tuple[fl
     return tag.absent
 
 
-def _read_plane(element: Element, reading: Reading):
+def _read_plane(element: Element, reading: Reading) -> tuple[HalfSpace, RigidTransform]:
     """A plane is the boundary of a half space; its size is for drawing only."""
     from sheldrake.geometry import HalfSpace
 
@@ -105,7 +113,7 @@ def _read_plane(element: Element, reading: Reading):
     return HalfSpace(), HalfSpace.MakePose(normal / np.linalg.norm(normal), np.zeros(3))
 
 
-def _read_mesh(element: Element, reading: Reading):
+def _read_mesh(element: Element, reading: Reading) -> tuple[Mesh | Convex, None]:
     from sheldrake.geometry import Convex, Mesh
 
     reading.warn_unknown(element, ("uri", "scale", "drake:declare_convex"))
@@ -161,7 +169,9 @@ def read_collision(element: Element, body: BodyDescription, scope: SdfScope, rea
     body.collisions.append(description)
 
 
-def _read_placed_shape(element: Element, body, scope: SdfScope, reading: Reading, siblings):
+def _read_placed_shape(
+    element: Element, body: BodyDescription, scope: SdfScope, reading: Reading, siblings: list[GeometryDescription]
+) -> GeometryDescription | None:
     kind = element.tag
     name = reading.name(element, f"<{kind}>")
     geometry = element.find("geometry")
@@ -177,7 +187,7 @@ def _read_placed_shape(element: Element, body, scope: SdfScope, reading: Reading
     return GeometryDescription(element.where, name, X_LG if X_GS is None else X_LG @ X_GS, shape)
 
 
-def _read_material(visual: Element, reading: Reading) -> "Material | None":
+def _read_material(visual: Element, reading: Reading) -> Material | None:
     """Colours and texture of a `<material>`."""
     material = visual.find("material")
     if material is None:
@@ -191,7 +201,7 @@ def _read_material(visual: Element, reading: Reading) -> "Material | None":
     return Material(material.where, diffuse, path, {name: rgba for name, rgba in colours.items() if rgba is not None})
 
 
-def _read_colour(element: "Element | None", reading: Reading) -> "np.ndarray | None":
+def _read_colour(element: Element | None, reading: Reading) -> np.ndarray | None:
     """Red, green, blue and opacity, shape (4,), in single precision as SDFormat has them."""
     if element is None:
         return None
@@ -202,7 +212,7 @@ def _read_colour(element: "Element | None", reading: Reading) -> "np.ndarray | N
     return np.append(values, 1.0)[:4].astype(np.float32).astype(float)
 
 
-def _read_ode_friction(collision: Element, reading: Reading) -> "tuple[float, float] | None":
+def _read_ode_friction(collision: Element, reading: Reading) -> tuple[float, float] | None:
     """Static and dynamic friction from `<surface><friction><ode><mu> <mu2>`."""
     ode = collision
     for tag, *known in (("surface", "friction"), ("friction", "ode"), ("ode", "mu", "mu2")):

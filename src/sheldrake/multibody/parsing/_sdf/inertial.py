@@ -1,5 +1,9 @@
 """SDFormat: the `<inertial>` of a link to M_BBo_B."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from sheldrake.geometry import HalfSpace
@@ -11,10 +15,13 @@ from .children import child_number
 from .frames import SdfScope
 from .geometry import read_link_pose, read_shape
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import SpatialInertia
+
 DEFAULT_DENSITY = 1000.0  # [kg/m³], by the specification
 
 
-def read_inertial(link: Element, name: str, scope: SdfScope, reading: Reading):
+def read_inertial(link: Element, name: str, scope: SdfScope, reading: Reading) -> SpatialInertia:
     """M_BBo_B; what the file does not say is 1 kg and 1 kg m^2."""
     from sheldrake.math import RigidTransform
 
@@ -39,7 +46,7 @@ def read_inertial(link: Element, name: str, scope: SdfScope, reading: Reading):
     )
 
 
-def _of_collisions(element: Element, link: Element, name: str, scope: SdfScope, reading: Reading):
+def _of_collisions(element: Element, link: Element, name: str, scope: SdfScope, reading: Reading) -> SpatialInertia:
     """That of the solids that the collisions are, each of its density; a given mass scales it."""
     from sheldrake.multibody.tree import SpatialInertia
 
@@ -63,7 +70,9 @@ def _of_collisions(element: Element, link: Element, name: str, scope: SdfScope, 
     return SpatialInertia(mass, M.get_com(), M.get_unit_inertia())
 
 
-def _of_collision(collision: Element, density: float, link: str, scope: SdfScope, reading: Reading):
+def _of_collision(
+    collision: Element, density: float, link: str, scope: SdfScope, reading: Reading
+) -> SpatialInertia | None:
     """M_LLo_L of the solid that a collision of link L is, or None."""
     from sheldrake.multibody.tree import CalcSpatialInertia
 
@@ -83,7 +92,7 @@ def _of_collision(collision: Element, density: float, link: str, scope: SdfScope
     return M_SSo_S.ReExpress(X_LS.rotation()).Shift(-X_LS.translation())
 
 
-def _of_cone(cone: Element, density: float, reading: Reading):
+def _of_cone(cone: Element, density: float, reading: Reading) -> SpatialInertia:
     """M_SSo_S of a cone, which touches nothing but weighs something: its apex is up, So half way up its axis."""
     from sheldrake.multibody.tree import SpatialInertia, UnitInertia
 

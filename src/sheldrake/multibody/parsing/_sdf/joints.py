@@ -3,7 +3,10 @@
 Into the joints, actuators and couplers of a `ModelDescription`; axes may be given in any frame of the model.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +25,9 @@ from .._reading.joints import read_gains, read_path
 from .._reading.reading import Reading
 from .children import child_number, child_text, child_vector
 from .frames import MODEL_FRAME, SdfScope
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 _TYPES = {name: row for row in JOINT_TYPES.values() for name in row.sdf}
 _CUSTOM_TYPES = {row.sdf_custom: row for row in JOINT_TYPES.values() if row.sdf_custom}
@@ -48,7 +54,7 @@ class _Axis:
     direction: np.ndarray
     limits: JointLimits
     damping: float
-    spring: "tuple[float, float] | None"
+    spring: tuple[float, float] | None
 
 
 def reference(scope: SdfScope, name: str, element: Element) -> FrameReference:
@@ -58,7 +64,13 @@ def reference(scope: SdfScope, name: str, element: Element) -> FrameReference:
 
 
 def read_joint(
-    element: Element, model: ModelDescription, scope: SdfScope, X_WM, is_static: bool, version, reading: Reading
+    element: Element,
+    model: ModelDescription,
+    scope: SdfScope,
+    X_WM: RigidTransform,
+    is_static: bool,
+    version: tuple[int, int],
+    reading: Reading,
 ) -> None:
     """Adds a `<joint>` and its actuator, spring and mimic coupler to a model."""
     name = reading.name(element, "<joint>")
@@ -84,9 +96,7 @@ def read_joint(
     _add_mimic(element, joint, model, scope, reading)
 
 
-def read_ends(
-    element: Element, name: str, scope: SdfScope, reading: Reading
-) -> "tuple[FrameReference, FrameReference]":
+def read_ends(element: Element, name: str, scope: SdfScope, reading: Reading) -> tuple[FrameReference, FrameReference]:
     """The parent and the child link of a joint."""
     ends = []
     for role in ("parent", "child"):
@@ -99,7 +109,7 @@ def read_ends(
     return ends[0], ends[1]
 
 
-def _place(joint: JointDescription, element: Element, scope: SdfScope, X_WM) -> None:
+def _place(joint: JointDescription, element: Element, scope: SdfScope, X_WM: RigidTransform) -> None:
     """The joint's pose in its parent and child link, in the configuration the file shows."""
     X_MJ = scope.pose(joint.name, element.where)
     X_MC = scope.pose_of_body(joint.child.scope, joint.child.name, element.where)
@@ -111,7 +121,9 @@ def _place(joint: JointDescription, element: Element, scope: SdfScope, X_WM) -> 
     joint.X_PF = None if X_PJ.IsExactlyIdentity() else X_PJ
 
 
-def _read_axes(element: Element, name: str, kind: str, scope: SdfScope, version, reading: Reading) -> "list[_Axis]":
+def _read_axes(
+    element: Element, name: str, kind: str, scope: SdfScope, version: tuple[int, int], reading: Reading
+) -> list[_Axis]:
     found = [element.find(tag) for tag in ("axis", "axis2")]
     if kind == "weld":
         reading.pass_over(*element.find_all("axis", "axis2"))
@@ -123,7 +135,7 @@ def _read_axes(element: Element, name: str, kind: str, scope: SdfScope, version,
     return [read_axis(axis, name, scope, version, reading) for axis in found if axis is not None]
 
 
-def read_axis(axis: Element, name: str, scope: SdfScope, version, reading: Reading) -> _Axis:
+def read_axis(axis: Element, name: str, scope: SdfScope, version: tuple[int, int], reading: Reading) -> _Axis:
     """What an `<axis>` of a joint says."""
     reading.warn_unknown(axis, ("xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position"))
     xyz = axis.find("xyz")
@@ -168,7 +180,7 @@ def _read_limits(axis: Element, name: str, reading: Reading) -> JointLimits:
     return limits
 
 
-def _read_dynamics(axis: Element, name: str, reading: Reading) -> "tuple[float, tuple[float, float] | None]":
+def _read_dynamics(axis: Element, name: str, reading: Reading) -> tuple[float, tuple[float, float] | None]:
     dynamics = axis.find("dynamics")
     if dynamics is None:
         return 0.0, None
@@ -186,7 +198,7 @@ def _read_dynamics(axis: Element, name: str, reading: Reading) -> "tuple[float, 
     return damping, (stiffness, rest) if stiffness > 0.0 else None
 
 
-def _apply_axes(joint: JointDescription, axes: "list[_Axis]", written: str, element: Element, reading: Reading) -> None:
+def _apply_axes(joint: JointDescription, axes: list[_Axis], written: str, element: Element, reading: Reading) -> None:
     if not axes:
         return
     first = axes[0]
@@ -209,7 +221,9 @@ def _apply_axes(joint: JointDescription, axes: "list[_Axis]", written: str, elem
         reading.warn(element, f"Joint '{joint.name}' ({written}) has an effort limit, but no actuator is made for it.")
 
 
-def _align_universal(joint: JointDescription, first, second, element: Element, reading: Reading) -> None:
+def _align_universal(
+    joint: JointDescription, first: np.ndarray, second: np.ndarray, element: Element, reading: Reading
+) -> None:
     """A universal joint turns about the x- and y-axis of its frames: turns both to the axes of the file."""
     from sheldrake.math import RigidTransform, RotationMatrix
 
@@ -232,12 +246,15 @@ def _read_pitch(element: Element, reading: Reading) -> float:
     if old == 0.0:
         reading.fail(element, "<thread_pitch> must not be zero.")
     reading.warn(
-        element.find("thread_pitch"), "<thread_pitch> is outdated; write <screw_thread_pitch> in metres a turn."
+        element.find("thread_pitch") or element,
+        "<thread_pitch> is outdated; write <screw_thread_pitch> in metres a turn.",
     )
     return -2.0 * np.pi / old
 
 
-def _add_actuator(element: Element, joint: JointDescription, axes, model: ModelDescription, reading: Reading) -> None:
+def _add_actuator(
+    element: Element, joint: JointDescription, axes: list[_Axis], model: ModelDescription, reading: Reading
+) -> None:
     """Every axis with an effort limit other than zero has an actuator named like its joint."""
     tags = ("drake:rotor_inertia", "drake:gear_ratio", "drake:controller_gains")
     if not joint.type.has_one_axis or axes[0].limits.effort == 0.0:
@@ -255,7 +272,9 @@ def _add_actuator(element: Element, joint: JointDescription, axes, model: ModelD
     model.elements.append(actuator)
 
 
-def _add_mimic(element: Element, joint: JointDescription, model, scope: SdfScope, reading: Reading) -> None:
+def _add_mimic(
+    element: Element, joint: JointDescription, model: ModelDescription, scope: SdfScope, reading: Reading
+) -> None:
     """The coupler comes after all joints, so it is kept for the end of the model."""
     mimic = element.find("drake:mimic")
     if mimic is None:
@@ -288,7 +307,9 @@ def drop_impossible_couplers(model: ModelDescription, reading: Reading) -> None:
     model.couplers = []
 
 
-def read_drake_joint(element: Element, model: ModelDescription, scope: SdfScope, X_WM, reading: Reading) -> None:
+def read_drake_joint(
+    element: Element, model: ModelDescription, scope: SdfScope, X_WM: RigidTransform, reading: Reading
+) -> None:
     """Adds a `<drake:joint>`; its frames are the named frames themselves."""
     name = reading.name(element, "<drake:joint>")
     written = reading.name(element, f"Joint '{name}'", "type")
@@ -331,7 +352,7 @@ def frame_reference(scope: SdfScope, name: str, element: Element) -> FrameRefere
 
 
 def _read_path(element: Element, joint: JointDescription, reading: Reading) -> None:
-    def numbers(piece: Element, *names: str) -> "list[float | None]":
+    def numbers(piece: Element, *names: str) -> list[float | None]:
         tags = [f"drake:{name}" for name in names]
         reading.warn_unknown(piece, tags)
         return [child_number(piece, tag, reading) for tag in tags]

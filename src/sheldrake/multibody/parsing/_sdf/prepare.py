@@ -1,8 +1,11 @@
 """SDFormat models in preparation: everything with a name and a pose, includes and merged includes in their places."""
 
+from __future__ import annotations
+
 import os
 import re
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from .._files.xml import Element
 from .._model.description import FrameDescription, ModelDescription
@@ -11,6 +14,9 @@ from .._urdf.robot import read_urdf
 from .children import child_text
 from .frames import MODEL_FRAME, Place, SdfScope, read_pose, reference_of_pose
 from .scoped_names import NAMES_WITHOUT_SCOPES, with_nested_models
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 OLDEST, NEWEST = (1, 4), (1, 12)
 EXTENSION_TAGS = (
@@ -35,10 +41,10 @@ class PreparedModel:
     scope: SdfScope
     is_static: bool
     elements: list[Element] = field(default_factory=list)  # its children, those of merged includes in their place
-    nested: "list[tuple[Place, PreparedModel | ModelDescription]]" = field(default_factory=list)
+    nested: list[tuple[Place, PreparedModel | ModelDescription]] = field(default_factory=list)
 
 
-def read_version(root: Element, reading: Reading) -> "tuple[int, int]":
+def read_version(root: Element, reading: Reading) -> tuple[int, int]:
     if root.tag != "sdf":
         reading.fail(root, f"An SDFormat document has an <sdf> element, found <{root.tag}>.")
     text = root.get("version", "")
@@ -54,7 +60,7 @@ def read_version(root: Element, reading: Reading) -> "tuple[int, int]":
 
 
 def prepare_model(
-    element: Element, reading: Reading, version, name: str = "", is_static: bool = False
+    element: Element, reading: Reading, version: tuple[int, int], name: str = "", is_static: bool = False
 ) -> PreparedModel:
     """Reads everything that has a name and a pose."""
     reading.warn_unknown(element, _MODEL_TAGS, _MODEL_ATTRIBUTES)
@@ -124,7 +130,7 @@ def _is_merge(include: Element, reading: Reading) -> bool:
     return merge is not None and reading.parse_bool(merge, include.where_attribute("merge"), "attribute 'merge'")
 
 
-def _open_include(include: Element, reading: Reading) -> "tuple[str, Reading]":
+def _open_include(include: Element, reading: Reading) -> tuple[str, Reading]:
     """The file of an `<include>`; a folder stands for the newest model its `model.config` names."""
     tags = ("uri", "name", "pose", "static", "placement_frame")
     reading.warn_unknown(include, tags, ("merge",), silent=("plugin",))
@@ -143,11 +149,11 @@ def _open_include(include: Element, reading: Reading) -> "tuple[str, Reading]":
     return path, reading.inside(path, uri.where)
 
 
-def _version_key(element: Element) -> "tuple[int, ...]":
+def _version_key(element: Element) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", element.get("version", "")))
 
 
-def _included_model(path: str, inner: Reading, include: Element) -> "tuple[Element, tuple[int, int]]":
+def _included_model(path: str, inner: Reading, include: Element) -> tuple[Element, tuple[int, int]]:
     root = inner.open_document()
     version = read_version(root, inner)
     inner.warn_unknown(root, ("model",), ("version",))
@@ -159,7 +165,7 @@ def _included_model(path: str, inner: Reading, include: Element) -> "tuple[Eleme
 
 def _read_include(
     include: Element, model: PreparedModel
-) -> "tuple[PreparedModel | ModelDescription, Element | None, str]":
+) -> tuple[PreparedModel | ModelDescription, Element | None, str]:
     """The included model, its own `<pose>`, and its placement frame."""
     path, inner = _open_include(include, model.reading)
     name = child_text(include, "name")
@@ -175,7 +181,7 @@ def _read_include(
     return prepared, element.find("pose"), placement or element.get("placement_frame", "")
 
 
-def _merged_elements(include: Element, model: PreparedModel) -> "list[Element]":
+def _merged_elements(include: Element, model: PreparedModel) -> list[Element]:
     """The children of an included model, to stand in the including one; poses stay relative to a proxy frame."""
     path, inner = _open_include(include, model.reading)
     element, version = _included_model(path, inner, include)
@@ -193,9 +199,7 @@ def _merged_elements(include: Element, model: PreparedModel) -> "list[Element]":
     return result
 
 
-def _make_proxy(
-    include: Element, proxy: str, pose: "Element | None", probe: PreparedModel, element: Element
-) -> Element:
+def _make_proxy(include: Element, proxy: str, pose: Element | None, probe: PreparedModel, element: Element) -> Element:
     """`<frame>` at the included model's frame, moving with its canonical link."""
     frame = include.renamed("frame")
     frame.attributes = {"name": proxy, "attached_to": probe.scope.canonical_link}
@@ -216,7 +220,7 @@ def _make_proxy(
     return frame
 
 
-def _pose_text(X) -> str:
+def _pose_text(X: RigidTransform) -> str:
     from sheldrake.math import RollPitchYaw
 
     values = [*X.translation(), *RollPitchYaw(X.rotation()).vector()]

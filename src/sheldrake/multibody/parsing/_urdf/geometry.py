@@ -1,5 +1,9 @@
 """URDF shapes, materials, visuals and collisions into the geometries of a `BodyDescription`."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from sheldrake.common._text import untaken
@@ -11,6 +15,10 @@ from .._model.description import BodyDescription, GeometryDescription
 from .._reading.looks import Material, add_visual_roles, read_scale
 from .._reading.proximity import read_proximity_properties
 from .._reading.reading import Reading, make_pose
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import Convex, Mesh
+    from sheldrake.math import RigidTransform
 
 _ORIGIN = ("xyz", "rpy")
 _VISUAL_TAGS = (
@@ -24,7 +32,7 @@ _VISUAL_TAGS = (
 _COLLISION_TAGS = ("origin", "geometry", "drake:proximity_properties", "drake_compliance")
 
 
-def read_origin(element: Element, reading: Reading, tag: str = "origin"):
+def read_origin(element: Element, reading: Reading, tag: str = "origin") -> RigidTransform:
     """The pose in an `<origin xyz rpy>` child; identity when there is none."""
     origin = element.find(tag)
     if origin is None:
@@ -35,7 +43,7 @@ def read_origin(element: Element, reading: Reading, tag: str = "origin"):
     return make_pose(xyz, rpy)
 
 
-def read_material(element: Element, reading: Reading, materials: "dict[str, Material]") -> "Material | None":
+def read_material(element: Element, reading: Reading, materials: dict[str, Material]) -> Material | None:
     """The appearance a `<material>` element declares or refers to; a named declaration is added to `materials`.
 
     None, with a warning, when it refers to a material that no one declared.
@@ -61,7 +69,7 @@ def read_material(element: Element, reading: Reading, materials: "dict[str, Mate
     return found
 
 
-def _read_color(color: "Element | None", reading: Reading):
+def _read_color(color: Element | None, reading: Reading) -> np.ndarray | None:
     if color is None:
         return None
     reading.warn_unknown(color, attributes=("rgba",))
@@ -73,7 +81,7 @@ def _read_color(color: "Element | None", reading: Reading):
     return rgba
 
 
-def _read_texture(texture: "Element | None", reading: Reading) -> "str | None":
+def _read_texture(texture: Element | None, reading: Reading) -> str | None:
     """The path of the texture file; without a scene graph nobody looks for it."""
     if texture is None:
         return None
@@ -86,7 +94,7 @@ def _read_texture(texture: "Element | None", reading: Reading) -> "str | None":
     return reading.resolve(reading.name(texture, "A <texture>", "filename"), texture.where_attribute("filename"))
 
 
-def read_shape(geometry: Element, reading: Reading):
+def read_shape(geometry: Element, reading: Reading) -> Shape:
     """The shape inside a `<geometry>` element."""
     for child in geometry:
         if child.tag == "mesh" or child.tag in _MEASURED:
@@ -129,7 +137,7 @@ def _vector(element: Element, name: str, size: int, reading: Reading) -> np.ndar
     return values
 
 
-def _read_mesh(element: Element, reading: Reading):
+def _read_mesh(element: Element, reading: Reading) -> Mesh | Convex:
     from sheldrake.geometry import Convex, Mesh
 
     reading.warn_unknown(element, tags=("drake:declare_convex",), attributes=("filename", "scale"))
@@ -141,7 +149,7 @@ def _read_mesh(element: Element, reading: Reading):
 _MEASURED = {tag.name: row for row in SHAPE_TYPES.values() for tag in row.urdf}
 
 
-def read_visual(element: Element, body: BodyDescription, reading: Reading, materials: "dict[str, Material]") -> None:
+def read_visual(element: Element, body: BodyDescription, reading: Reading, materials: dict[str, Material]) -> None:
     """Adds a `<visual>` to a body."""
     reading.warn_unknown(element, tags=_VISUAL_TAGS, attributes=("name",))
     material_element = element.find("material")
@@ -184,7 +192,7 @@ def read_collision(element: Element, body: BodyDescription, reading: Reading) ->
     body.collisions.append(description)
 
 
-def _old_friction(element: Element, reading: Reading) -> "tuple[float, float] | None":
+def _old_friction(element: Element, reading: Reading) -> tuple[float, float] | None:
     """Coefficients in the retired `<drake_compliance>` tag; static and dynamic are child elements."""
     old = element.find("drake_compliance")
     if old is None:
@@ -205,7 +213,9 @@ def _old_friction(element: Element, reading: Reading) -> "tuple[float, float] | 
     return mu_s, mu_d
 
 
-def _read_placed_shape(element: Element, body, reading: Reading, siblings, kind: str) -> GeometryDescription:
+def _read_placed_shape(
+    element: Element, body: BodyDescription, reading: Reading, siblings: list[GeometryDescription], kind: str
+) -> GeometryDescription:
     """Name, pose and shape of a visual or collision."""
     geometry = element.find("geometry")
     if geometry is None:

@@ -72,7 +72,7 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
     else:
         joint.limits = _read_limits(element, name, reading)
         if kind == "screw" and np.isfinite(joint.limits.effort):  # as in Drake
-            reading.warn(element.find("limit"), f"Joint '{name}' is a screw: its effort limit is ignored.")
+            reading.warn(element.find("limit") or element, f"Joint '{name}' is a screw: its effort limit is ignored.")
             joint.limits = dataclasses.replace(joint.limits, effort=np.inf)
     joint.damping = _read_dynamics(element, joint, joint_type, reading)
     if kind == "planar":
@@ -181,6 +181,7 @@ def _align_plane(joint: JointDescription) -> None:
     """A planar joint moves in the x-y plane of its frames: turns both so that z is the axis of the file."""
     from sheldrake.math import RigidTransform
 
+    assert joint.axis is not None
     X_FPlane = RigidTransform(rotation_from_z(joint.axis), np.zeros(3))
     joint.X_PF = joint.X_PF @ X_FPlane
     joint.X_CM = X_FPlane

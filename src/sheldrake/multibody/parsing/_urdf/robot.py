@@ -3,9 +3,11 @@
 Links, frames and filters here; `joints` and `geometry` read the rest.
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +25,9 @@ from .._reading.inertia import make_spatial_inertia
 from .._reading.reading import Reading, make_pose
 from .geometry import Material, read_collision, read_material, read_origin, read_visual
 from .joints import link_reference, read_joint, read_mimic, read_transmission
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import SpatialInertia
 
 _ROBOT_TAGS = (
     "material",
@@ -106,7 +111,7 @@ def _is_ignored(element: Element, reading: Reading) -> bool:
     return True
 
 
-def _read_link(element: Element, model: ModelDescription, reading: Reading, materials) -> None:
+def _read_link(element: Element, model: ModelDescription, reading: Reading, materials: dict[str, Material]) -> None:
     if _is_ignored(element, reading):
         return
     name = reading.name(element, "<link>")
@@ -137,7 +142,7 @@ def _read_link(element: Element, model: ModelDescription, reading: Reading, mate
     model.bodies.append(body)
 
 
-def _read_inertial(element: Element, link: str, reading: Reading):
+def _read_inertial(element: Element, link: str, reading: Reading) -> SpatialInertia:
     """M_BBo_B from mass, inertia and origin; what is absent is zero."""
     reading.warn_unknown(element, ("origin", "mass", "inertia"))
     mass_element, inertia = element.find("mass"), element.find("inertia")
