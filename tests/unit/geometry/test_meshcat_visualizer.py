@@ -217,6 +217,13 @@ def test_add_to_builder_takes_the_query_port():
     builder.Build()
 
 
+def test_the_port_of_the_scene_needs_no_number():
+    """Scripts from before the second port ask so."""
+    visualizer = MeshcatVisualizer(Meshcat())
+    assert visualizer.get_input_port() is visualizer.query_object_input_port()
+    assert visualizer.get_input_port(1) is visualizer.surface_displacements_input_port()
+
+
 def test_wrong_arguments():
     meshcat, builder = Meshcat(port=0), DiagramBuilder()
     with pytest.raises(RuntimeError, match="publish_period is negative, -1"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.systems.framework import Context
-    from sheldrake.systems.framework._port import OutputPort
+    from sheldrake.systems.framework._port import InputPort, OutputPort
 
 log = logging.getLogger("drake")
 _ALPHA_STEP = 0.02
@@ -113,6 +113,10 @@ class MeshcatVisualizer(LeafSystem):
         """
         visualizer = cls(meshcat, params, surface_data)
         return add_visualizer(builder, source, visualizer, f"meshcat_visualizer({visualizer._params.prefix})")
+
+    def get_input_port(self, port_index: SupportsIndex | None = None, warn_deprecated: bool = True) -> InputPort:
+        """Input port `port_index`, by default that of the scene: the only one before surfaces could run."""
+        return super().get_input_port(0 if port_index is None else port_index, warn_deprecated)
 
     query_object_input_port = input_port(0, "Returns the input port for a SceneGraph's query port.")
     surface_displacements_input_port = input_port(
