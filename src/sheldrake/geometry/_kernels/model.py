@@ -380,7 +380,7 @@ class ContactTable(NamedTuple):
 
     Attributes:
         remembered: one row a pair of convex shapes; no rows where pairs are found in cells.
-        stack: scratch of EPA, faces to be looked at, shape (MAX_FACES,).
+        stack: scratch of EPA, faces to be looked at, shape (MAX_FACES,); of no size, as all scratch, without contacts.
         order: scratch of the sort, two permutations of the contacts, shape (capacity, 2).
         near: numbers of the near pairs, see `near`; of no size where that is not worth while.
     """
@@ -430,7 +430,7 @@ def contact_table(model: GeometryModel, capacity: int | None = None, slots: int 
     Args:
         model: the geometry.
         capacity: most contacts it can hold; by default enough for every pair to touch, at most 65536 or 16 a
-            geometry.
+            geometry. Without room for any there is no scratch to find them.
         slots: most polytopes that it can remember.
 
     Raises:
@@ -447,16 +447,17 @@ def contact_table(model: GeometryModel, capacity: int | None = None, slots: int 
             f"not for {len(model.geometry)} and {capacity}."
         )
     slots = min(convex, slots)
+    searched = int(capacity > 0)  # the scratch takes 75 kB, in each context
     watched = _num_between_solids(model) if is_watched(model) else 0
     return ContactTable(
         pair=np.zeros((capacity, ContactPair.SIZE), np.int64),
         point=np.zeros((capacity, ContactPoint.SIZE)),
         count=np.zeros(Found.SIZE, np.int64),
         X_WG=np.zeros((model.geometry.shape[0], PlacedGeometry.SIZE)),
-        work=np.zeros((WORK_ROWS, SimplexVertex.SIZE)),
-        link=np.zeros((MAX_FACES, FaceLinks.SIZE), np.int64),
-        hole=np.zeros((MAX_EDGES, HoleEdge.SIZE), np.int64),
-        stack=np.zeros(MAX_FACES, np.int64),
+        work=np.zeros((searched * WORK_ROWS, SimplexVertex.SIZE)),
+        link=np.zeros((searched * MAX_FACES, FaceLinks.SIZE), np.int64),
+        hole=np.zeros((searched * MAX_EDGES, HoleEdge.SIZE), np.int64),
+        stack=np.zeros(searched * MAX_FACES, np.int64),
         order=np.zeros((capacity, 2), np.int64),
         near=np.zeros(watched, np.int64),
         near_count=np.zeros(NearPairs.SIZE, np.int64),

@@ -1,6 +1,7 @@
 """Steps are a pure function of the state: what is remembered of contacts changes no bit."""
 
 import numpy as np
+import pytest
 
 from sheldrake.all import (
     AddMultibodyPlantSceneGraph,
@@ -12,7 +13,9 @@ from sheldrake.all import (
     RigidTransform,
     Simulator,
     SpatialInertia,
+    Sphere,
 )
+from sheldrake.systems.framework._engine.scratch import size_of
 
 DT = 1e-3
 
@@ -54,3 +57,29 @@ def test_steps_are_the_same_bits_however_often_memory_is_lost():
         states = [s.get_context().get_discrete_state_vector().CopyToVector() for s in (kept, mixed)]
         assert states[0].tobytes() == states[1].tobytes()
     assert remembered > 400
+
+
+@pytest.mark.parametrize("dt", [DT, 0.0], ids=["discrete", "continuous"])
+def test_contexts_have_scratch_for_contacts_only_where_something_can_touch(dt):
+    """That of searches is as large as that of a thousand bodies."""
+
+    def words(shapes):
+        builder = DiagramBuilder()
+        plant, _ = AddMultibodyPlantSceneGraph(builder, dt)
+        plant.AddRigidBody("falls", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        for name, X in shapes.items():
+            body = plant.world_body() if name == "ground" else plant.GetBodyByName("falls")
+            plant.RegisterCollisionGeometry(body, X, Sphere(0.1), name, CoulombFriction(0.5, 0.5))
+        plant.Finalize()
+        simulator = Simulator(builder.Build())
+        simulator.AdvanceTo(0.1)
+        context = plant.GetMyContextFromRoot(simulator.get_context())
+        z = plant.GetPositions(context)[-1]
+        assert abs(z + 0.05) < 0.01  # it falls all the same
+        return size_of(context._store.scratch(context._node))
+
+    nothing, one = words({}), words({"falls": RigidTransform()})
+    both = words({"falls": RigidTransform(), "ground": RigidTransform([9.0, 0.0, 0.0])})
+    assert nothing < 500
+    assert nothing < one < nothing + 50  # where it is
+    assert both > one + 5000
