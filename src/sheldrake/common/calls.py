@@ -292,7 +292,7 @@ class Addresses(np.ndarray):
     @classmethod
     def of(cls, arrays: tuple[np.ndarray, ...], owner: object) -> Addresses:
         """Those of some arrays, which are kept."""
-        new = np.array([next(_serial), *[HERE.place(a) for a in arrays]], np.int64).view(cls)
+        new = np.array([next(_serial), *HERE.places(arrays)], np.int64).view(cls)
         new.form = tuple([(a.dtype, a.shape, a.strides, a.dtype == np.int64 and a.tobytes()) for a in arrays])
         new.owner, new.arrays = owner, arrays
         return new

@@ -49,6 +49,12 @@ class Here:
             return _word_at(id(array) + DATA).value
         return array.__array_interface__["data"][0]  # eight times slower
 
+    def places(self, arrays: Iterable[np.ndarray]) -> list[int]:
+        """Addresses of arrays [bytes]."""
+        if sanitizer.SANITIZED or not _SEES_ARRAYS:
+            return [self.place(array) for array in arrays]
+        return [_word_at(at + DATA).value for at in map(id, arrays)]
+
     def address(self, kernel: Kernel) -> int:
         """Address of the kernel's machine code, compiled or loaded when first asked for."""
         return kernel.address

@@ -1,11 +1,13 @@
 """Diagrams that declare alike share where everything is, and nothing else."""
 
 import gc
+import types
 import weakref
 
 import numpy as np
 import pytest
 
+from sheldrake.common._native.binding import HERE, Relocation, Words
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import RevoluteJoint, SpatialInertia, UnitInertia
 from sheldrake.systems.analysis import Simulator
@@ -107,6 +109,26 @@ def test_steps_have_the_bits_of_a_plant_that_is_the_first_of_its_kind():
         first.append(bits(length))
     assert [bits(length) for length in (*lengths, *lengths)] == [*first, *first]
     assert first[0] != first[1]
+
+
+def test_addresses_are_those_of_each_array_where_one_stands_in_two_places():
+    templates = alike.Templates()
+
+    def placed(*arrays, **numbers):
+        models = {"first_model": arrays[:2], "second_model": [arrays[2], *numbers.values()]}
+        relocations = tuple(Relocation(k, array, k != 1) for k, array in enumerate(arrays))
+        row = types.SimpleNamespace(models=models)
+        words, _ = templates.placed([row, row], lambda: (Words(np.zeros(4, np.int64), relocations), [0, 3]))
+        assert words.tolist() == [HERE.place(arrays[0]), HERE.place(arrays[1]) >> 3, HERE.place(arrays[2]), 0]
+
+    a, b, c = (np.zeros(3) for _ in range(3))
+    for arrays in ((a, b, c), (a, a, b), (b, a, a), (c, b, c), (b, c, a), (a, a, a), (a, b, a)):
+        placed(*arrays)
+        placed(*arrays, x=0.5)
+    assert len(templates._known) == 10  # five ways, with a number and without
+    for other in (np.zeros(2), np.zeros(3, np.int64), np.zeros(6)[::2], np.zeros(25, np.int8)[1:].view(float)):
+        placed(a, b, other)
+    assert len(templates._known) == 14
 
 
 def test_what_is_kept_holds_no_system():

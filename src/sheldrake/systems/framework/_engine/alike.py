@@ -6,6 +6,7 @@ arrays belong to each layout; all else follows from what is declared, and is kep
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Hashable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -131,7 +132,7 @@ class Templates:
                 self._known[forms] = known
         words = known.words.copy()
         if len(known.at):
-            words[known.at] = np.array([HERE.place(a) for a in arrays], np.int64)[known.of] >> known.shift
+            words[known.at] = np.array(HERE.places(arrays), np.int64)[known.of] >> known.shift
         return words, known.begins
 
 
@@ -144,11 +145,10 @@ def _template(words: Words, begins: list[int], arrays: list[np.ndarray]) -> _Tem
 
 
 def _models_of(rows: list[Row]) -> tuple[Hashable, list[np.ndarray]]:
-    """The form of all models of rows, with which of them are the same object, and their arrays, each once."""
+    """The form of all models of rows, with which of them are the same object, and their arrays."""
     forms: list[Any] = []
     arrays: list[np.ndarray] = []
     number: dict[int, int] = {}  # of what was met
-    place: dict[int, int] = {}  # of arrays
     for row in rows:
         if not row.models:
             continue
@@ -160,19 +160,19 @@ def _models_of(rows: list[Row]) -> tuple[Hashable, list[np.ndarray]]:
             forms.append(number.setdefault(id(value), len(number)))
             if forms[-1] < len(number) - 1:
                 continue
-            is_one = not isinstance(value, (tuple, list))
-            forms.append(None if is_one else type(value))
-            for part in (value,) if is_one else value:
-                if not isinstance(part, np.ndarray):
-                    forms.append(part.hex() if isinstance(part, float) else part)  # -0.0 is not 0.0
-                    continue
-                forms.append(place.setdefault(id(part), len(arrays)))
-                if forms[-1] == len(arrays):
+            forms.append(type(value))
+            for part in value if isinstance(value, (tuple, list)) else (value,):
+                if isinstance(part, np.ndarray):
                     arrays.append(part)
-                    forms += part.dtype, part.shape, part.flags.num & _IN_ORDER
-            forms.append(_END)
+                else:
+                    forms.append(part.hex() if isinstance(part, float) else part)  # -0.0 is not 0.0
+                    forms.append(len(arrays))
+            forms.append((len(arrays),))
+    forms += map(_form_of, arrays)
+    if len({*map(id, arrays)}) < len(arrays):  # some lie in two models
+        first: dict[int, int] = {}
+        forms += [first.setdefault(id(a), k) for k, a in enumerate(arrays)]
     return tuple(forms), arrays
 
 
-_IN_ORDER = 0x101  # C-contiguous, aligned
-_END = "end"
+_form_of = operator.attrgetter("dtype", "shape", "strides", "flags.aligned")
