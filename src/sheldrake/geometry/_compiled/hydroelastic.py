@@ -317,8 +317,9 @@ def boxes_of_tree(corners: np.ndarray, leaf: np.ndarray) -> np.ndarray:
 
 def hydro_kernels(model: HydroModel) -> list[Kernel]:
     """The kernels that find a scene's contact surfaces, in their order; none when there are no pairs."""
-    present = [k for k, n in zip(_KERNELS, np.diff(model.family)) if n > 0]
-    return [hydro.begin_surfaces, *present] if present else []
+    if not len(model.pair):
+        return []
+    return [hydro.begin_surfaces, *(k for k, n in zip(_KERNELS, np.diff(model.family)) if n > 0)]
 
 
 def face_capacity(model: HydroModel) -> int:

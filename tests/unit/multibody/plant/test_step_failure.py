@@ -9,6 +9,7 @@ from sheldrake.geometry import HalfSpace, Sphere
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from sheldrake.multibody.plant._step import tuning
 from sheldrake.multibody.tree import RevoluteJoint, SpatialInertia
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
@@ -23,6 +24,7 @@ def test_the_iteration_limit_names_time_and_bodies(monkeypatch):
         return model
 
     monkeypatch.setattr(_arrays, "make_solver_model", impatient)
+    monkeypatch.setattr(tuning, "_MADE", {})
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
     for i, name in enumerate(("lone", "left", "right")):

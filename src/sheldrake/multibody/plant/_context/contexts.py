@@ -100,6 +100,8 @@ class Contexts:
         store, place, model = context._store, context._place, self._model
         start = (place.xd if self._is_discrete else place.xc)[0]
         store.S[start : start + model.nq] = lifted(model.default_positions(), store.scalar)
+        if not model.actuators:
+            return
         rotors = [x for a in model.actuators for x in (a.default_rotor_inertia(), a.default_gear_ratio())]
         store.S[place.p[0] + model.rotors_at.ravel()] = lifted(np.array(rotors, float), store.scalar)
 

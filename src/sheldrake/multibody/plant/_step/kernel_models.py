@@ -27,7 +27,7 @@ from sheldrake.multibody.plant._step.arrays import actuator_arrays, make_plant_m
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, InputPorts
 from sheldrake.multibody.plant._step.tuning import (
     set_margin,
-    solver_model_of,
+    shared_solver_model,
     supply_missing_material,
     tamsi_limit_penalty,
 )
@@ -191,15 +191,7 @@ class KernelModels:
         numbers = dt, name, stiction, near_rigid
         known = self._solver_model
         if known is None or known[0][0] is not tree or known[0][1] is not geometry_model or known[0][2:] != numbers:
-            made = solver_model_of(
-                tree,
-                geometry_model,
-                dt,
-                name,
-                hydro_model,
-                stiction_tolerance=stiction,
-                near_rigid_threshold=near_rigid,
-            )
+            made = shared_solver_model(tree, geometry_model, hydro_model, *numbers)
             known = self._solver_model = (tree, geometry_model, *numbers), made
         return known[1]
 

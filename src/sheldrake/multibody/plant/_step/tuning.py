@@ -52,6 +52,35 @@ def solver_model_of(
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
 
 
+def shared_solver_model(
+    tree_model: TreeModel,
+    geometry_model: GeometryModel,
+    hydro_model: HydroModel,
+    dt: float,
+    approximation: str,
+    stiction_tolerance: float,
+    near_rigid_threshold: float,
+) -> SolverModel:
+    """The solver's constants as `solver_model_of` makes them; plants whose solvers are the same share them."""
+    seen = touches_at_several_points(geometry_model), can_touch(geometry_model, hydro_model)
+    numbers = dt, approximation, stiction_tolerance, near_rigid_threshold
+    key = tree_model.tree.tobytes(), tree_model.dof.tobytes(), *seen, *numbers
+    model = _MADE.get(key)
+    if model is None:
+        options = dict(stiction_tolerance=stiction_tolerance, near_rigid_threshold=near_rigid_threshold)
+        model = solver_model_of(tree_model, geometry_model, dt, approximation, hydro_model, **options)
+        for array in model:
+            array.flags.writeable = False
+        if len(_MADE) >= _MOST_MADE:
+            _MADE.clear()
+        _MADE[key] = model
+    return model
+
+
+_MADE: dict[tuple[Any, ...], SolverModel] = {}
+_MOST_MADE = 32
+
+
 def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
     """Lets the contact search look ahead, as far as the approximation says.
 

@@ -49,24 +49,18 @@ def _set_abstract_defaults(store: Store, system: LeafSystem, place: Place) -> No
         store.parameters[place.abstract_parameters[0] + k].SetFrom(model)
 
 
+_TIME = np.zeros(1)
+
+
 def _default_numbers(store: Store) -> np.ndarray:
     """Time, state and parameters that all leaves declared; kept while nobody declares others."""
     layout = store.layout
     version = sum(s._defaults_version for s in store.systems)
     if layout.defaults is None or layout.defaults[0] != version:
-        leaves = [(store.systems[m], layout.places[m]) for m in layout.leaves]
-        declared = [(place.xc, system._xc_model) for system, place in leaves]
-        for system, place in leaves:
-            declared += zip(layout.groups[slice(*place.groups)], system._xd_models)
-            declared += zip(layout.parameter_groups[slice(*place.parameters)], system._pn_models)
-        plain, others = np.zeros(layout.p[1]), []
-        for (a, b), model in declared:
-            if model._v.dtype == float:
-                plain[a:b] = model._v
-            else:
-                others.append((a, b, model._v))
-        numbers = lifted(plain, store.scalar)
-        for a, b, values in others:
-            numbers[a:b] = lifted(values, store.scalar)
-        layout.defaults = version, numbers
+        leaves = [store.systems[m] for m in layout.leaves]
+        models = [system._xc_model for system in leaves]  # all one after the other, as `Memory` places them
+        models += [model for system in leaves for model in system._xd_models]
+        models += [model for system in leaves for model in system._pn_models]
+        numbers = np.concatenate([_TIME, *[model._v for model in models]])
+        layout.defaults = version, lifted(numbers, store.scalar)
     return layout.defaults[1]
