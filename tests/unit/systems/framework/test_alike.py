@@ -131,6 +131,20 @@ def test_addresses_are_those_of_each_array_where_one_stands_in_two_places():
     assert len(templates._known) == 14
 
 
+def test_of_models_a_few_small_tables_are_kept_that_nobody_writes():
+    def look_at(size, writeable=False):
+        array = np.zeros(size)
+        array.flags.writeable = writeable
+        alike._look_at((array,))
+        return weakref.ref(array)
+
+    small = [look_at(3) for _ in range(100)]
+    assert small[-1]() is not None
+    assert sum(one() is not None for one in small) == len(alike._seen) == 64
+    assert look_at(1 << 14)() is None
+    assert look_at(3, True)() is None
+
+
 def test_what_is_kept_holds_no_system():
     builder = DiagramBuilder()
     systems = [builder.AddSystem(Scaled(1.0, size=3)), builder.AddSystem(pendulum(0.3))]

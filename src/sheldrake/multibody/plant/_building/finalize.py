@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -22,7 +21,6 @@ from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compil
 from sheldrake.multibody.tree._forest import Step, span_forest
 from sheldrake.multibody.tree._frame import pose_numbers
 from sheldrake.multibody.tree._kernels import kinematics
-from sheldrake.multibody.tree._kernels.forces import empty_force_model
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.multibody.tree._rigid_body import inertia_numbers
 
@@ -62,9 +60,8 @@ def freeze(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) ->
         tuning=tuning,
         frame_rows=frame_rows,
         tree=compile_tree(description),
-        forces=empty_force_model(),
     )
-    model = dataclasses.replace(model, forces=model.forces_of(elements.force_elements))
+    model.forces = model.forces_of(elements.force_elements)
     _place_open_points(model, constraints)
     return model
 

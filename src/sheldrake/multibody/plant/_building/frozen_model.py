@@ -57,6 +57,9 @@ class Parameters:
 
 
 _NONE = np.zeros(0)
+_NO_FORCES = empty_force_model()
+for _array in _NO_FORCES:  # all share it
+    _array.flags.writeable = False
 _OF_A_BODY = ["mass [kg]", *(f"centre of mass {axis} [m]" for axis in "xyz"),
               *(f"unit inertia {axes} [m^2]" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))]  # fmt: skip
 
@@ -103,7 +106,7 @@ class FrozenModel:
     tuning: dict[str, int]
     frame_rows: dict[int, int]
     tree: TreeModel
-    forces: ForceModel
+    forces: ForceModel = _NO_FORCES
 
     @cached_property
     def row_indices(self) -> np.ndarray:
@@ -236,8 +239,10 @@ class FrozenModel:
                 ends = self.row_of(element.bodyA()), self.row_of(element.bodyB())
                 struts.append((*ends, self.start_of(element)))
         tables: list[list[tuple]] = [springs, hinges, struts, bushings]
-        arrays = zip(tables, empty_force_model())
-        return ForceModel(*(np.array(rows, np.int64).reshape(-1, empty.shape[1]) for rows, empty in arrays))
+        if not any(tables):
+            return _NO_FORCES
+        arrays = zip(tables, _NO_FORCES)
+        return ForceModel(*(np.array(rows, np.int64) if rows else empty for rows, empty in arrays))
 
     @cached_property
     def addresses(self) -> Addresses:

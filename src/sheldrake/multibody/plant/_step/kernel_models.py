@@ -55,7 +55,10 @@ class CompiledGeometry(NamedTuple):
 @functools.cache
 def _no_geometry() -> CompiledGeometry:
     """Of plants without geometry: all share it, so nobody may change it."""
-    return CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
+    points, surfaces = empty_geometry_model(), empty_hydro_model()
+    for array in (*points, *surfaces):
+        array.flags.writeable = False
+    return CompiledGeometry(None, points, [], surfaces)
 
 
 class KernelModels:
@@ -264,8 +267,10 @@ class KernelModels:
 
 def is_limited(joint: Joint) -> bool:
     """Whether the position of a joint of one degree of freedom has limits."""
+    if joint.num_velocities() != 1:
+        return False
     lower, upper = joint._limits["position"]
-    return joint.num_velocities() == 1 and bool(np.isfinite(lower[0]) or np.isfinite(upper[0]))
+    return math.isfinite(lower[0]) or math.isfinite(upper[0])
 
 
 def _dry_frictions(joints: list[Joint]) -> list[tuple[int, float]]:

@@ -123,7 +123,7 @@ class Templates:
             rows: They have the arrays.
             join: Gives `Words` with an address left out for each array, and where those of each row begin.
         """
-        forms, arrays = _models_of(rows)
+        forms, arrays, places = _models_of(rows)
         known = self._known.get(forms)
         if known is None:
             words, begins = join()
@@ -132,7 +132,7 @@ class Templates:
                 self._known[forms] = known
         words = known.words.copy()
         if len(known.at):
-            words[known.at] = np.array(HERE.places(arrays), np.int64)[known.of] >> known.shift
+            words[known.at] = np.array(places, np.int64)[known.of] >> known.shift
         return words, known.begins
 
 
@@ -144,10 +144,45 @@ def _template(words: Words, begins: list[int], arrays: list[np.ndarray]) -> _Tem
     return _Template(words.words, begins, *(np.array(numbers, np.int64) for numbers in (at, of, shift)))
 
 
-def _models_of(rows: list[Row]) -> tuple[Hashable, list[np.ndarray]]:
-    """The form of all models of rows, with which of them are the same object, and their arrays."""
+class _Seen(NamedTuple):
+    """A model of a kernel, an array or a table, as layouts see it."""
+
+    model: Any
+    form: Hashable
+    arrays: list[np.ndarray]
+    places: list[int]
+    """Addresses of the arrays [bytes]."""
+
+
+_seen: dict[int, _Seen] = {}
+_MOST_SEEN, _SMALL = 64, 1 << 14  # tables, bytes of one
+_form_of = operator.attrgetter("dtype", "shape", "strides", "flags.aligned")
+_is_writable, _bytes_of = operator.attrgetter("flags.writeable"), operator.attrgetter("nbytes")
+
+
+def _look_at(model: Any) -> _Seen:
+    """Looks at a model; read-only tables, which are many layouts', are known from the last time if they are small."""
+    known = _seen.get(id(model))
+    if known is None:
+        parts = model if isinstance(model, (tuple, list)) else (model,)
+        arrays = [part for part in parts if isinstance(part, np.ndarray)]
+        form: list[Any] = [type(model), len(arrays), *map(_form_of, arrays)]
+        if len(arrays) < len(parts):  # -0.0 is not 0.0
+            form += [None if isinstance(x, np.ndarray) else x.hex() if isinstance(x, float) else x for x in parts]
+        known = _Seen(model, tuple(form), arrays, HERE.places(arrays))
+        shared = isinstance(model, tuple) and not any(map(_is_writable, arrays))
+        if shared and sum(map(_bytes_of, arrays)) <= _SMALL:
+            if len(_seen) >= _MOST_SEEN:
+                _seen.pop(next(iter(_seen)), None)  # another thread may have taken it out
+            _seen[id(model)] = known
+    return known
+
+
+def _models_of(rows: list[Row]) -> tuple[Hashable, list[np.ndarray], list[int]]:
+    """The form of all models of rows, with which of them are the same object; their arrays, and where these are."""
     forms: list[Any] = []
     arrays: list[np.ndarray] = []
+    places: list[int] = []
     number: dict[int, int] = {}  # of what was met
     for row in rows:
         if not row.models:
@@ -156,23 +191,14 @@ def _models_of(rows: list[Row]) -> tuple[Hashable, list[np.ndarray]]:
         if forms[-1] < len(number) - 1:
             continue
         forms.append(tuple(row.models))
-        for value in row.models.values():
-            forms.append(number.setdefault(id(value), len(number)))
-            if forms[-1] < len(number) - 1:
-                continue
-            forms.append(type(value))
-            for part in value if isinstance(value, (tuple, list)) else (value,):
-                if isinstance(part, np.ndarray):
-                    arrays.append(part)
-                else:
-                    forms.append(part.hex() if isinstance(part, float) else part)  # -0.0 is not 0.0
-                    forms.append(len(arrays))
-            forms.append((len(arrays),))
-    forms += map(_form_of, arrays)
+        for model in row.models.values():
+            forms.append(number.setdefault(id(model), len(number)))
+            if forms[-1] == len(number) - 1:
+                seen = _look_at(model)
+                forms.append(seen.form)
+                arrays += seen.arrays
+                places += seen.places
     if len({*map(id, arrays)}) < len(arrays):  # some lie in two models
         first: dict[int, int] = {}
         forms += [first.setdefault(id(a), k) for k, a in enumerate(arrays)]
-    return tuple(forms), arrays
-
-
-_form_of = operator.attrgetter("dtype", "shape", "strides", "flags.aligned")
+    return tuple(forms), arrays, places
