@@ -296,7 +296,7 @@ class Form:
     def __init__(self, kernel: Kernel):
         from sheldrake.common._native.binding import HERE, first_words
 
-        self._kernel, self._place = kernel, HERE.place
+        self._kernel, self._place, self._places = kernel, HERE.place, HERE.places
         begin = first_words(kernel)
         self._parts = [(p.name, p.kind, any(field.absolute for field in p.fields)) for p in kernel.parameters]
         self._scalars = {p.name: (p.kind, begin[p.name]) for p in kernel.parameters if p.kind in ("float", "int")}
@@ -309,7 +309,6 @@ class Form:
             known: Words of parameters that were bound before to the same arrays, and where new ones of models are kept.
         """
         words: list[int] = []
-        place = self._place
         for name, kind, absolute in self._parts:
             if kind in self._NUMBERS:
                 words += self._NUMBERS[kind]
@@ -317,8 +316,9 @@ class Form:
             found = known.get(name)
             if found is None:
                 found, shift = [], 0 if absolute else 3
-                for array in arrays[name] if kind == "tuple" else (arrays[name],):
-                    found += (place(array) >> shift, *array.shape)
+                parts = arrays[name] if kind == "tuple" else (arrays[name],)
+                for array, where in zip(parts, self._places(parts)):
+                    found += (where >> shift, *array.shape)
                 if absolute:
                     known[name] = found
             words += found

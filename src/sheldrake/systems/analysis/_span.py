@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import operator
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,7 +100,7 @@ class Span:
         if row.node < 0:
             return None  # a witness row: filled in by the simulator
         if row.native:
-            return self._checked_kernel(r, row) if row.free else lambda: store._call_kernel(r, row)
+            return self._checked_kernel(r, row) if row.free else partial(store._call_kernel, r, row)
         system = store.systems[row.node]
         if row.node not in self._held:
             ports = [system._input_port(i) for i in range(system.num_input_ports())]

@@ -50,6 +50,10 @@ _RANK_OF = {_program.AT_START: 0, _program.PER_STEP: 1}
 """In a system, what these trigger comes before what clocks do."""
 
 
+_NOTHING: dict[str, Any] = {}
+"""Of all rows that read nothing: a dict of its own for each is many objects that live long."""
+
+
 @dataclasses.dataclass(slots=True)
 class Row:
     """One computation of one leaf."""
@@ -62,9 +66,9 @@ class Row:
     event: EventDeclaration | None = None
     free: tuple[int, ...] = ()
     """Free inputs that a kernel needs."""
-    models: dict = dataclasses.field(default_factory=dict)
+    models: dict = dataclasses.field(default_factory=lambda: _NOTHING)
     """Constant arrays, by parameter name."""
-    reads: dict[str, Slot] = dataclasses.field(default_factory=dict)
+    reads: dict[str, Slot] = dataclasses.field(default_factory=lambda: _NOTHING)
     """Inputs of another system that a kernel reads, by parameter name."""
 
     native: bool = dataclasses.field(init=False)
