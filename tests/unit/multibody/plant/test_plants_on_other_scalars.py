@@ -212,6 +212,6 @@ def test_allocated_outputs_are_the_callers_own(T):
     plant = built("revolute") if T is float else made("revolute", T, "converted")
     port = plant.get_body_poses_output_port()
     first = port.Allocate()
-    first.get_mutable_value()[0] = RigidTransform_[T]([1.0, 0.0, 0.0])
+    first.get_value()[0] = RigidTransform_[T]([1.0, 0.0, 0.0])  # a list of its own, in Drake too
     (X, *_) = port.Allocate().get_value()
     assert type(X) is RigidTransform_[T] and X.IsExactlyEqualTo(RigidTransform_[T]())
