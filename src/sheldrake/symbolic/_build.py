@@ -209,9 +209,14 @@ def variable(v: Variable) -> Expression:
     if e is None:
         if v._type is Variable.Type.BOOLEAN:
             raise RuntimeError(f"Expression(): {v!r} is a Boolean variable; it belongs in a Formula.")
-        # The variable keeps its node alive, and both hold each other: they live as long as the process needs either.
-        v._expression = e = _node(_VAR, (v,))
-        e._number, e._order, e._variables = next(_serials), (_VAR, v._id), frozenset((v,))
+        v._expression = e = node_of(v)  # both hold each other: they go when circles are collected
+    return e
+
+
+def node_of(v: Variable) -> Expression:
+    """An expression of a variable that the variable does not keep, for many that are made for one program."""
+    e = _node(_VAR, (v,))
+    e._number, e._order = -v._id or next(_serials), (_VAR, v._id)  # a dummy has no number of its own
     return e
 
 
@@ -455,7 +460,7 @@ def multiply(a: Expression, b: Expression) -> Expression:
     """a * b."""
     kind, other = a._kind, b._kind
     if kind == _VAR and other == _VAR:
-        if a is b:
+        if a._number == b._number:
             return _node(_POW, (a, TWO))
         return _product_node(1.0, {a._number: (a, ONE), b._number: (b, ONE)}, None)
     if a is ZERO or b is ZERO:
@@ -616,7 +621,7 @@ if TYPE_CHECKING:
 
 def fold(expressions: Iterable[Expression], rule: _Rule[_Value]) -> list[_Value]:
     """What a rule makes of expressions: `rule(e, of)` asks `of` for parts; of each part it is asked once."""
-    expressions, of = list(expressions), _asked_once(rule)
+    expressions, of = list(expressions), _AskedOnce(rule)
     try:
         return [of(e) for e in expressions]
     except RecursionError:
@@ -626,19 +631,22 @@ def fold(expressions: Iterable[Expression], rule: _Rule[_Value]) -> list[_Value]
         return [of(e) for e in expressions]
 
 
-def _asked_once(rule: _Rule[_Value]) -> Callable[[Expression], _Value]:
-    done: dict[int, _Value] = {}
+class _AskedOnce:
+    """What a rule makes of parts, each asked once. It refers to no function that refers to it: it goes at once."""
 
-    def of(e: Expression) -> _Value:
+    __slots__ = ("_done", "_rule")
+
+    def __init__(self, rule: _Rule[Any]) -> None:
+        self._rule, self._done = rule, dict[int, Any]()
+
+    def __call__(self, e: Expression) -> Any:
         n = e._number
-        found = done.get(n)
+        found = self._done.get(n)
         if found is None:
-            found = rule(e, of)
+            found = self._rule(e, self)
             if n:
-                done[n] = found
+                self._done[n] = found
         return found
-
-    return of
 
 
 def written(e: Expression, rule: _Rule[str]) -> str:
@@ -648,7 +656,7 @@ def written(e: Expression, rule: _Rule[str]) -> str:
         MemoryError: a deep one has more characters than anybody reads.
     """
     try:
-        return _asked_once(rule)(e)
+        return _AskedOnce(rule)(e)
     except RecursionError:
         return _written_from_the_top(e, rule)
 

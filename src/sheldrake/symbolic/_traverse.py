@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 def variables_of(e: Expression) -> frozenset[Variable]:
     """The variables in an expression; kept with it."""
     if e._variables is None:
+        if e._kind == k.VAR:
+            e._variables = frozenset(e._made)
+            return e._variables
         found: set[Variable] = set()
         if e._kind == k.ADD or e._kind == k.MUL:
             parts = e._terms.values()

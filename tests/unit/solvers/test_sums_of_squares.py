@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,23 @@ def test_a_basis_is_of_indeterminates():
     a = prog.NewContinuousVariables(1, "a")[0]
     with pytest.raises(RuntimeError, match="indeterminates of the program"):
         prog.AddSosConstraint(p, MonomialBasis(Variables([x, a]), 2))
+
+
+def test_programs_leave_nothing_that_has_to_be_looked_for():
+    """What polynomials are made of goes with them; circles would wait for a collection."""
+
+    def set_up_and_forget():
+        prog = MathematicalProgram()
+        xs = Variables(prog.NewIndeterminates(2, "x"))
+        V = prog.NewFreePolynomial(xs, 4)
+        prog.AddSosConstraint(V - prog.NewSosPolynomial(xs, 2)[0])
+        prog.AddSosConstraint(V.ToExpression() * 2.0)
+
+    set_up_and_forget()
+    gc.collect()
+    gc.disable()
+    try:
+        set_up_and_forget()
+        assert gc.collect() == 0
+    finally:
+        gc.enable()

@@ -35,6 +35,8 @@ from sheldrake.symbolic import (
     Variable,
     Variables,
 )
+from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.symbolic._decompose import affine_sum, parted
 from sheldrake.symbolic._keys import Keys, Part, Sums, in_common, keys_for, number_or
@@ -97,8 +99,9 @@ class ProgramPolynomials:
 
     def _free(self, basis: np.ndarray, coeff_name: str) -> Polynomial:
         coefficients = self._variables.NewContinuousVariables(len(basis), coeff_name)
-        keys, terms = keys_for(basis), [(m, kinds.expression(c)) for m, c in zip(basis, coefficients)]
-        return Polynomial._of(keys, {keys.key(m): c for m, c in terms}, False, decided=frozenset(coefficients))
+        keys = keys_for(basis)
+        part = {keys.key(m): build.node_of(c) for m, c in zip(basis, coefficients)}
+        return Polynomial._of(keys, part, False, decided=frozenset(coefficients))
 
     def NewFreePolynomial(self, indeterminates: Variables, deg: int, coeff_name: str = "a") -> Polynomial:
         """Returns a polynomial of a degree with new variables as coefficients."""
@@ -366,11 +369,14 @@ def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     """m' Q m for a symmetric matrix of variables or expressions."""
     keys = keys_for(basis)
     at, times, out = list(map(keys.key, basis)), keys.times, Sums()
-    entries = [[kinds.expression(x) for x in row] for row in Q]
-    for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
-        out.add(times(at[i], at[j]), number_or(entries[i][j]), 1.0 if i == j else 2.0)
-    decided = frozenset().union(*[traverse.variables_of(e) for row in entries for e in row])
-    return Polynomial._of(keys, out.whole(), decided=decided)
+    entries, decided = Q.tolist(), set[Variable]()
+    for i, row in enumerate(entries):
+        for j in range(i, len(at)):
+            x = row[j]
+            e = build.node_of(x) if x.__class__ is Variable else kinds.expression(x)
+            out.add(times(at[i], at[j]), number_or(e), 1.0 if i == j else 2.0)
+            decided.update(e._made if e._kind == k.VAR else traverse.variables_of(e))
+    return Polynomial._of(keys, out.whole(), decided=frozenset(decided))
 
 
 def half_newton_basis(keys: Keys, part: Part) -> np.ndarray:
