@@ -434,12 +434,13 @@ def multiply_into(factors: Factors, e: Expression) -> float:
             return e._constant
         c = e._constant
         for base, exponent in e._terms.values():
-            c *= _multiply_by(factors, base, exponent)
+            c *= multiply_by(factors, base, exponent)
         return c
-    return _multiply_by(factors, e, ONE)
+    return multiply_by(factors, e, ONE)
 
 
-def _multiply_by(factors: Factors, base: Expression, exponent: Expression) -> float:
+def multiply_by(factors: Factors, base: Expression, exponent: Expression) -> float:
+    """Multiplies the factors by a power and returns the constant that is left."""
     if base._kind == _POW:
         base, exponent = base._made[0], multiply(base._made[1], exponent)
     n = base._number or number_of(base)
@@ -460,7 +461,7 @@ def multiply(a: Expression, b: Expression) -> Expression:
     """a * b."""
     kind, other = a._kind, b._kind
     if kind == _VAR and other == _VAR:
-        if a._number == b._number:
+        if a is b or a._number == b._number:
             return _node(_POW, (a, TWO))
         return _product_node(1.0, {a._number: (a, ONE), b._number: (b, ONE)}, None)
     if a is ZERO or b is ZERO:
