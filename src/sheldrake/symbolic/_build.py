@@ -36,7 +36,6 @@ _REAL = (float, int, np.floating, np.integer, np.bool_)
 _ADD, _MUL, _POW, _CONSTANT, _VAR = k.ADD, k.MUL, k.POW, k.CONSTANT, k.VAR
 _COMMUTATIVE, _LEAVES = {_ADD, _MUL}, {_CONSTANT, _VAR, k.NAN}
 _serials = itertools.count(1)
-_reference = weakref.ref
 _new = object.__new__
 
 
@@ -74,19 +73,27 @@ def found_of(e: Expression) -> dict[Any, Any]:
     return found
 
 
+class _Known(weakref.ref):
+    """A node that has a number, as the table has it: with what it is found by."""
+
+    __slots__ = ("identity",)
+    identity: tuple
+
+
 class _Table:
-    """A node of each number that was asked for. Nodes that are gone are swept out as often as their number doubles."""
+    """A node of each number that was asked for, while it lives: what stayed longer would burden garbage collections."""
 
     def __init__(self) -> None:
-        self._nodes: dict[tuple, weakref.ref[Expression]] = {}
-        self._limit = 4096
+        self._nodes: dict[tuple, _Known] = {}
+        self._forgets = self._forget
 
     def __len__(self) -> int:
         return len(self._nodes)
 
     def number(self, e: Expression) -> int:
         """The number of a node: that of an equal one that lives, which it keeps alive from then on, or a new one."""
-        identity, own = _identity(e), _reference(e)
+        identity, own = _identity(e), _Known(e, self._forgets)
+        own.identity = identity
         known = self._nodes.setdefault(identity, own)
         if known is not own:
             twin = known()
@@ -95,13 +102,11 @@ class _Table:
                 return e._number
             self._nodes[identity] = own
         e._number = n = next(_serials)
-        if not n % 256 and len(self._nodes) > self._limit:
-            self._sweep()
         return n
 
-    def _sweep(self) -> None:
-        self._nodes = {identity: node for identity, node in list(self._nodes.items()) if node() is not None}
-        self._limit = max(4096, 2 * len(self._nodes))
+    def _forget(self, gone: _Known) -> None:
+        if self._nodes.get(gone.identity) is gone:
+            del self._nodes[gone.identity]
 
 
 table = _Table()
