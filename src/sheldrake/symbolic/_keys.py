@@ -137,12 +137,14 @@ class Keys:
                 key ^= n << _BITS * i
                 base = bases[i]
                 factors[base._number] = base, _SMALL.get(n) or _build.numbered(_build.constant(n))
-            if c.__class__ is not float:
-                if c._kind == k.DIV:
-                    constant += _build.add_into(terms, _build.multiply(c, _build.make_product(1.0, factors)))
-                    continue
+            if c.__class__ is float:
+                term = _build.make_product(1.0, factors)
+                terms[term._number or _build.number_of(term)] = term, c
+            elif c._kind == k.DIV:
+                constant += _build.add_into(terms, _build.multiply(c, _build.make_product(1.0, factors)))
+            else:
                 c = _build.multiply_into(factors, c)
-            constant += _build.add_scaled_into(terms, c, _build.make_product(1.0, factors))
+                constant += _build.add_scaled_into(terms, c, _build.make_product(1.0, factors))
         return _build.make_sum(constant, terms)
 
     def plain(self, coefficients: Coefficients) -> Part:
