@@ -36,7 +36,6 @@ _REAL = (float, int, np.floating, np.integer, np.bool_)
 _ADD, _MUL, _POW, _CONSTANT, _VAR = k.ADD, k.MUL, k.POW, k.CONSTANT, k.VAR
 _COMMUTATIVE, _LEAVES = {_ADD, _MUL}, {_CONSTANT, _VAR, k.NAN}
 _serials = itertools.count(1)
-_reference = weakref.ref
 _new = object.__new__
 
 
@@ -74,19 +73,27 @@ def found_of(e: Expression) -> dict[Any, Any]:
     return found
 
 
+class _Known(weakref.ref):
+    """A node that has a number, as the table has it: with what it is found by."""
+
+    __slots__ = ("identity",)
+    identity: tuple
+
+
 class _Table:
-    """A node of each number that was asked for. Nodes that are gone are swept out as often as their number doubles."""
+    """A node of each number that was asked for, while it lives: what stayed longer would burden garbage collections."""
 
     def __init__(self) -> None:
-        self._nodes: dict[tuple, weakref.ref[Expression]] = {}
-        self._limit = 4096
+        self._nodes: dict[tuple, _Known] = {}
+        self._forgets = self._forget
 
     def __len__(self) -> int:
         return len(self._nodes)
 
     def number(self, e: Expression) -> int:
         """The number of a node: that of an equal one that lives, which it keeps alive from then on, or a new one."""
-        identity, own = _identity(e), _reference(e)
+        identity, own = _identity(e), _Known(e, self._forgets)
+        own.identity = identity
         known = self._nodes.setdefault(identity, own)
         if known is not own:
             twin = known()
@@ -95,13 +102,11 @@ class _Table:
                 return e._number
             self._nodes[identity] = own
         e._number = n = next(_serials)
-        if not n % 256 and len(self._nodes) > self._limit:
-            self._sweep()
         return n
 
-    def _sweep(self) -> None:
-        self._nodes = {identity: node for identity, node in list(self._nodes.items()) if node() is not None}
-        self._limit = max(4096, 2 * len(self._nodes))
+    def _forget(self, gone: _Known) -> None:
+        if self._nodes.get(gone.identity) is gone:
+            del self._nodes[gone.identity]
 
 
 table = _Table()
@@ -209,9 +214,14 @@ def variable(v: Variable) -> Expression:
     if e is None:
         if v._type is Variable.Type.BOOLEAN:
             raise RuntimeError(f"Expression(): {v!r} is a Boolean variable; it belongs in a Formula.")
-        # The variable keeps its node alive, and both hold each other: they live as long as the process needs either.
-        v._expression = e = _node(_VAR, (v,))
-        e._number, e._order, e._variables = next(_serials), (_VAR, v._id), frozenset((v,))
+        v._expression = e = node_of(v)  # both hold each other: they go when circles are collected
+    return e
+
+
+def node_of(v: Variable) -> Expression:
+    """An expression of a variable that the variable does not keep, for many that are made for one program."""
+    e = _node(_VAR, (v,))
+    e._number, e._order = -v._id or next(_serials), (_VAR, v._id)  # a dummy has no number of its own
     return e
 
 
@@ -429,12 +439,13 @@ def multiply_into(factors: Factors, e: Expression) -> float:
             return e._constant
         c = e._constant
         for base, exponent in e._terms.values():
-            c *= _multiply_by(factors, base, exponent)
+            c *= multiply_by(factors, base, exponent)
         return c
-    return _multiply_by(factors, e, ONE)
+    return multiply_by(factors, e, ONE)
 
 
-def _multiply_by(factors: Factors, base: Expression, exponent: Expression) -> float:
+def multiply_by(factors: Factors, base: Expression, exponent: Expression) -> float:
+    """Multiplies the factors by a power and returns the constant that is left."""
     if base._kind == _POW:
         base, exponent = base._made[0], multiply(base._made[1], exponent)
     n = base._number or number_of(base)
@@ -455,7 +466,7 @@ def multiply(a: Expression, b: Expression) -> Expression:
     """a * b."""
     kind, other = a._kind, b._kind
     if kind == _VAR and other == _VAR:
-        if a is b:
+        if a is b or a._number == b._number:
             return _node(_POW, (a, TWO))
         return _product_node(1.0, {a._number: (a, ONE), b._number: (b, ONE)}, None)
     if a is ZERO or b is ZERO:
@@ -616,7 +627,7 @@ if TYPE_CHECKING:
 
 def fold(expressions: Iterable[Expression], rule: _Rule[_Value]) -> list[_Value]:
     """What a rule makes of expressions: `rule(e, of)` asks `of` for parts; of each part it is asked once."""
-    expressions, of = list(expressions), _asked_once(rule)
+    expressions, of = list(expressions), _AskedOnce(rule)
     try:
         return [of(e) for e in expressions]
     except RecursionError:
@@ -626,19 +637,22 @@ def fold(expressions: Iterable[Expression], rule: _Rule[_Value]) -> list[_Value]
         return [of(e) for e in expressions]
 
 
-def _asked_once(rule: _Rule[_Value]) -> Callable[[Expression], _Value]:
-    done: dict[int, _Value] = {}
+class _AskedOnce:
+    """What a rule makes of parts, each asked once. It refers to no function that refers to it: it goes at once."""
 
-    def of(e: Expression) -> _Value:
+    __slots__ = ("_done", "_rule")
+
+    def __init__(self, rule: _Rule[Any]) -> None:
+        self._rule, self._done = rule, dict[int, Any]()
+
+    def __call__(self, e: Expression) -> Any:
         n = e._number
-        found = done.get(n)
+        found = self._done.get(n)
         if found is None:
-            found = rule(e, of)
+            found = self._rule(e, self)
             if n:
-                done[n] = found
+                self._done[n] = found
         return found
-
-    return of
 
 
 def written(e: Expression, rule: _Rule[str]) -> str:
@@ -648,7 +662,7 @@ def written(e: Expression, rule: _Rule[str]) -> str:
         MemoryError: a deep one has more characters than anybody reads.
     """
     try:
-        return _asked_once(rule)(e)
+        return _AskedOnce(rule)(e)
     except RecursionError:
         return _written_from_the_top(e, rule)
 

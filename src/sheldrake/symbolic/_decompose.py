@@ -78,6 +78,60 @@ def linear_terms(e: Expression) -> LinearTerms | None:
     return (terms, scale * found[1]) if all([c for _, c in terms]) else None
 
 
+def affine_sum(parts: Iterable[tuple[float, Coefficient]]) -> tuple[dict[Variable, float], float]:
+    """Variables with their coefficients, none of them zero, and the constant of a sum of numbers times coefficients.
+
+    Raises:
+        RuntimeError: the sum is not affine.
+    """
+    total: dict[Variable, float] = {}
+    constant = 0.0
+    parts = list(parts)
+    for factor, c in parts:
+        if c.__class__ is float:
+            constant += factor * c  # type: ignore[operator]
+            continue
+        rest = _add_affine(total, factor, c)  # type: ignore[arg-type]
+        if rest is None:
+            return _expanded_affine_sum(parts)
+        constant += rest
+    return {v: c for v, c in total.items() if c} if 0.0 in total.values() else total, constant
+
+
+def _add_affine(total: dict[Variable, float], factor: float, e: Expression) -> float | None:
+    """Adds a number times a sum, and sums in it, of variables; returns the constant; None if there is more in it."""
+    kind = e._kind
+    if kind == k.ADD:
+        constant: float = factor * e._constant
+        for t, c in e._terms.values():
+            if t._kind == k.VAR:
+                v = t._made[0]
+                total[v] = total.get(v, 0.0) + factor * c
+                continue
+            rest = _add_affine(total, factor * c, t)
+            if rest is None:
+                return None
+            constant += rest
+        return constant
+    if kind == k.VAR:
+        v = e._made[0]
+        total[v] = total.get(v, 0.0) + factor
+        return 0.0
+    if kind == k.MUL and len(e._terms) == 1:
+        ((base, exponent),) = e._terms.values()
+        return _add_affine(total, factor * e._constant, base) if exponent is _build.ONE else None
+    return factor * e._made[0] if kind == k.CONSTANT else None
+
+
+def _expanded_affine_sum(parts: list[tuple[float, Coefficient]]) -> tuple[dict[Variable, float], float]:
+    """`affine_sum` of what has to be multiplied out as a whole, as parts may cancel."""
+    e = expand(_build.combination(0.0, [(factor, as_expression(c)) for factor, c in parts]))
+    found = linear_terms(e)
+    if found is None:
+        raise RuntimeError(f"Expression {e} is non-linear.")
+    return dict(found[0]), found[1]
+
+
 def flat_terms(e: Expression) -> list[tuple[float, list[tuple[Variable, int]]]] | None:
     """The terms of a polynomial that is expanded as it is: numbers and powers of variables; None for others."""
     if e._kind == k.ADD:

@@ -123,12 +123,12 @@ class Keys:
         return sorted(part)
 
     def sum_of(self, part: Part) -> Expression:
-        """The sum of monomials times numbers."""
-        constant, terms = 0.0, {}
+        """The sum of monomials times coefficients."""
+        constant, terms = 0.0, _build.Terms()
         bases = [v._expression or _build.variable(v) for v in reversed(self.variables)]
         for key, c in part.items():
             if not key:
-                constant = c
+                constant += c if c.__class__ is float else _build.add_into(terms, c)
                 continue
             factors: _build.Factors = {}
             while key:
@@ -137,8 +137,14 @@ class Keys:
                 key ^= n << _BITS * i
                 base = bases[i]
                 factors[base._number] = base, _SMALL.get(n) or _build.numbered(_build.constant(n))
-            term = _build.make_product(1.0, factors)
-            terms[term._number or _build.number_of(term)] = term, c
+            if c.__class__ is float:
+                term = _build.make_product(1.0, factors)
+                terms[term._number or _build.number_of(term)] = term, c
+            elif c._kind == k.DIV:
+                constant += _build.add_into(terms, _build.multiply(c, _build.make_product(1.0, factors)))
+            else:
+                c = _build.multiply_into(factors, c)
+                constant += _build.add_scaled_into(terms, c, _build.make_product(1.0, factors))
         return _build.make_sum(constant, terms)
 
     def plain(self, coefficients: Coefficients) -> Part:
@@ -200,7 +206,7 @@ class _ManyKeys(Keys):
         return sorted(part, key=Monomial._key)
 
     def sum_of(self, part: Part) -> Expression:
-        return _build.combination(0.0, [(c, key.ToExpression()) for key, c in part.items()])
+        return _build.sum_of([_build.multiply(as_expression(c), key.ToExpression()) for key, c in part.items()])
 
     def move(self, to: Keys) -> Move | None:
         return None

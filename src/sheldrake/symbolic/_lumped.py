@@ -50,18 +50,33 @@ def _split(term: Expression, parameters: set[Variable]) -> tuple[Expression, Exp
     Raises:
         RuntimeError: a factor mixes both.
     """
-    variables = variables_of(term)
-    if not variables & parameters:
-        return term, _build.ONE
-    if variables <= parameters and term._kind != k.MUL:
-        return _build.ONE, term
-    if term._kind == k.MUL:
-        coefficient, alpha = _build.constant(term._args[0]), _build.ONE
-        for base, exponent in term._args[1]:
-            c, a = _split(_build.power(base, exponent), parameters)
-            coefficient, alpha = _build.multiply(coefficient, c), _build.multiply(alpha, a)
-        return coefficient, alpha
+    if term._kind != k.MUL:
+        return (_build.ONE, term) if _are_parameters(term, parameters) else (term, _build.ONE)
+    free: _build.Factors = {}
+    lumped: _build.Factors = {}
+    for n, (base, exponent) in term._terms.items():
+        if exponent._kind == k.CONSTANT:
+            is_lumped = _are_parameters(base, parameters)
+        else:
+            is_lumped = _are_parameters(_build.power(base, exponent), parameters)
+        (lumped if is_lumped else free)[n] = base, exponent
+    return _build.make_product(term._constant, free), _build.make_product(1.0, lumped)
+
+
+def _are_parameters(e: Expression, parameters: set[Variable]) -> bool:
+    """Whether all variables of an expression are parameters; not if it has none.
+
+    Raises:
+        RuntimeError: some are, others are not.
+    """
+    if e._kind == k.VAR:
+        return e._made[0] in parameters
+    variables = variables_of(e)
+    if variables.isdisjoint(parameters):
+        return False
+    if variables <= parameters:
+        return True
     raise RuntimeError(
-        f"{term} cannot be factored into lumped parameters, since it depends on both parameters and non-parameter "
+        f"{e} cannot be factored into lumped parameters, since it depends on both parameters and non-parameter "
         "variables."
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -262,20 +263,21 @@ def _in_order(monomials: Iterable[Monomial]) -> np.ndarray:
     return object_array(sorted(monomials, key=lambda m: (-m.total_degree(), m._key())))
 
 
-def _of_degree(variables: list[Variable], degree: int) -> list[Monomial]:
-    """All of a total degree, in order."""
+@functools.lru_cache(maxsize=64)
+def _of_degree(variables: tuple[Variable, ...], degree: int) -> tuple[Monomial, ...]:
+    """All of a total degree, in order: to be read, or copied."""
     out = []
     for chosen in itertools.combinations_with_replacement(variables, degree):
         powers: dict[Variable, int] = {}
         for v in chosen:
             powers[v] = powers.get(v, 0) + 1
         out.append(Monomial._ordered(powers))
-    return out[::-1]
+    return tuple(out[::-1])
 
 
 def _of_degrees(vars: Any, degrees: Sequence[int]) -> np.ndarray:
-    variables = list(Variables(vars))
-    return object_array([m for d in reversed(degrees) for m in _of_degree(variables, d)])
+    variables = tuple(Variables(vars))
+    return object_array([m.__copy__() for d in reversed(degrees) for m in _of_degree(variables, d)])
 
 
 @overloaded(
@@ -290,7 +292,7 @@ def MonomialBasis(sets: Mapping[Variables, int]) -> np.ndarray:
     """
     if sum(len(v) for v in sets) != len(Variables([x for v in sets for x in v])):
         raise RuntimeError("MonomialBasis(): the sets of variables must not share any.")
-    factors = [[m for d in range(n + 1) for m in _of_degree(list(v), d)] for v, n in sets.items()]
+    factors = [[m for d in range(n + 1) for m in _of_degree(tuple(v), d)] for v, n in sets.items()]
     out = []
     for chosen in itertools.product(*factors):
         product = Monomial()

@@ -207,14 +207,7 @@ class Polynomial:
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""
-        if self._is_numeric():
-            return self._keys.sum_of(self._part)
-        return _build.sum_of(
-            [
-                _build.multiply(as_expression(c), self._keys.monomial(key).ToExpression())
-                for key, c in self._part.items()
-            ]
-        )
+        return self._keys.sum_of(self._part)
 
     # Values
 

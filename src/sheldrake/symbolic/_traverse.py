@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 def variables_of(e: Expression) -> frozenset[Variable]:
     """The variables in an expression; kept with it."""
     if e._variables is None:
+        if e._kind == k.VAR:
+            e._variables = frozenset(e._made)
+            return e._variables
         found: set[Variable] = set()
         if e._kind == k.ADD or e._kind == k.MUL:
             parts = e._terms.values()
@@ -332,16 +335,43 @@ class _Substitution:
         return lambda values: make(*[part if i < 0 else values[i] for i, part in parts])
 
 
+_ONE_BY_ONE = {k.CONSTANT, k.DIV, k.NAN}
+"""Kinds of factors that products and quotients make something else of."""
+
+
 def _multiplied(
     out: Expression, factors: list[tuple[int, Expression, int, Expression]], values: list[Expression]
 ) -> Expression:
     """A product times powers; a base or an exponent whose place is not -1 is among the values."""
-    for i, base, j, exponent in factors:
-        factor = base if i < 0 else values[i]
-        if exponent is not _build.ONE:
-            factor = _build.power(factor, exponent if j < 0 else values[j])
+    given = [(base if i < 0 else values[i], exponent if j < 0 else values[j]) for i, base, j, exponent in factors]
+    if out is _build.ONE and len(given) == 1:
+        ((base, exponent),) = given
+        return base if exponent is _build.ONE else _build.power(base, exponent)
+    product = _gathered(out, given)
+    if product is not None:
+        return product
+    for base, exponent in given:
+        factor = base if exponent is _build.ONE else _build.power(base, exponent)
         out = factor if out is _build.ONE else _build.multiply(out, factor)
     return out
+
+
+def _gathered(out: Expression, powers: list[tuple[Expression, Expression]]) -> Expression | None:
+    """The product of an expression and powers without products on the way; None where such a one is more than that."""
+    if out._kind == k.DIV or out is _build.MINUS_ONE or out is _build.ZERO:
+        return None
+    factors: _build.Factors = {}
+    c = _build.multiply_into(factors, out)
+    for base, exponent in powers:
+        if exponent is _build.ONE:
+            if base._kind in _ONE_BY_ONE:
+                return None
+            c *= _build.multiply_into(factors, base)
+        elif base._kind in _ONE_BY_ONE or base._kind == k.POW or exponent._kind != k.CONSTANT or not exponent._made[0]:
+            return None
+        else:
+            c *= _build.multiply_by(factors, base, exponent)
+    return _build.make_product(c, factors) if c else None
 
 
 # Expansion

@@ -324,7 +324,7 @@ def test_bases_of_sums_of_squares_depend_on_exponents_alone():
     def exponents(scale, terms):
         x, y = MathematicalProgram().NewIndeterminates(2, "x")
         p = Polynomial(sum((scale * x**i * y**j for i, j in terms), Expression(0.0)), Variables([x, y]))
-        return sorted((m.degree(x), m.degree(y)) for m in half_newton_basis(p))
+        return sorted((m.degree(x), m.degree(y)) for m in half_newton_basis(*p._by_indeterminates()))
 
     motzkin = [(4, 2), (2, 4), (2, 2), (0, 0)]
     assert exponents(1.0, motzkin) == exponents(-3.0, motzkin) == [(0, 0), (1, 1), (1, 2), (2, 1)]

@@ -23,6 +23,7 @@ from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.symbolic._decompose import LinearTerms
+from sheldrake.symbolic._keys import age
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -258,6 +259,16 @@ def linear_constraint(
         what = f"Expression {es[bad]}" if sources is None else f"Formula {sources[bad]}"
         raise RuntimeError(f"{what} is non-linear.")
     return _linear(es, rows, lower, upper)
+
+
+def equation(terms: dict[Variable, float], b: float) -> BindingBase[LinearEqualityConstraint]:
+    """The constraint that variables times numbers are b; without variables one that never holds."""
+    vars = sorted(terms, key=age)
+    row = [terms[v] for v in vars]
+    if vars and b == b:
+        return bind_list(LinearEqualityConstraint, LinearEqualityConstraint._of_row(row, b, b), vars)
+    vector = traverse.object_array(vars)
+    return bind(LinearEqualityConstraint, LinearEqualityConstraint(np.array(row).reshape(1, -1), [b]), vector)
 
 
 def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> BindingBase[LinearEqualityConstraint]:

@@ -21,7 +21,7 @@ from sheldrake.common._overloads import Mismatch, Ways, dispatch, overload
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import Binding, bind
 from sheldrake.solvers._functions.constraints import BoundingBoxConstraint, LinearEqualityConstraint
-from sheldrake.solvers._parse.constraints import equality_constraint
+from sheldrake.solvers._parse.constraints import equation
 from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.cones import ProgramCones
 from sheldrake.solvers._program.variables import ProgramVariables
@@ -35,8 +35,11 @@ from sheldrake.symbolic import (
     Variable,
     Variables,
 )
+from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
-from sheldrake.symbolic._keys import Sums, as_expression, keys_for, number_or
+from sheldrake.symbolic._decompose import affine_sum, parted
+from sheldrake.symbolic._keys import Keys, Part, Sums, in_common, keys_for, number_or
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,13 +94,14 @@ class ProgramPolynomials:
         """The polynomial in the indeterminates of this program."""
         is_indeterminate = self._variables.is_indeterminate
         if all(map(is_indeterminate, p._indeterminates)) and not any(map(is_indeterminate, p._decisions)):
-            return p.Expand()
+            return p
         return self.MakePolynomial(p.ToExpression())
 
     def _free(self, basis: np.ndarray, coeff_name: str) -> Polynomial:
         coefficients = self._variables.NewContinuousVariables(len(basis), coeff_name)
-        keys, terms = keys_for(basis), [(m, kinds.expression(c)) for m, c in zip(basis, coefficients)]
-        return Polynomial._of(keys, {keys.key(m): c for m, c in terms}, False, decided=frozenset(coefficients))
+        keys = keys_for(basis)
+        part = {keys.key(m): build.node_of(c) for m, c in zip(basis, coefficients)}
+        return Polynomial._of(keys, part, False, decided=frozenset(coefficients))
 
     def NewFreePolynomial(self, indeterminates: Variables, deg: int, coeff_name: str = "a") -> Polynomial:
         """Returns a polynomial of a degree with new variables as coefficients."""
@@ -159,13 +163,16 @@ class ProgramPolynomials:
         return self._sos_of_basis(MonomialBasis(indeterminates, degree // 2), type, gram_name)
 
     def _nonnegative_form(self, Q: np.ndarray, basis: np.ndarray, type: NonnegativePolynomial) -> Polynomial:
+        self._add_nonnegative(Q, type)
+        return quadratic_form(Q, basis)
+
+    def _add_nonnegative(self, Q: np.ndarray, type: NonnegativePolynomial) -> None:
         if type is _SOS:
             self._cones.AddPositiveSemidefiniteConstraint(Q)
         elif type is NonnegativePolynomial.kSdsos:
             self._cones.AddScaledDiagonallyDominantMatrixConstraint(Q)
         else:
             self._cones.AddPositiveDiagonallyDominantMatrixConstraint(Q)
-        return quadratic_form(Q, basis)
 
     def NewEvenDegreeNonnegativePolynomial(
         self, indeterminates: Variables, degree: int, type: NonnegativePolynomial
@@ -237,17 +244,44 @@ class ProgramPolynomials:
     def _add_with_basis(
         self, given: Polynomial | Expression, basis: np.ndarray, type: NonnegativePolynomial, gram_name: str
     ) -> np.ndarray:
-        p = self.MakePolynomial(given) if isinstance(given, Expression) else given
-        form, Q = self._sos_of_basis(basis, type, gram_name)
-        self.AddEqualityConstraintBetweenPolynomials(p, form)
-        return Q
+        return self._add_form(*self._affine(given), basis, type, gram_name)
 
     def _add_without_basis(
         self, given: Polynomial | Expression, type: NonnegativePolynomial, gram_name: str
     ) -> tuple[np.ndarray, np.ndarray]:
-        p = self.MakePolynomial(given) if isinstance(given, Expression) else self._reparsed(given)
-        basis = half_newton_basis(p)
-        return self._add_with_basis(p, basis, type, gram_name), basis
+        keys, part = self._affine(given)
+        basis = half_newton_basis(*keys.without_absent(part))
+        return self._add_form(keys, part, basis, type, gram_name), basis
+
+    def _affine(self, given: Polynomial | Expression) -> tuple[Keys, AffinePart]:
+        """The coefficients of a sum of monomials in the indeterminates of this program, but those that vanish.
+
+        Raises:
+            RuntimeError: one is not affine.
+        """
+        if isinstance(given, Expression):
+            keys, part = parted(given, frozenset(self._variables.indeterminates().tolist()))
+        else:
+            p = self._reparsed(given)
+            keys, part = p._keys, p._part
+        found = {key: affine_sum(((1.0, c),)) for key, c in part.items()}
+        return keys, {key: c for key, c in found.items() if c[0] or c[1] != 0.0}
+
+    def _add_form(
+        self, keys: Keys, part: AffinePart, basis: np.ndarray, type: NonnegativePolynomial, gram_name: str
+    ) -> np.ndarray:
+        """Adds that a sum of monomials with affine coefficients is a nonnegative form; returns its matrix."""
+        own = keys_for(basis)
+        if not all(map(self._variables.is_indeterminate, own.variables)):
+            raise RuntimeError(f"AddSosConstraint(): {own.set} of the basis are not all indeterminates of the program.")
+        Q = self._variables.NewSymmetricContinuousVariables(len(basis), gram_name)
+        self._add_nonnegative(Q, type)
+        keys, part, form = in_common(keys, part, own, _form(own, Q.tolist(), basis))
+        for key, terms in form.items():
+            known = part.get(key)
+            part[key] = (terms, 0.0) if known is None else ({**known[0], **terms}, known[1])
+        self._add_rows(keys, part)
+        return Q
 
     def AddEqualityConstraintBetweenPolynomials(
         self, p1: Polynomial, p2: Polynomial
@@ -260,15 +294,22 @@ class ProgramPolynomials:
         Raises:
             RuntimeError: a coefficient is not affine in the decision variables.
         """
-        difference = self._reparsed(p1 - p2)
-        out = []
-        for key in difference._keys.in_order(difference._part):
-            coefficient = difference._part[key]
-            if isinstance(coefficient, float) or not traverse.variables_of(coefficient):
-                never = LinearEqualityConstraint(np.zeros((1, 0)), [-as_expression(coefficient).Evaluate()])
-                out.append(self._bindings.add(bind(LinearEqualityConstraint, never, np.empty(0, dtype=object))))
-                continue
-            out.append(self._bindings.add(equality_constraint(coefficient, 0.0)))
+        p, q = self._reparsed(p1), self._reparsed(p2)
+        keys, mine, its = in_common(p._keys, p._part, q._keys, q._part)
+        part = {}
+        for key in {**mine, **its}:
+            c, d = mine.get(key, 0.0), its.get(key, 0.0)
+            if c is not d:
+                part[key] = affine_sum(((1.0, c), (-1.0, d)))
+        return self._add_rows(keys, part)
+
+    def _add_rows(self, keys: Keys, part: AffinePart) -> list[Binding[LinearEqualityConstraint]]:
+        """Adds that all coefficients of a sum of monomials are zero."""
+        out: list[Binding[LinearEqualityConstraint]] = []
+        for key in keys.in_order(part):
+            terms, constant = part[key]
+            if terms or constant != 0.0:
+                out.append(self._bindings.add(equation(terms, 0.0 - constant)))
         return out
 
 
@@ -309,31 +350,48 @@ _ADD_SOS = Ways(
 )
 
 
+AffinePart = dict[Any, tuple[dict[Variable, float], float]]
+"""Variables with their coefficients, and constants, by key."""
+
+
+def _form(keys: Keys, Q: list[list[Variable]], basis: np.ndarray) -> dict[Any, dict[Variable, float]]:
+    """-m' Q m for a symmetric matrix of different variables: their coefficients by key."""
+    at, times = list(map(keys.key, basis)), keys.times
+    out: dict[Any, dict[Variable, float]] = {}
+    for i, row in enumerate(Q):
+        out.setdefault(times(at[i], at[i]), {})[row[i]] = -1.0
+        for j in range(i + 1, len(at)):
+            out.setdefault(times(at[i], at[j]), {})[row[j]] = -2.0
+    return out
+
+
 def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     """m' Q m for a symmetric matrix of variables or expressions."""
     keys = keys_for(basis)
     at, times, out = list(map(keys.key, basis)), keys.times, Sums()
-    entries = [[kinds.expression(x) for x in row] for row in Q]
-    for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
-        out.add(times(at[i], at[j]), number_or(entries[i][j]), 1.0 if i == j else 2.0)
-    decided = frozenset().union(*[traverse.variables_of(e) for row in entries for e in row])
-    return Polynomial._of(keys, out.whole(), decided=decided)
+    entries, decided = Q.tolist(), set[Variable]()
+    for i, row in enumerate(entries):
+        for j in range(i, len(at)):
+            x = row[j]
+            e = build.node_of(x) if x.__class__ is Variable else kinds.expression(x)
+            out.add(times(at[i], at[j]), number_or(e), 1.0 if i == j else 2.0)
+            decided.update(e._made if e._kind == k.VAR else traverse.variables_of(e))
+    return Polynomial._of(keys, out.whole(), decided=frozenset(decided))
 
 
-def half_newton_basis(p: Polynomial) -> np.ndarray:
-    """Monomials that a decomposition of p into squares may need.
+def half_newton_basis(keys: Keys, part: Part) -> np.ndarray:
+    """Monomials that a decomposition of a sum of monomials into squares may need; all variables of the keys occur.
 
-    Their doubled exponents lie in the Newton polytope of p (Reznick, 1978); one whose square is neither in p nor a
-    product of two others is left out, until none is.
+    Their doubled exponents lie in the Newton polytope of the sum (Reznick, 1978); one whose square is neither in it nor
+    a product of two others is left out, until none is.
     """
-    support = [m for m, _ in p.monomial_to_coefficient_map().items()]
-    vars = list(p.indeterminates())
-    if not (support and vars):
+    if not (part and keys.variables):
         return np.array([Monomial()], dtype=object)
-    degree = int(max(m.total_degree() for m in support)) // 2
-    candidates = MonomialBasis(Variables(vars), degree).tolist()
-    needed = _needed(_exponents(support, vars).tobytes(), _exponents(candidates, vars).tobytes(), len(vars))
-    return _objects([candidates[i] for i in needed])
+    ordered = keys.in_order(part)
+    candidates = MonomialBasis(keys.set, max(map(keys.degree, part)) // 2).tolist()
+    rows = keys.exponents(dict.fromkeys(map(keys.key, candidates)))
+    needed = _needed(keys.exponents(dict.fromkeys(ordered)).tobytes(), rows.tobytes(), len(keys.variables))
+    return traverse.object_array([candidates[i] for i in needed])
 
 
 @functools.lru_cache(maxsize=64)
@@ -348,12 +406,6 @@ def _needed(support: bytes, candidates: bytes, num_vars: int) -> list[int]:
     inside = in_box & (totals.min() <= sums) & (sums <= totals.max())
     kept = [i for i in inside.nonzero()[0].tolist() if _in_hull(doubled[i], points)]
     return _without_useless(kept, rows.tolist(), set(map(tuple, points.tolist())))
-
-
-def _exponents(monomials: list[Monomial], vars: list[Variable]) -> np.ndarray:
-    """Exponents of variables, a row for each monomial."""
-    rows = [[m._powers.get(v, 0) for v in vars] for m in monomials]
-    return np.array(rows, dtype=float).reshape(len(monomials), len(vars))
 
 
 def _in_hull(x: np.ndarray, points: np.ndarray) -> bool:
@@ -374,9 +426,3 @@ def _without_useless(kept: list[int], rows: list[list[float]], support: set[tupl
         if len(left) == len(kept):
             return kept
         kept = left
-
-
-def _objects(items: list) -> np.ndarray:
-    out = np.empty(len(items), dtype=object)
-    out[:] = items
-    return out

@@ -119,14 +119,10 @@ class ProgramVariables:
     @checked
     def NewSymmetricContinuousVariables(self, rows: int, name: str = "Symmetric") -> np.ndarray:
         """Returns a symmetric matrix of new continuous variables, shape `(rows, rows)`."""
-        out = np.empty((rows, rows), dtype=object)
-        new = []
-        for j in range(rows):
-            for i in range(j, rows):
-                out[i, j] = out[j, i] = v = Variable(f"{name}({i},{j})")
-                new.append(v)
+        places = _places_in_triangle(rows)
+        new = named([f"{name}({i},{j})" for j in range(rows) for i in range(j, rows)], _TYPE.CONTINUOUS)
         self._append_new(new)
-        return out
+        return _objects(new)[places]
 
     def AddDecisionVariables(self, decision_variables: VariablesLike) -> None:
         """Adds variables made elsewhere; those that are there already stay where they are.
@@ -391,6 +387,15 @@ def _objects(items: list[Variable], shape: tuple[int, ...] = ()) -> np.ndarray:
 def _names(shape: tuple[int, ...], name: str) -> list[str]:
     """Names of elements, column after column; not to be changed."""
     return _few_names(shape, name) if math.prod(shape) <= _FEW else _written_names(shape, name)
+
+
+@functools.lru_cache(maxsize=64)
+def _places_in_triangle(n: int) -> np.ndarray:
+    """Where the entries of a symmetric matrix are among those of its lower triangle, column after column."""
+    out = np.empty((n, n), dtype=np.intp)
+    cols, rows = np.triu_indices(n)
+    out[rows, cols] = out[cols, rows] = np.arange(len(rows))
+    return out
 
 
 def _written_names(shape: tuple[int, ...], name: str) -> list[str]:
