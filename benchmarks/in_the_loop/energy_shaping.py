@@ -32,13 +32,14 @@ class SwingUp(VectorSystem):
     def energy(self):
         return self.pendulum.EvalPotentialEnergy(self.context) + self.pendulum.EvalKineticEnergy(self.context)
 
-    def DoCalcVectorOutput(self, context, x, state, output):
-        error = np.array([x[0] % (2.0 * np.pi) - np.pi, x[1]])
+    def DoCalcVectorOutput(self, context, u, x, y):
+        angle, speed = u
+        error = np.array([angle % (2.0 * np.pi) - np.pi, speed])
         if error @ self.S @ error < 2.0:
-            output[:] = -self.K @ error
+            y[:] = -self.K @ error
         else:
-            self.context.SetContinuousState(x)
-            output[:] = self.damping * x[1] - 0.5 * x[1] * (self.energy() - self.wanted)
+            self.context.SetContinuousState(u)
+            y[:] = self.damping * speed - 0.5 * speed * (self.energy() - self.wanted)
 
 
 class Pump(LeafSystem):

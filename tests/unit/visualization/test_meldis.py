@@ -99,7 +99,8 @@ def test_every_shape_and_what_cannot_be_drawn(meldis, caplog):
     meldis._lcm.Publish("DRAKE_VIEWER_LOAD_ROBOT", message)
     meldis._lcm.Publish("DRAKE_VIEWER_DRAW", b"nonsense")
     show(meldis)
-    drawn = [k for k in range(9) if meldis.meshcat.HasPath(f"/DRAKE_VIEWER/2/a/b/{k}")]
+    nodes = dict(meldis.meshcat._hub.tree.items())
+    drawn = [k for k in range(9) if getattr(nodes.get(f"/DRAKE_VIEWER/2/a/b/{k}"), "object", None) is not None]
     assert drawn == list(range(7))
     assert "none.obj" in caplog.text and "no kind 77" in caplog.text and "not understood" in caplog.text
     meldis.meshcat.SetSliderValue("DRAKE_VIEWER α", 0.5)
