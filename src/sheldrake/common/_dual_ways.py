@@ -128,7 +128,7 @@ class _Writer:
         block += [*itertools.chain(*rows, *self.made), *words.tolist()]
         self.keep += [bound, sweep, values, complexes, answers, complex_answers, slopes, found, influence]
         self.keep += [vectors, addresses, two, self.takes, self.gives]
-        return duals.make(block, self.keep)
+        return duals.DUALS.make(block, self.keep)
 
     def _cut(self, given: np.ndarray, answers: np.ndarray) -> list[Any]:
         """Arguments of the kernel: parts of these arrays, and zero for what is a number by itself."""

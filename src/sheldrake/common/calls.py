@@ -166,7 +166,7 @@ class Calls:
         for slot, shape in self._given(kernel, args, given):
             block.append(slot)
             block += builtin.NUMBER if shape is None else [len(shape), *shape, *([0] * (2 - len(shape)))]
-        return builtin.make([*block, *words.tolist()], (self, args, answer, relocations))
+        return builtin.QUERY.make([*block, *words.tolist()], (self, args, answer, relocations))
 
     def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
         bound, slots = kernel.bind(*args, blocks=self._blocks), self._given(kernel, args, given)

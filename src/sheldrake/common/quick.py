@@ -143,7 +143,7 @@ class _Writer:
         first = takes[0].cls if takes and isinstance(takes[0], Slots) else None
         head += [0, call["PyObject_Vectorcall"], id(first)]
         block = [*head, *itertools.chain(*rows, *self.made), *words.tolist()]
-        return methods.make(block, (bound, takes, gives, self.keep))
+        return methods.METHOD.make(block, (bound, takes, gives, self.keep))
 
     def _check(self, rows: list[list[int]]) -> None:
         """Raises TypeError for what a block has no room for, as its code would read and write beyond it."""

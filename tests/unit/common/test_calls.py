@@ -246,7 +246,7 @@ def test_objects_are_given_back():
 
 def test_without_the_code_objects_are_made_by_python(monkeypatch):
     assert instances.available()
-    monkeypatch.setattr(instances, "_address", lambda: None)
+    monkeypatch.setattr(instances.INSTANCE, "address", None)
     assert not instances.available.__wrapped__()
 
 
@@ -345,7 +345,7 @@ def test_duals_go_through_python():
 
 def test_no_code_no_builtin_calls(monkeypatch):
     """Where the code cannot be had, or objects look otherwise, calls go through ctypes."""
-    monkeypatch.setattr(builtin, "_address", lambda: None)
+    monkeypatch.setattr(builtin.QUERY, "address", None)
     assert not builtin.available.__wrapped__()
     monkeypatch.undo()
     monkeypatch.setattr(builtin, "_DTYPE", 48)

@@ -437,12 +437,35 @@ class _Method(ctypes.Structure):
     ]
 
 
-def make(words: list[int] | np.ndarray, keep: Any, method: _Method | None = None) -> Any:
-    """A builtin function of the block `words`; only where `available`. `method` stands for another code than CODE."""
-    block = np.array(words, np.int64).view(Block)
-    block.keep, method = keep, method or _method()
-    block.code = method.function
-    return _factory()(ctypes.byref(method), block, None)
+class MachineCode:
+    """A function in LLVM's language, of which builtin functions are made, each with a block of its own.
+
+    Args:
+        symbol: Its name.
+        text: What it is.
+        doc: What Python shows of the builtin functions.
+    """
+
+    def __init__(self, symbol: str, text: str, doc: bytes) -> None:
+        self.symbol, self.text, self._doc = symbol, text, doc
+
+    @functools.cached_property
+    def address(self) -> int | None:
+        """Where it is; None where there is none, and no compiler."""
+        return code_address(self.symbol, self.text)
+
+    @functools.cached_property
+    def _method(self) -> _Method:
+        return _Method(self.symbol.encode(), self.address, METH_FASTCALL, self._doc)
+
+    def make(self, words: list[int] | np.ndarray, keep: Any) -> Any:
+        """A builtin function of the block `words`, which keeps alive what is to be kept."""
+        block = np.array(words, np.int64).view(Block)
+        block.keep, block.code = keep, self.address or 0
+        return _factory()(ctypes.byref(self._method), block, None)
+
+
+QUERY = MachineCode(SYMBOL, CODE, b"A kernel on fixed arrays.")
 
 
 @functools.cache
@@ -485,7 +508,7 @@ def available() -> bool:
         return False  # it takes addresses of arrays that nobody has placed
     if not OBJECTS_AS_EXPECTED:
         return False
-    return _objects_as_expected() and _arrays_as_expected() and new_copy() != 0 and _address() is not None
+    return _objects_as_expected() and _arrays_as_expected() and new_copy() != 0 and QUERY.address is not None
 
 
 def _objects_as_expected() -> bool:
@@ -514,20 +537,10 @@ def _arrays_as_expected() -> bool:
 
 
 @functools.cache
-def _method() -> _Method:
-    return _Method(b"query", _address(), METH_FASTCALL, b"A kernel on fixed arrays.")
-
-
-@functools.cache
 def _factory() -> Any:
     new = ctypes.pythonapi.PyCFunction_NewEx
     new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
     return new
-
-
-@functools.cache
-def _address() -> int | None:
-    return code_address(SYMBOL, CODE)
 
 
 def code_address(symbol: str, text: str) -> int | None:

@@ -25,12 +25,12 @@ dual (1, 0, 0, which number). Then
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common._native import builtin, methods
 
 if TYPE_CHECKING:
-    from sheldrake.common._native.builtin import _Method
+    pass
 
 SYMBOL = "sheldrake_duals"
 HEAD, PER_TAKEN = 41, 11
@@ -463,22 +463,10 @@ misfit:
 """
 
 
+DUALS = builtin.MachineCode(SYMBOL, CODE, b"A kernel on the duals of objects.")
+
+
 @functools.cache
 def available() -> bool:
     """Whether this code is there, where `methods` are."""
-    return methods.available() and _address() is not None
-
-
-def make(words: list[int], keep: Any) -> Any:
-    """A builtin function of a block; only where `available`."""
-    return builtin.make(words, keep, _method())
-
-
-@functools.cache
-def _method() -> _Method:
-    return builtin._Method(b"method", _address(), builtin.METH_FASTCALL, b"A kernel on the duals of objects.")
-
-
-@functools.cache
-def _address() -> int | None:
-    return builtin.code_address(SYMBOL, CODE)
+    return methods.available() and DUALS.address is not None

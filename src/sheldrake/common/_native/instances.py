@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from sheldrake.common._native import builtin
 
 if TYPE_CHECKING:
-    from sheldrake.common._native.builtin import _Method
+    pass
 
 SYMBOL = "sheldrake_instance"
 HEAD, PER_SLOT = 5, 3
@@ -76,6 +76,9 @@ done:
 """
 
 
+INSTANCE = builtin.MachineCode(SYMBOL, CODE, b"A new object of what kernels give.")
+
+
 def make(cls: type, fields: dict[str, Any]) -> Any:
     """A builtin function that gives a new `cls`, made without `__init__`; only where `available`.
 
@@ -87,13 +90,13 @@ def make(cls: type, fields: dict[str, Any]) -> Any:
     words = [*_functions(), id(cls), len(fields)]
     for name, function in zip(names, fields.values()):
         words += [function.__self__.code, id(function.__self__), id(name)]
-    return builtin.make(words, (cls, fields, names), _method())
+    return INSTANCE.make(words, (cls, fields, names))
 
 
 @functools.cache
 def available() -> bool:
     """Whether builtin calls are to be had, and this code too."""
-    return builtin.available() and _address() is not None
+    return builtin.available() and INSTANCE.address is not None
 
 
 @functools.cache
@@ -102,13 +105,3 @@ def _functions() -> list[int]:
     names = ("PyType_GenericAlloc", "PyObject_GenericSetAttr", "Py_DecRef")
     found = (ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in names)
     return [int(address or 0) for address in found]
-
-
-@functools.cache
-def _method() -> _Method:
-    return builtin._Method(b"make", _address(), builtin.METH_FASTCALL, b"A new object of what kernels give.")
-
-
-@functools.cache
-def _address() -> int | None:
-    return builtin.code_address(SYMBOL, CODE)

@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any
 from sheldrake.common._native import builtin
 
 if TYPE_CHECKING:
-    from sheldrake.common._native.builtin import _Method
+    pass
 
 SYMBOL = "sheldrake_method"
 HEAD, PER_TAKEN, PER_MADE = 16, 9, 8
@@ -258,15 +258,13 @@ nothing:
 """
 
 
+METHOD = builtin.MachineCode(SYMBOL, CODE, b"A kernel on the numbers of objects.")
+
+
 @functools.cache
 def available() -> bool:
     """Whether builtin calls are to be had, and this code too."""
-    return builtin.available() and _address() is not None
-
-
-def make(words: list[int], keep: Any) -> Any:
-    """A builtin function of a block; only where `available`."""
-    return builtin.make(words, keep, _method())
+    return builtin.available() and METHOD.address is not None
 
 
 def ask_next(function: Any, following: Any) -> None:
@@ -299,13 +297,3 @@ def place_of_slot(cls: type, name: str) -> int:
         if ctypes.c_int64.from_address(id(new) + at).value == id(mark):
             return at
     raise TypeError(f"{cls.__name__}.{name} is no slot of its objects.")
-
-
-@functools.cache
-def _method() -> _Method:
-    return builtin._Method(b"method", _address(), builtin.METH_FASTCALL, b"A kernel on the numbers of objects.")
-
-
-@functools.cache
-def _address() -> int | None:
-    return builtin.code_address(SYMBOL, CODE)
