@@ -23,7 +23,7 @@ EVERYTHING = "[kernels,meshcat,export,test,lint,docs,peers]"
 EXTRAS = dict.fromkeys(("test", "lint", "bench", "endure", "torture"), EVERYTHING)
 EXTRAS |= {
     "demo": "[kernels]",
-    "docs": "[docs,gym]",
+    "docs": "[docs,export,gym]",  # its pages simulate
     "release": "[kernels,test,foreign]",
     "foreign": "[kernels,test,foreign]",
     "robots": "[kernels,test,peers,robots]",
