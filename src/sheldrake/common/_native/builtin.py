@@ -73,6 +73,13 @@ _ITEMS = 24  # [bytes] into a tuple
 _IN_ORDER = 0x101  # C contiguous and aligned
 ALL_FLAGS, READ_ONLY = -1, ~0x400
 
+
+def block_word(name: str, index: int, kind: str = "i64") -> str:
+    """LLVM's text that loads a word of the block."""
+    return f"""  %{name}_at = getelementptr i64, ptr %block, i64 {index}
+  %{name} = load {kind}, ptr %{name}_at"""
+
+
 TAKE = f"""
 define internal i1 @take(ptr %object, ptr %spec, ptr %types, ptr %word, i64 %slab) {{
 entry:
@@ -217,17 +224,13 @@ define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
 entry:
   %block_at = getelementptr i8, ptr %self, i64 {_DATA}
   %block = load ptr, ptr %block_at
-  %make_at = getelementptr i64, ptr %block, i64 2
-  %make = load ptr, ptr %make_at
+{block_word("make", 2, "ptr")}
   %types = getelementptr i64, ptr %block, i64 3
-  %given_at = getelementptr i64, ptr %block, i64 5
-  %given = load i64, ptr %given_at
-  %begin_at = getelementptr i64, ptr %block, i64 12
-  %begin = load i64, ptr %begin_at
+{block_word("given", 5)}
+{block_word("begin", 12)}
   %words = getelementptr i64, ptr %block, i64 %begin
   %bases = alloca [5 x i64]
-  %before_at = getelementptr i64, ptr %block, i64 7
-  %before = load i64, ptr %before_at
+{block_word("before", 7)}
   %own = getelementptr ptr, ptr %args, i64 %before
   %own_count = sub i64 %count, %before
   %as_many = icmp eq i64 %own_count, %given
@@ -272,8 +275,7 @@ place:                                    ; what depends on where this call's me
   store i64 %room_from_slab, ptr %base_2
   store i64 0, ptr %base_3
   store i64 %from_slab, ptr %base_4
-  %relocations_at = getelementptr i64, ptr %block, i64 18
-  %relocations = load ptr, ptr %relocations_at
+{block_word("relocations", 18, "ptr")}
   call void @relocate(ptr %words, ptr %relocations, ptr %models_here, ptr %bases)
   br label %arguments
 
@@ -302,8 +304,7 @@ one_argument:
   br i1 %fits, label %arguments, label %misfit
 
 stages:                                   ; what is needed and was not done since the counter changed
-  %needs_at = getelementptr i64, ptr %block, i64 6
-  %needs = load i64, ptr %needs_at
+{block_word("needs", 6)}
   %needs_none = icmp eq i64 %needs, 0
   br i1 %needs_none, label %run, label %look
 look:
@@ -326,8 +327,7 @@ look:
   %all_done = icmp eq i64 %to_do, 0
   br i1 %all_done, label %run, label %walk
 walk:
-  %table_at = getelementptr i64, ptr %block, i64 10
-  %table = load ptr, ptr %table_at
+{block_word("table", 10, "ptr")}
   %count_at = getelementptr i64, ptr %block, i64 11
   %stage_count = load i64, ptr %count_at
   br label %each
@@ -366,13 +366,11 @@ onward:
   %j_next = add i64 %j, 1
   br label %each
 failed:
-  %refuse_at = getelementptr i64, ptr %block, i64 16
-  %refuse = load ptr, ptr %refuse_at
+{block_word("refuse", 16, "ptr")}
   %no_refuse = icmp eq ptr %refuse, null
   br i1 %no_refuse, label %tell, label %raise
 raise:
-  %caller_at = getelementptr i64, ptr %block, i64 17
-  %caller = load ptr, ptr %caller_at
+{block_word("caller", 17, "ptr")}
   %raised = call ptr (ptr, ...) %caller(ptr %refuse, ptr %slab_object, ptr %models_object, ptr null)
   ret ptr %raised
 tell:
@@ -384,15 +382,13 @@ run:
   %t_at = getelementptr i64, ptr %block, i64 1
   %t = load double, ptr %t_at
   %status = call i64 %kernel(double %t, ptr %slab, ptr %words)
-  %answer_at = getelementptr i64, ptr %block, i64 13
-  %answer = load ptr, ptr %answer_at
+{block_word("answer", 13, "ptr")}
   %no_answer = icmp eq ptr %answer, null
   %not_fine = icmp ne i64 %status, 0
   %number_only = or i1 %no_answer, %not_fine
   br i1 %number_only, label %say, label %copy
 copy:
-  %copier_at = getelementptr i64, ptr %block, i64 14
-  %copier = load ptr, ptr %copier_at
+{block_word("copier", 14, "ptr")}
   %new = call ptr %copier(ptr %answer, i32 0)
   %no_memory = icmp eq ptr %new, null
   br i1 %no_memory, label %give, label %flag

@@ -25,12 +25,9 @@ dual (1, 0, 0, which number). Then
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
 
 from sheldrake.common._native import builtin, methods
-
-if TYPE_CHECKING:
-    pass
+from sheldrake.common._native.builtin import block_word
 
 SYMBOL = "sheldrake_duals"
 HEAD, PER_TAKEN = 41, 11
@@ -40,17 +37,12 @@ MOST_NUMBERS = 63
 _D, _T, _S = builtin._DATA, builtin._TYPE, 8
 
 
-def _word(name: str, index: int, kind: str = "i64") -> str:
-    """Loads a word of the block."""
-    return f"""  %{name}_at = getelementptr i64, ptr %block, i64 {index}
-  %{name} = load {kind}, ptr %{name}_at
-"""
-
-
 CODE = f"""{methods.FIND_AND_MAKE}
 define internal i1 @is_number(i64 %type, ptr %block) {{
 entry:
-{_word("float", 20)}{_word("other", 21)}  %one = icmp eq i64 %type, %float
+{block_word("float", 20)}
+{block_word("other", 21)}
+  %one = icmp eq i64 %type, %float
   %two = icmp eq i64 %type, %other
   %either = or i1 %one, %two
   ret i1 %either
@@ -66,10 +58,12 @@ entry:
   %plain = call i1 @is_number(i64 %type, ptr %block)
   br i1 %plain, label %take_value, label %dual
 dual:
-{_word("kind", 17)}  %is_dual = icmp eq i64 %type, %kind
+{block_word("kind", 17)}
+  %is_dual = icmp eq i64 %type, %kind
   br i1 %is_dual, label %value, label %no
 value:
-{_word("v", 18)}  %slot_v = getelementptr i8, ptr %x, i64 %v
+{block_word("v", 18)}
+  %slot_v = getelementptr i8, ptr %x, i64 %v
   %its_value = load ptr, ptr %slot_v
   %no_value = icmp eq ptr %its_value, null
   br i1 %no_value, label %no, label %look_at_value
@@ -79,9 +73,11 @@ look_at_value:
   %value_fits = call i1 @is_number(i64 %value_type, ptr %block)
   br i1 %value_fits, label %derivatives, label %no
 derivatives:
-{_word("d", 19)}  %slot_d = getelementptr i8, ptr %x, i64 %d
+{block_word("d", 19)}
+  %slot_d = getelementptr i8, ptr %x, i64 %d
   %its_d = load ptr, ptr %slot_d
-{_word("none", 4, "ptr")}  %no_d = icmp eq ptr %its_d, null
+{block_word("none", 4, "ptr")}
+  %no_d = icmp eq ptr %its_d, null
   br i1 %no_d, label %no, label %has_d
 has_d:
   %constant = icmp eq ptr %its_d, %none
@@ -114,11 +110,13 @@ entry:
   %are_floats = call i1 @take(ptr %object, ptr %spec, ptr %floats, ptr %found, i64 0)
   br i1 %are_floats, label %begin, label %objects
 objects:
-{_word("array", 1)}  %type_at = getelementptr i8, ptr %object, i64 {_T}
+{block_word("array", 1)}
+  %type_at = getelementptr i8, ptr %object, i64 {_T}
   %type = load i64, ptr %type_at
   %types = getelementptr i64, ptr %state, i64 4
   %types_1 = getelementptr i64, ptr %types, i64 1
-{_word("of_objects", 16)}  store i64 %array, ptr %types
+{block_word("of_objects", 16)}
+  store i64 %array, ptr %types
   store i64 %of_objects, ptr %types_1
   %are_objects = call i1 @take(ptr %object, ptr %spec, ptr %types, ptr %found, i64 0)
   br i1 %are_objects, label %begin, label %no
@@ -126,8 +124,12 @@ begin:
   %data_by_eight = load i64, ptr %found
   %data_int = shl i64 %data_by_eight, 3
   %data = inttoptr i64 %data_int to ptr
-{_word("values", 22, "ptr")}{_word("complexes", 23, "ptr")}{_word("slopes", 24, "ptr")}{_word("bits", 38, "ptr")}\
-{_word("most", 30)}  %length_at = getelementptr i64, ptr %found, i64 1
+{block_word("values", 22, "ptr")}
+{block_word("complexes", 23, "ptr")}
+{block_word("slopes", 24, "ptr")}
+{block_word("bits", 38, "ptr")}
+{block_word("most", 30)}
+  %length_at = getelementptr i64, ptr %found, i64 1
   br label %each
 each:
   %i = phi i64 [0, %begin], [%i_next, %onward]
@@ -229,8 +231,13 @@ done:
 ; Dual number k of the answer.
 define internal ptr @make_dual(i64 %k, ptr %block, ptr %state) {{
 entry:
-{_word("alloc", 11, "ptr")}{_word("kind", 17, "ptr")}{_word("float", 12, "ptr")}{_word("none", 4, "ptr")}\
-{_word("v", 18)}{_word("d", 19)}  %values_at = getelementptr i64, ptr %state, i64 6
+{block_word("alloc", 11, "ptr")}
+{block_word("kind", 17, "ptr")}
+{block_word("float", 12, "ptr")}
+{block_word("none", 4, "ptr")}
+{block_word("v", 18)}
+{block_word("d", 19)}
+  %values_at = getelementptr i64, ptr %state, i64 6
   %values = load ptr, ptr %values_at
   %slopes_at = getelementptr i64, ptr %state, i64 7
   %slopes = load ptr, ptr %slopes_at
@@ -252,11 +259,14 @@ value:
   %is_constant = icmp eq i64 %bit, 0
   br i1 %is_constant, label %without, label %with
 without:
-{_word("keep", 5, "ptr")}  call void %keep(ptr %none)
+{block_word("keep", 5, "ptr")}
+  call void %keep(ptr %none)
   store ptr %none, ptr %slot_d
   ret ptr %new
 with:
-{_word("arrays", 29, "ptr")}{_word("copier", 10, "ptr")}  %which = sub i64 %n, 1
+{block_word("arrays", 29, "ptr")}
+{block_word("copier", 10, "ptr")}
+  %which = sub i64 %n, 1
   %array_at = getelementptr ptr, ptr %arrays, i64 %which
   %array = load ptr, ptr %array_at
   %copy = call ptr %copier(ptr %array, i32 0)
@@ -284,7 +294,9 @@ entry:
   %first = load i64, ptr %first_at
   %count_at = getelementptr i64, ptr %row, i64 4
   %count = load i64, ptr %count_at
-{_word("copier", 10, "ptr")}{_word("drop", 34, "ptr")}  %copy = call ptr %copier(ptr %a, i32 0)
+{block_word("copier", 10, "ptr")}
+{block_word("drop", 34, "ptr")}
+  %copy = call ptr %copier(ptr %a, i32 0)
   %no_copy = icmp eq ptr %copy, null
   br i1 %no_copy, label %failed, label %flag
 flag:
@@ -329,7 +341,11 @@ entry:
   store i64 0, ptr %constants_at
   %block_at = getelementptr i8, ptr %self, i64 {_D}
   %block = load ptr, ptr %block_at
-{_word("given", 3)}{_word("takes", 6)}{_word("makes", 7)}{_word("recipes", 8)}{_word("begin", 9)}\
+{block_word("given", 3)}
+{block_word("takes", 6)}
+{block_word("makes", 7)}
+{block_word("recipes", 8)}
+{block_word("begin", 9)}
   %words = getelementptr i64, ptr %block, i64 %begin
   %as_many = icmp eq i64 %arg_count, %given
   br i1 %as_many, label %pass, label %misfit
@@ -374,7 +390,8 @@ right:
 check:
   %constants = load i64, ptr %constants_at
   %n = load i64, ptr %state
-{_word("demands", 25)}  %mixed = and i64 %constants, %demands
+{block_word("demands", 25)}
+  %mixed = and i64 %constants, %demands
   %is_mixed = icmp ne i64 %mixed, 0
   %has_slopes = icmp ne i64 %n, 0
   %too_mixed = and i1 %is_mixed, %has_slopes
@@ -385,12 +402,15 @@ run:
   %fine = icmp eq i64 %status, 0
   br i1 %fine, label %whether, label %misfit
 whether:
-{_word("numbers", 26)}  %no_numbers = icmp eq i64 %numbers, 0
+{block_word("numbers", 26)}
+  %no_numbers = icmp eq i64 %numbers, 0
   %no_slopes = icmp eq i64 %n, 0
   %values_only = or i1 %no_numbers, %no_slopes
   br i1 %values_only, label %keep_numbers, label %derive
 derive:
-{_word("sweep", 35, "ptr")}{_word("its_words", 36, "ptr")}{_word("two", 37, "ptr")}\
+{block_word("sweep", 35, "ptr")}
+{block_word("its_words", 36, "ptr")}
+{block_word("two", 37, "ptr")}
   %two_1 = getelementptr i64, ptr %two, i64 1
   %n_0 = load i64, ptr %two
   %n_0_at = getelementptr i64, ptr %its_words, i64 %n_0
@@ -402,8 +422,11 @@ derive:
   %sweep_fine = icmp eq i64 %sweep_status, 0
   br i1 %sweep_fine, label %keep_numbers, label %misfit
 keep_numbers:                             ; to make an object may collect garbage, whose finalizers may call this again
-{_word("its_values", 27, "ptr")}{_word("its_slopes", 28, "ptr")}{_word("get_memory", 39, "ptr")}\
-{_word("free_memory", 40, "ptr")}  %count_of_slopes = mul i64 %numbers, %n
+{block_word("its_values", 27, "ptr")}
+{block_word("its_slopes", 28, "ptr")}
+{block_word("get_memory", 39, "ptr")}
+{block_word("free_memory", 40, "ptr")}
+  %count_of_slopes = mul i64 %numbers, %n
   %count_of_all = add i64 %numbers, %count_of_slopes
   %bytes = mul i64 %count_of_all, 8
   %own_values = call ptr %get_memory(i64 %bytes)
@@ -457,7 +480,9 @@ failed:
   call void %free_memory(ptr %own_values)
   ret ptr null
 misfit:
-{_word("none", 4, "ptr")}{_word("keep", 5, "ptr")}  call void %keep(ptr %none)
+{block_word("none", 4, "ptr")}
+{block_word("keep", 5, "ptr")}
+  call void %keep(ptr %none)
   ret ptr %none
 }}
 """

@@ -17,12 +17,9 @@ from __future__ import annotations
 import ctypes
 import functools
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sheldrake.common._native import builtin
-
-if TYPE_CHECKING:
-    pass
 
 SYMBOL = "sheldrake_instance"
 HEAD, PER_SLOT = 5, 3

@@ -30,12 +30,10 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sheldrake.common._native import builtin
-
-if TYPE_CHECKING:
-    pass
+from sheldrake.common._native.builtin import block_word
 
 SYMBOL = "sheldrake_method"
 HEAD, PER_TAKEN, PER_MADE = 16, 9, 8
@@ -101,8 +99,7 @@ entry:
     i64 {A_TRUTH}, label %truth
   ]
 array:
-  %copier_at = getelementptr i64, ptr %block, i64 10
-  %copier = load ptr, ptr %copier_at
+{block_word("copier", 10, "ptr")}
   %copy = call ptr %copier(ptr %a, i32 0)
   %no_copy = icmp eq ptr %copy, null
   br i1 %no_copy, label %none, label %flag
@@ -115,8 +112,7 @@ flag:
   ret ptr %copy
 number:
   %value = load double, ptr %a
-  %float_at = getelementptr i64, ptr %block, i64 12
-  %float = load ptr, ptr %float_at
+{block_word("float", 12, "ptr")}
   %new_float = call ptr %float(double %value)
   ret ptr %new_float
 truth:
@@ -124,13 +120,11 @@ truth:
   %is_false = fcmp oeq double %said, 0.0
   %false = inttoptr i64 %b to ptr
   %answer = select i1 %is_false, ptr %false, ptr %c
-  %keep_at = getelementptr i64, ptr %block, i64 5
-  %keep = load ptr, ptr %keep_at
+{block_word("keep", 5, "ptr")}
   call void %keep(ptr %answer)
   ret ptr %answer
 instance:
-  %alloc_at = getelementptr i64, ptr %block, i64 11
-  %alloc = load ptr, ptr %alloc_at
+{block_word("alloc", 11, "ptr")}
   %type = inttoptr i64 %what to ptr
   %new = call ptr %alloc(ptr %type, i64 0)
   %slots = ptrtoint ptr %a to i64
@@ -167,16 +161,11 @@ entry:
   %made = alloca [{MOST_MADE} x ptr]
   %block_at = getelementptr i8, ptr %self, i64 {builtin._DATA}
   %block = load ptr, ptr %block_at
-  %given_at = getelementptr i64, ptr %block, i64 3
-  %given = load i64, ptr %given_at
-  %takes_at = getelementptr i64, ptr %block, i64 6
-  %takes = load i64, ptr %takes_at
-  %makes_at = getelementptr i64, ptr %block, i64 7
-  %makes = load i64, ptr %makes_at
-  %recipes_at = getelementptr i64, ptr %block, i64 8
-  %recipes = load i64, ptr %recipes_at
-  %begin_at = getelementptr i64, ptr %block, i64 9
-  %begin = load i64, ptr %begin_at
+{block_word("given", 3)}
+{block_word("takes", 6)}
+{block_word("makes", 7)}
+{block_word("recipes", 8)}
+{block_word("begin", 9)}
   %words = getelementptr i64, ptr %block, i64 %begin
   %as_many = icmp eq i64 %count, %given
   br i1 %as_many, label %arguments, label %misfit
@@ -238,20 +227,16 @@ whose:
   %first = load ptr, ptr %args
   %first_type_at = getelementptr i8, ptr %first, i64 {builtin._TYPE}
   %first_type = load i64, ptr %first_type_at
-  %not_for_at = getelementptr i64, ptr %block, i64 15
-  %not_for = load i64, ptr %not_for_at
+{block_word("not_for", 15)}
   %ours = icmp eq i64 %first_type, %not_for
   br i1 %ours, label %nothing, label %ask_next
 ask_next:
-  %caller_at = getelementptr i64, ptr %block, i64 14
-  %caller = load ptr, ptr %caller_at
+{block_word("caller", 14, "ptr")}
   %said_next = tail call ptr %caller(ptr %next, ptr %args, i64 %count, ptr null)
   ret ptr %said_next
 nothing:
-  %none_at = getelementptr i64, ptr %block, i64 4
-  %none = load ptr, ptr %none_at
-  %keep_at = getelementptr i64, ptr %block, i64 5
-  %keep = load ptr, ptr %keep_at
+{block_word("none", 4, "ptr")}
+{block_word("keep", 5, "ptr")}
   call void %keep(ptr %none)
   ret ptr %none
 }}
