@@ -294,22 +294,16 @@ entry:
   %first = load i64, ptr %first_at
   %count_at = getelementptr i64, ptr %row, i64 4
   %count = load i64, ptr %count_at
-{block_word("copier", 10, "ptr")}
 {block_word("drop", 34, "ptr")}
-  %copy = call ptr %copier(ptr %a, i32 0)
+  %copy = call ptr @copy_of(ptr %a, i64 %b, ptr %block)
   %no_copy = icmp eq ptr %copy, null
-  br i1 %no_copy, label %failed, label %flag
-flag:
-  %keep_flags = trunc i64 %b to i32
-  %flags_at = getelementptr i8, ptr %copy, i64 {builtin._FLAGS}
-  %flags = load i32, ptr %flags_at
-  %kept_flags = and i32 %flags, %keep_flags
-  store i32 %kept_flags, ptr %flags_at
+  br i1 %no_copy, label %failed, label %begin
+begin:
   %data_at = getelementptr i8, ptr %copy, i64 {_D}
   %data = load ptr, ptr %data_at
   br label %each
 each:
-  %i = phi i64 [0, %flag], [%i_next, %put]
+  %i = phi i64 [0, %begin], [%i_next, %put]
   %more = icmp slt i64 %i, %count
   br i1 %more, label %one, label %done
 one:

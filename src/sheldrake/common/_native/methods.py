@@ -84,6 +84,23 @@ no:
   ret ptr null
 }}
 
+define internal ptr @copy_of(ptr %array, i64 %keeps, ptr %block) {{
+entry:
+{block_word("copier", 10, "ptr")}
+  %copy = call ptr %copier(ptr %array, i32 0)
+  %no_copy = icmp eq ptr %copy, null
+  br i1 %no_copy, label %done, label %flag
+flag:
+  %mask = trunc i64 %keeps to i32
+  %flags_at = getelementptr i8, ptr %copy, i64 {builtin._FLAGS}
+  %flags = load i32, ptr %flags_at
+  %kept_flags = and i32 %flags, %mask
+  store i32 %kept_flags, ptr %flags_at
+  br label %done
+done:
+  ret ptr %copy
+}}
+
 define internal ptr @make(ptr %row, ptr %block, ptr %made) {{
 entry:
   %what = load i64, ptr %row
@@ -99,16 +116,7 @@ entry:
     i64 {A_TRUTH}, label %truth
   ]
 array:
-{block_word("copier", 10, "ptr")}
-  %copy = call ptr %copier(ptr %a, i32 0)
-  %no_copy = icmp eq ptr %copy, null
-  br i1 %no_copy, label %none, label %flag
-flag:
-  %mask = trunc i64 %b to i32
-  %flags_at = getelementptr i8, ptr %copy, i64 {builtin._FLAGS}
-  %flags = load i32, ptr %flags_at
-  %kept_flags = and i32 %flags, %mask
-  store i32 %kept_flags, ptr %flags_at
+  %copy = call ptr @copy_of(ptr %a, i64 %b, ptr %block)
   ret ptr %copy
 number:
   %value = load double, ptr %a
@@ -153,7 +161,9 @@ none:
   ret ptr null
 }}
 """
-"""Finds what a row that takes speaks of, null where an object is of another type; makes what a row that makes says."""
+"""Finds what a row that takes speaks of, null where an object is of another type; makes what a row that makes says.
+
+`copy_of` is an array's copy, of whose flags those stay that `keeps` has; null where there is no memory."""
 
 CODE = f"""{FIND_AND_MAKE}
 define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
